@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Twenty small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
+"""Small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
 
 Run: python benchmarks/small_edits.py REVISION
 
@@ -120,6 +120,13 @@ EDITS = (
     Edit("triangle", "rename: tau", "controllers.py", '"tau", sp.Abs', '"closeness", sp.Abs'),
     Edit("slosh", "gain: u1 doubled", "laws/controllers.py", "-c.w1 * b", "-2 * c.w1 * b"),
     Edit("slosh", "sign: u2", "laws/controllers.py", "-c.w2 * cc", "c.w2 * cc"),
+    Edit(
+        "slosh",
+        "term: gyroscopic one of the reduced model",
+        "plant/reduced.py",
+        "*inputs[:2]]) - rate.cross(velocity)",
+        "*inputs[:2]])",
+    ),
     Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
 )
 

@@ -36,6 +36,11 @@ _NAMES = {
     ca.OP_IF_ELSE_ZERO: "select0", ca.OP_ASSIGN: "assign",
 }  # fmt: skip
 _FREE = frozenset({"input", "const", "neg", "truth", "num"})
+_CALLS = frozenset({
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "log1p", "expm1", "pow", "fmod", "hypot",
+    "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf",
+})  # fmt: skip
+"""Functions that C calls in one lane: what is alive across a call goes through memory (decision 0022)."""
 
 
 class TapeError(MehvarError, ValueError):
@@ -287,15 +292,17 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
 
 
 def _arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
-    """Put each value before its first use, definitions in the order of the derivation, and drop what no result needs.
+    """Put each value before its first use and drop what no result needs.
 
-    So the place of a value depends on what uses it first, not on how many values there are elsewhere.
+    Calls come first, in the order in which what follows takes them, then definitions in that of the derivation, then
+    results. So the place of a value depends on what uses it, not on how many values there are elsewhere.
     """
-    needed = set(_order(tape_, [v for result in tape_.results for v in result]))
-    place = {tape_.instructions[k].name: k for k in needed}
+    results = [v for result in tape_.results for v in result]
+    place = {tape_.instructions[k].name: k for k in _order(tape_, results)}
     names = derivation.numbers if derivation else ()
-    first = [place[name] for name in names if name in place]
-    return _reordered(tape_, _order(tape_, [*first, *(v for result in tape_.results for v in result)]))
+    roots = [*(place[name] for name in names if name in place), *results]
+    calls = [k for k in _order(tape_, roots) if tape_.instructions[k].op in _CALLS]
+    return _reordered(tape_, _order(tape_, [*calls, *roots]))
 
 
 def prune(tape_: Tape) -> Tape:

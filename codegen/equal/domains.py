@@ -8,7 +8,7 @@ are compared like anything else.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
 from ..equations.document import reached
@@ -20,10 +20,22 @@ Factors = frozenset[int]
 
 
 class Domains:
-    """Writes down the domains of expressions whose names are free."""
+    """Writes down the domains of expressions whose names are free.
 
-    def __init__(self, pool: Pool) -> None:
+    Parameters
+    ----------
+    pool : Pool
+        Holds them.
+    is_positive : callable
+        Whether an expression is proved to be positive.
+    never_has : callable
+        Whether it is proved that an expression never has a sign.
+    """
+
+    def __init__(self, pool: Pool, is_positive: Callable[[int], bool], never_has: Callable[[int, int], bool]) -> None:
         self.pool = pool
+        self._is_positive = is_positive
+        self._never_has = never_has
         self.positive: dict[int, int] = {}
         """What has to be positive, by the factor that says so."""
         self._memo: dict[int, Factors] = {}
@@ -67,6 +79,7 @@ class Domains:
 
     def _inside(self, part: int) -> int:
         """Return the factor that is one where a part is positive."""
+        part = self._signed(part)
         value = self.pool.constant(part)
         if value is not None or self.pool.nodes[part][0] == "const":
             return self.pool.number(value is None or value >= 0)
@@ -74,6 +87,43 @@ class Domains:
         factor = self._case(self.pool.intern("strictgreaterthan", part, zero), self.pool.number(1), zero)
         self.positive[factor] = part
         return factor
+
+    def _signed(self, part: int) -> int:
+        """Return something simpler of the same sign, where a part is a sum with a root, or one times what is positive.
+
+        P + c sqrt(Q) with c > 0 is positive where c^2 Q - P^2 is, and has the sign of P where that is negative.
+        """
+        if self.pool.nodes[part][0] == "mul":
+            rest = [factor for factor in self.pool.operands(part) if not self._is_positive(factor)]
+            return self._signed(rest[0]) if len(rest) == 1 else part
+        if self.pool.nodes[part][0] != "add":
+            return part
+        terms = self.pool.operands(part)
+        roots = [(term, square) for term in terms if (square := self._square_of_root(term)) is not None]
+        if len(roots) != 1:
+            return part
+        ((root, square),) = roots
+        others = self.pool.many("add", [term for term in terms if term != root])
+        margin = difference(self.pool, square, self.pool.power(others, Fraction(2)))
+        if self._never_has(margin, -1):
+            return self.pool.number(1)
+        return self._signed(others) if self._never_has(margin, 1) else part
+
+    def _square_of_root(self, term: int) -> int | None:
+        """Return c^2 Q of c sqrt(Q) with c > 0, else None."""
+        squares = list[int]()
+        rooted = False
+        for factor in self.pool.operands(term) if self.pool.nodes[term][0] == "mul" else (term,):
+            operation, *operands = self.pool.nodes[factor]
+            exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+            if exponent == Fraction(1, 2):
+                rooted = True
+                squares.append(operands[0])
+            elif self._is_positive(factor):
+                squares.append(self.pool.power(factor, Fraction(2)))
+            else:
+                return None
+        return self.pool.many("mul", squares) if rooted else None
 
     def _case(self, condition: int, value: int, other: int) -> int:
         always = self.pool.intern("const", "True")

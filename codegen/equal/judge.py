@@ -9,7 +9,7 @@ had every way, and every pair of ways, reached or excluded.
 
 from __future__ import annotations
 
-from collections import ChainMap
+from collections import ChainMap, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -42,6 +42,11 @@ unseen in one of 10^8 cases. Each further node doubles the joint ways and the po
 _MOST_SIGNED = 512
 """Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
 to the reals, and doubling the points, seconds for a law, would add one node."""
+_FEW_PARTS = 5
+"""Branching parts that two sides do not share, whose joint states are all compared without looking for equal parts."""
+_LOOKS, _LOOK_DIGITS = 8, 12
+"""Points, and digits there, by which equal parts of two sides are paired before they are compared: fewer pair more that
+are not equal, which costs a comparison each, more digits tell apart what differs by rounding."""
 _MOST_DOUBTFUL = 24
 """Joint ways that are looked for among the reals one after the other; more are of the kind of these."""
 _FEW = 16
@@ -150,7 +155,7 @@ class Judge:
         self._free = Meaning(pool, lambda _: None)
         self._squares: dict[int, bool] = {}
         self.written_out = Flat(pool)
-        self._domain = Domains(pool)
+        self._domain = Domains(pool, self._is_positive, self._never_has)
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
@@ -302,16 +307,52 @@ class Judge:
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
-        cut = self._cut(*roots)
-        verdict = self._by_cells(*cut) if cut != roots else None
-        return verdict if verdict is not None and verdict.equal else self._by_cells(*roots)
+        for simpler in (self._cut, self._merged):
+            sides = simpler(*roots)
+            if sides != roots and (verdict := self._by_cells(*sides)).equal:
+                return verdict
+        return self._by_cells(*roots)
 
     def _cut(self, old: int, new: int) -> tuple[int, int]:
         """Return both sides with free numbers in place of the branching parts that they share."""
-        first, second = ({*branching(self.pool, [root])} for root in (old, new))
-        shared = (node for node in first & second if self.pool.nodes[node][0] not in COMPARISONS)
-        free = {node: self.pool.intern("sym", f"shared part {node}") for node in shared}
+        first, second = self._parts(old), self._parts(new)
+        return self._freed(old, new, {node: self._shared(node) for node in first & second})
+
+    def _merged(self, old: int, new: int) -> tuple[int, int]:
+        """Return both sides with free numbers in place of branching parts that are the same function on both.
+
+        A few parts are compared in every joint state anyway.
+        """
+        first, second = self._parts(old), self._parts(new)
+        free = {node: self._shared(node) for node in first & second}
+        if len(first ^ second) <= _FEW_PARTS:
+            return old, new
+        others = defaultdict[Any, list[int]](list)
+        for node in sorted(second - first):
+            others[self._look_of(node)].append(node)
+        for node in sorted(first - second):
+            for other in others[self._look_of(node)]:
+                if other not in free and self._by_cells(*self._freed(node, other, free)).equal:
+                    free[node] = free[other] = self._shared(node)
+                    break
+        return self._freed(old, new, free)
+
+    def _parts(self, root: int) -> set[int]:
+        """Return the branching parts of an expression that have a number as their value."""
+        return {node for node in branching(self.pool, [root]) if self.pool.nodes[node][0] not in COMPARISONS}
+
+    def _shared(self, node: int) -> int:
+        return self.pool.intern("sym", f"shared part {node}")
+
+    def _freed(self, old: int, new: int, free: Mapping[int, int]) -> tuple[int, int]:
         return replaced_nodes(self.pool, old, free), replaced_nodes(self.pool, new, free)
+
+    def _look_of(self, node: int) -> tuple[str, ...]:
+        """Return the values of an expression at some real points, which parts that are equal share."""
+        worlds = self._real[:_LOOKS]
+        return tuple(
+            mpmath.nstr(value, _LOOK_DIGITS) for w in worlds if (value := w[self._free].defined(node)) is not None
+        )
 
     def _by_cells(self, old: int, new: int) -> Verdict:
         from .cells import Cells  # needs numpy, which most comparisons do not
@@ -325,7 +366,7 @@ class Judge:
             doubtful, count = self._doubtful(old, new)
             if count and not doubtful:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
-            outcome = cells.decide(doubtful, self._domain.inside(old, new))
+            outcome = cells.decide(doubtful, self._domain.inside(old, new), bool(count))
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
 
     def never_zero(self, expression: Expression) -> bool:

@@ -49,9 +49,14 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -69,18 +74,13 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
     const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
     const real F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
     const real F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23;
     const real F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real B_x = cos_latitude * t_mt3zp;
     const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
@@ -176,9 +176,14 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -195,18 +200,13 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
     const real F_air = K(0.5) * (p[omega0] * p[omega0]) * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
     const real F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
     const real F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23;
     const real F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real B_x = cos_latitude * t_mt3zp;
     const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
@@ -332,11 +332,11 @@ void satellite_initial(const real *p, const real *s, real *x)
     enum { hy_0 = SATELLITE_S_HY_0 };
     enum { hz_0 = SATELLITE_S_HZ_0 };
     enum { latitude_0 = SATELLITE_S_LATITUDE_0 };
-    const real t_lzjfo = K(0.017453292519943295) * s[roll_0_deg];
-    const real t_vnluj = K(0.017453292519943295) * s[pitch_0_deg];
     const real t_za2q7 = K(0.017453292519943295) * s[yaw_0_deg];
     real sin_t_za2q7, cos_t_za2q7; mv_sincos(t_za2q7, &sin_t_za2q7, &cos_t_za2q7);
+    const real t_vnluj = K(0.017453292519943295) * s[pitch_0_deg];
     real sin_t_vnluj, cos_t_vnluj; mv_sincos(t_vnluj, &sin_t_vnluj, &cos_t_vnluj);
+    const real t_lzjfo = K(0.017453292519943295) * s[roll_0_deg];
     real sin_t_lzjfo, cos_t_lzjfo; mv_sincos(t_lzjfo, &sin_t_lzjfo, &cos_t_lzjfo);
     const real t_l3kew = sin_t_za2q7 * sin_t_vnluj;
     x[0] = t_lzjfo;
@@ -401,9 +401,10 @@ void satellite_momentum(const real *x, const real *p, real *H)
     enum { I_z = SATELLITE_P_I_Z };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -414,7 +415,6 @@ void satellite_momentum(const real *x, const real *p, real *H)
     const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
     const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
     const real C33 = cos_pitch * cos_roll;  /* (3) */
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
@@ -2000,14 +2000,14 @@ void satellite_pd(const real *x, const real *r, const real *v, const real *z, co
     enum { tau_m = SATELLITE_PD_C_TAU_M };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
-    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     const real C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll);  /* (3) */
     const real C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll;  /* (3) */
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
-    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
     const real t_7h4u2 = K(-1.0) + model_pole;
     const real t_zugk2 = t_7h4u2 * t_7h4u2;
     const real t_7h4u2_2 = model_pole + model_pole;

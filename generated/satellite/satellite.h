@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "728e2adb9ac499e8f25bc2bd80d14532b7e4d2e7951bdaa81016025d55eeefbb"
+#define SATELLITE_HASH "e43e20f2c539c929e5268ac428060ce3d3c5a13e9b9a0f7c690aa2a736678827"
 
 /* state x */
 enum {

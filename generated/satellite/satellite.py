@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "728e2adb9ac499e8f25bc2bd80d14532b7e4d2e7951bdaa81016025d55eeefbb"
+HASH = "e43e20f2c539c929e5268ac428060ce3d3c5a13e9b9a0f7c690aa2a736678827"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -125,9 +125,14 @@ def rhs(x, u, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -145,18 +150,13 @@ def rhs(x, u, p):
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
         F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23
         F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
         B_z = (t_mt3zp + t_mt3zp) * sin_latitude
@@ -260,9 +260,14 @@ def outputs(x, u, r, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -279,18 +284,13 @@ def outputs(x, u, r, p):
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
         F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23
         F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
         B_z = (t_mt3zp + t_mt3zp) * sin_latitude
@@ -428,11 +428,11 @@ def initial(p, s):
         hy_0 = s[..., 4]
         hz_0 = s[..., 5]
         latitude_0 = s[..., 6]
-        t_lzjfo = 0.017453292519943295 * roll_0_deg
-        t_vnluj = 0.017453292519943295 * pitch_0_deg
         t_za2q7 = 0.017453292519943295 * yaw_0_deg
         sin_t_za2q7, cos_t_za2q7 = np.sin(t_za2q7), np.cos(t_za2q7)
+        t_vnluj = 0.017453292519943295 * pitch_0_deg
         sin_t_vnluj, cos_t_vnluj = np.sin(t_vnluj), np.cos(t_vnluj)
+        t_lzjfo = 0.017453292519943295 * roll_0_deg
         sin_t_lzjfo, cos_t_lzjfo = np.sin(t_lzjfo), np.cos(t_lzjfo)
         t_l3kew = sin_t_za2q7 * sin_t_vnluj
         return _vector(
@@ -505,9 +505,10 @@ def momentum(x, p):
         I_z = p[..., 2]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -518,7 +519,6 @@ def momentum(x, p):
         C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
         C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
         C33 = cos_pitch * cos_roll  # (3)
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
         t_id7q2 = hx + wx * I_x
@@ -2189,14 +2189,14 @@ def pd(x, r, v, z, p, c):
         tau_m = c[..., 9]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
-        C12 = cos_pitch * sin_yaw  # (3)
         sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        model_pole = np.exp(-(Ts / tau_m))
+        C12 = cos_pitch * sin_yaw  # (3)
         C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll)  # (3)
         C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll  # (3)
         rate_x = wx + C12 * omega0  # (4)
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
-        model_pole = np.exp(-(Ts / tau_m))
         t_7h4u2 = -1.0 + model_pole
         t_zugk2 = t_7h4u2 * t_7h4u2
         t_7h4u2_2 = model_pole + model_pole
@@ -2391,9 +2391,14 @@ def jac_x(x, u, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = sin_roll * cos_yaw
         t_jt2xw = cos_roll * sin_yaw
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -2415,9 +2420,6 @@ def jac_x(x, u, p):
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
         t_xuwva = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
@@ -2425,9 +2427,7 @@ def jac_x(x, u, p):
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
         t_4hawg = t_mt3zp + t_mt3zp
@@ -2740,8 +2740,13 @@ def jvp(x, u, p, along_x, along_u):
         along_Tz = along_u[..., 2]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
-        C11 = cos_pitch * cos_yaw  # (3)
         sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        C11 = cos_pitch * cos_yaw  # (3)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -2757,9 +2762,7 @@ def jvp(x, u, p, along_x, along_u):
         t_xcu2m = omega0 * omega0
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
         t_4hawg = t_mt3zp + t_mt3zp
@@ -2796,9 +2799,6 @@ def jvp(x, u, p, along_x, along_u):
             + (C33 * t_yqatx - B_z * t_duf4v)
         )
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_latitude))
         t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
@@ -2931,9 +2931,14 @@ def outputs_jac(x, u, r, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = sin_roll * cos_yaw
         t_jt2xw = cos_roll * sin_yaw
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -2951,9 +2956,6 @@ def outputs_jac(x, u, r, p):
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
         t_xuwva = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
@@ -2961,9 +2963,7 @@ def outputs_jac(x, u, r, p):
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
         t_4hawg = t_mt3zp + t_mt3zp
@@ -3296,9 +3296,14 @@ def jac_p(x, u, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -3319,9 +3324,6 @@ def jac_p(x, u, p):
         t_ntete = area * solar_pressure
         t_njqbq = 1.0 + reflectance
         t_4jzgd = t_ntete * t_njqbq
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
         t_72a22 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
@@ -3330,10 +3332,8 @@ def jac_p(x, u, p):
         F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
         F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23
         F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_dmyza = t_pnzyy * sin_inclination
         B_x = cos_latitude * t_dmyza
         B_z = (t_dmyza + t_dmyza) * sin_latitude
@@ -3834,9 +3834,14 @@ def outputs_jac_p(x, u, r, p):
         sun_elevation = p[..., 27]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -3856,9 +3861,6 @@ def outputs_jac_p(x, u, r, p):
         t_ntete = area * solar_pressure
         t_njqbq = 1.0 + reflectance
         t_4jzgd = t_ntete * t_njqbq
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
         t_72a22 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
@@ -3867,10 +3869,8 @@ def outputs_jac_p(x, u, r, p):
         F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
         F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23
         F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_dmyza = t_pnzyy * sin_inclination
         B_x = cos_latitude * t_dmyza
         B_z = (t_dmyza + t_dmyza) * sin_latitude
@@ -6930,8 +6930,9 @@ def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         along_wm2_yaw = along_z[..., 8]
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
-        C12 = cos_pitch * sin_yaw  # (3)
         sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        model_pole = np.exp(-(Ts / tau_m))
+        C12 = cos_pitch * sin_yaw  # (3)
         t_wcbyi = sin_yaw * sin_roll
         C22 = cos_yaw * cos_roll + sin_pitch * t_wcbyi  # (3)
         t_jt2xw = sin_yaw * cos_roll
@@ -6939,7 +6940,6 @@ def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         rate_x = wx + C12 * omega0  # (4)
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
-        model_pole = np.exp(-(Ts / tau_m))
         m_z3d63 = (0.5 < follow_model)
         u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
         u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
@@ -7045,20 +7045,20 @@ def rhs_prepare(p):
         solar_pressure = p[..., 24]
         reflectance = p[..., 25]
         sun_elevation = p[..., 27]
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_xcu2m = omega0 * omega0
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         t_dukwy = I_z + Iw_z
         t_l4gxo = I_x + Iw_x
         return _vector(
+            cos_sun_elevation,
             F_air,
             t_o4eym,
-            cos_sun_elevation,
             t_o4eym * sin_sun_elevation,
             t_mt3zp,
             t_mt3zp + t_mt3zp,
@@ -7107,9 +7107,9 @@ def rhs_prepared(x, u, p, h):
         arm_z = p[..., 23]
         sun_latitude = p[..., 26]
         (
+            cos_sun_elevation,
             F_air,
             t_o4eym,
-            cos_sun_elevation,
             t_cokzx,
             t_mt3zp,
             t_4hawg,
@@ -7128,9 +7128,12 @@ def rhs_prepared(x, u, p, h):
         ) = np.moveaxis(h, -1, 0)
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -7144,14 +7147,11 @@ def rhs_prepared(x, u, p, h):
         rate_x = wx + C12 * omega0  # (4)
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_3laeq = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_ghdyt = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_x = t_3laeq * C11 + t_cokzx * C12 - t_ghdyt * sin_pitch
         F_y = t_3laeq * C21 + t_cokzx * C22 + t_ghdyt * C23
         F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         B_x = cos_latitude * t_mt3zp
         B_z = t_4hawg * sin_latitude
         t_ofbsp = B_x * C31 - t_xdhrg * C32 + B_z * C33
@@ -7228,17 +7228,17 @@ def outputs_prepare(p):
         solar_pressure = p[..., 24]
         reflectance = p[..., 25]
         sun_elevation = p[..., 27]
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_woyh3 = orbit_radius * orbit_radius
         F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
-        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
-        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         return _vector(
+            cos_sun_elevation,
             F_air,
             t_o4eym,
-            cos_sun_elevation,
             t_o4eym * sin_sun_elevation,
             t_mt3zp,
             t_mt3zp + t_mt3zp,
@@ -7275,9 +7275,9 @@ def outputs_prepared(x, u, r, p, h):
         arm_z = p[..., 23]
         sun_latitude = p[..., 26]
         (
+            cos_sun_elevation,
             F_air,
             t_o4eym,
-            cos_sun_elevation,
             t_cokzx,
             t_mt3zp,
             t_4hawg,
@@ -7288,9 +7288,12 @@ def outputs_prepared(x, u, r, p, h):
         ) = np.moveaxis(h, -1, 0)
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         C11 = cos_pitch * cos_yaw  # (3)
         C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         t_yxoxk = cos_yaw * sin_roll
         t_jt2xw = sin_yaw * cos_roll
         C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
@@ -7304,14 +7307,11 @@ def outputs_prepared(x, u, r, p, h):
         rate_x = wx + C12 * omega0  # (4)
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
-        t_cbxhz = latitude - sun_latitude
-        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_3laeq = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_ghdyt = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
         F_x = t_3laeq * C11 + t_cokzx * C12 - t_ghdyt * sin_pitch
         F_y = t_3laeq * C21 + t_cokzx * C22 + t_ghdyt * C23
         F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
-        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         B_x = cos_latitude * t_mt3zp
         B_z = t_4hawg * sin_latitude
         t_ofbsp = B_x * C31 - t_xdhrg * C32 + B_z * C33
@@ -8876,8 +8876,8 @@ def pd_prepared(x, r, v, z, p, c, h):
         ) = np.moveaxis(h, -1, 0)
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
-        C12 = cos_pitch * sin_yaw  # (3)
         sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        C12 = cos_pitch * sin_yaw  # (3)
         C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll)  # (3)
         C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll  # (3)
         rate_x = wx + C12 * omega0  # (4)

@@ -2222,8 +2222,9 @@ void satellite_pd_jvp(const real *x, const real *r, const real *v, const real *z
     enum { along_wm2_yaw = 8 };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
-    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     const real t_wcbyi = sin_yaw * sin_roll;
     const real C22 = cos_yaw * cos_roll + sin_pitch * t_wcbyi;  /* (3) */
     const real t_jt2xw = sin_yaw * cos_roll;
@@ -2231,7 +2232,6 @@ void satellite_pd_jvp(const real *x, const real *r, const real *v, const real *z
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
-    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
     const mask m_z3d63 = LT(K(0.5), c[follow_model]);
     const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
     const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */

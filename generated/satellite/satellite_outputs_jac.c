@@ -37,9 +37,14 @@ void satellite_outputs_jac(const real *x, const real *u, const real *r, const re
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = sin_roll * cos_yaw;
     const real t_jt2xw = cos_roll * sin_yaw;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -57,9 +62,6 @@ void satellite_outputs_jac(const real *x, const real *u, const real *r, const re
     const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
     const real F_air = K(0.5) * (p[omega0] * p[omega0]) * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz);
     const real t_xuwva = t_w63c6 - F_air;
     const real t_q5gsa = sin_pitch * t_fdgli;
@@ -67,9 +69,7 @@ void satellite_outputs_jac(const real *x, const real *u, const real *r, const re
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
     const real F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real B_x = cos_latitude * t_mt3zp;
     const real t_4hawg = t_mt3zp + t_mt3zp;

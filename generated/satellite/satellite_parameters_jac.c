@@ -49,9 +49,14 @@ void satellite_jac_p(const real *x, const real *u, const real *p, real *J)
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -72,9 +77,6 @@ void satellite_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_ntete = p[area] * p[solar_pressure];
     const real t_njqbq = K(1.0) + p[reflectance];
     const real t_4jzgd = t_ntete * t_njqbq;
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_ekgtu = cos_sun_elevation * sin_t_cbxhz;
     const real t_72a22 = t_4jzgd * t_ekgtu - F_air;
     const real t_yye7w = t_4jzgd * sin_sun_elevation;
@@ -83,10 +85,8 @@ void satellite_jac_p(const real *x, const real *u, const real *p, real *J)
     const real F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch;
     const real F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23;
     const real F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_u74gp = K(1.0) / (p[orbit_radius] * t_woyh3);
     const real t_pnzyy = p[field_moment] * t_u74gp;
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_dmyza = t_pnzyy * sin_inclination;
     const real B_x = cos_latitude * t_dmyza;
     const real B_z = (t_dmyza + t_dmyza) * sin_latitude;
@@ -582,9 +582,14 @@ void satellite_outputs_jac_p(const real *x, const real *u, const real *r, const 
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -604,9 +609,6 @@ void satellite_outputs_jac_p(const real *x, const real *u, const real *r, const 
     const real t_ntete = p[area] * p[solar_pressure];
     const real t_njqbq = K(1.0) + p[reflectance];
     const real t_4jzgd = t_ntete * t_njqbq;
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_ekgtu = cos_sun_elevation * sin_t_cbxhz;
     const real t_72a22 = t_4jzgd * t_ekgtu - F_air;
     const real t_yye7w = t_4jzgd * sin_sun_elevation;
@@ -615,10 +617,8 @@ void satellite_outputs_jac_p(const real *x, const real *u, const real *r, const 
     const real F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch;
     const real F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23;
     const real F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_u74gp = K(1.0) / (p[orbit_radius] * t_woyh3);
     const real t_pnzyy = p[field_moment] * t_u74gp;
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_dmyza = t_pnzyy * sin_inclination;
     const real B_x = cos_latitude * t_dmyza;
     const real B_z = (t_dmyza + t_dmyza) * sin_latitude;

@@ -8,9 +8,9 @@
 
 /* Places of h. */
 enum {
+    rhs_h_cos_sun_elevation,
     rhs_h_F_air,
     rhs_h_t_o4eym,
-    rhs_h_cos_sun_elevation,
     rhs_h_t_cokzx,
     rhs_h_t_mt3zp,
     rhs_h_t_4hawg,
@@ -49,19 +49,19 @@ void satellite_rhs_prepare(const real *p, real *h)
     enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
     enum { reflectance = SATELLITE_P_REFLECTANCE };
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_xcu2m = p[omega0] * p[omega0];
     const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
     const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real t_dukwy = p[I_z] + p[Iw_z];
     const real t_l4gxo = p[I_x] + p[Iw_x];
+    h[rhs_h_cos_sun_elevation] = cos_sun_elevation;
     h[rhs_h_F_air] = F_air;
     h[rhs_h_t_o4eym] = t_o4eym;
-    h[rhs_h_cos_sun_elevation] = cos_sun_elevation;
     h[rhs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
     h[rhs_h_t_mt3zp] = t_mt3zp;
     h[rhs_h_t_4hawg] = t_mt3zp + t_mt3zp;
@@ -107,9 +107,9 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     enum { arm_y = SATELLITE_P_ARM_Y };
     enum { arm_z = SATELLITE_P_ARM_Z };
     enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { cos_sun_elevation = rhs_h_cos_sun_elevation };
     enum { F_air = rhs_h_F_air };
     enum { t_o4eym = rhs_h_t_o4eym };
-    enum { cos_sun_elevation = rhs_h_cos_sun_elevation };
     enum { t_cokzx = rhs_h_t_cokzx };
     enum { t_mt3zp = rhs_h_t_mt3zp };
     enum { t_4hawg = rhs_h_t_4hawg };
@@ -127,9 +127,12 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     enum { t_eah32 = rhs_h_t_eah32 };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -143,14 +146,11 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_3laeq = h[t_o4eym] * (h[cos_sun_elevation] * sin_t_cbxhz) - h[F_air];
     const real t_ghdyt = h[t_o4eym] * (h[cos_sun_elevation] * cos_t_cbxhz);
     const real F_x = t_3laeq * C11 + h[t_cokzx] * C12 - t_ghdyt * sin_pitch;
     const real F_y = t_3laeq * C21 + h[t_cokzx] * C22 + t_ghdyt * C23;
     const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real B_x = cos_latitude * h[t_mt3zp];
     const real B_z = h[t_4hawg] * sin_latitude;
     const real t_ofbsp = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
@@ -204,9 +204,9 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
 
 /* Places of h. */
 enum {
+    outputs_h_cos_sun_elevation,
     outputs_h_F_air,
     outputs_h_t_o4eym,
-    outputs_h_cos_sun_elevation,
     outputs_h_t_cokzx,
     outputs_h_t_mt3zp,
     outputs_h_t_4hawg,
@@ -232,16 +232,16 @@ void satellite_outputs_prepare(const real *p, real *h)
     enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
     enum { reflectance = SATELLITE_P_REFLECTANCE };
     enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
     const real F_air = K(0.5) * (p[omega0] * p[omega0]) * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
-    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
-    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
+    h[outputs_h_cos_sun_elevation] = cos_sun_elevation;
     h[outputs_h_F_air] = F_air;
     h[outputs_h_t_o4eym] = t_o4eym;
-    h[outputs_h_cos_sun_elevation] = cos_sun_elevation;
     h[outputs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
     h[outputs_h_t_mt3zp] = t_mt3zp;
     h[outputs_h_t_4hawg] = t_mt3zp + t_mt3zp;
@@ -276,9 +276,9 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     enum { arm_y = SATELLITE_P_ARM_Y };
     enum { arm_z = SATELLITE_P_ARM_Z };
     enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { cos_sun_elevation = outputs_h_cos_sun_elevation };
     enum { F_air = outputs_h_F_air };
     enum { t_o4eym = outputs_h_t_o4eym };
-    enum { cos_sun_elevation = outputs_h_cos_sun_elevation };
     enum { t_cokzx = outputs_h_t_cokzx };
     enum { t_mt3zp = outputs_h_t_mt3zp };
     enum { t_4hawg = outputs_h_t_4hawg };
@@ -288,9 +288,12 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     enum { t_p2zbo = outputs_h_t_p2zbo };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real C11 = cos_pitch * cos_yaw;  /* (3) */
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
-    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real t_yxoxk = cos_yaw * sin_roll;
     const real t_jt2xw = sin_yaw * cos_roll;
     const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
@@ -304,14 +307,11 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
-    const real t_cbxhz = x[latitude] - p[sun_latitude];
-    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_3laeq = h[t_o4eym] * (h[cos_sun_elevation] * sin_t_cbxhz) - h[F_air];
     const real t_ghdyt = h[t_o4eym] * (h[cos_sun_elevation] * cos_t_cbxhz);
     const real F_x = t_3laeq * C11 + h[t_cokzx] * C12 - t_ghdyt * sin_pitch;
     const real F_y = t_3laeq * C21 + h[t_cokzx] * C22 + t_ghdyt * C23;
     const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
-    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real B_x = cos_latitude * h[t_mt3zp];
     const real B_z = h[t_4hawg] * sin_latitude;
     const real t_ofbsp = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
@@ -1826,8 +1826,8 @@ void satellite_pd_prepared(const real *x, const real *r, const real *v, const re
     enum { t_zugk2_2 = pd_h_t_zugk2_2 };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
-    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
     const real C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll);  /* (3) */
     const real C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll;  /* (3) */
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */

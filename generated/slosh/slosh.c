@@ -48,6 +48,12 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
@@ -77,13 +83,9 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -91,8 +93,6 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -438,6 +438,12 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -465,13 +471,9 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -479,8 +481,6 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -805,6 +805,14 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
@@ -834,13 +842,9 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -848,8 +852,6 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -1136,8 +1138,6 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
         - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
@@ -1202,6 +1202,12 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
@@ -1236,13 +1242,9 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
@@ -1252,8 +1254,6 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_adduy = cos_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
@@ -1679,6 +1679,14 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
@@ -1713,13 +1721,9 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
@@ -1729,8 +1733,6 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_adduy = cos_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
@@ -2075,8 +2077,6 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real t_krap6_2 = X_x3 - X_x6 * x_C;
     const real t_7qsh6 = W13 - X_x6;
     const real t_3ipx7 = X_x5 - W12;
-    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
@@ -2145,6 +2145,18 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     enum { l2 = SLOSH_P_L2 };
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -2159,10 +2171,6 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -2229,15 +2237,7 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const real t_6dtnj_2 = K(1.0) / K_D2;
     const real K_L32 = t_upifj * t_6dtnj_2;
     const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
-    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
-    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
-    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
-    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * (K(1.0) / mv_cos(p[delta2_max]))))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_appoi = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
@@ -2372,6 +2372,10 @@ void slosh_energy(const real *x, const real *p, real *energy)
     enum { l2 = SLOSH_P_L2 };
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_qux2u = x[wy] * x[wy];
     const real t_twhcz = x[phi1_dot] + x[wx];
     const real t_z5xwk = x[theta1_dot] + x[wz];
@@ -2382,9 +2386,7 @@ void slosh_energy(const real *x, const real *p, real *energy)
     const real t_pwb5x = p[b] * x[wy] + x[vz];
     const real t_jbwqe = x[vy] - p[h0] * x[wz];
     const real t_plir6 = p[h0] * x[wy] + x[vz];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_uu25d = sin_phi1 * p[l1];
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real t_mdgjb = t_uu25d * (cos_theta1 * x[wy])
         + x[vx]
         - t_uu25d * (sin_theta1 * x[wz])
@@ -2404,8 +2406,6 @@ void slosh_energy(const real *x, const real *p, real *energy)
         + t_gmx3d * cos_theta1
         + t_nifmf * x[wx]
         - t_nifmf * x[theta1_dot];
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_pgd7h = sin_phi2 * p[l2];
     const real t_naqak = cos_theta2 * x[wy] * t_pgd7h
         + x[vx]
@@ -2470,17 +2470,17 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     enum { l2 = SLOSH_P_L2 };
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_zig7f = K(0.5) * p[m1];
     const real t_biiqk = x[vx] + x[vx];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_uu25d = sin_phi1 * p[l1];
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real t_y53hc = t_uu25d * (sin_theta1 * x[wz]);
     const real t_q2sfi = t_uu25d * (cos_theta1 * x[wy]);
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_fha3f = K(0.5) * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_pgd7h = sin_phi2 * p[l2];
     const real t_jdyu6 = sin_theta2 * x[wz] * t_pgd7h;
     const real t_xza42 = cos_theta2 * x[wy] * t_pgd7h;
@@ -2620,20 +2620,174 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real G2_any = W12 + reduced[alpha3];
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real G3_any = W13 - reduced[alpha2];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_any = reduced[ay] + G2_any * x_C;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real a3_any = reduced[az] + G3_any * x_C;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_any = n3
+        + G2_any * K53
+        + G3_any * K63
+        + K32 * a2_any
+        + K33 * a3_any
+        + K43 * reduced[alpha1];
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_rueya = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_any * t_6iku5
+        + G3_any * t_6iku5_2
+        + t_f2nhc_2 * a2_any
+        + t_f2nhc * a3_any
+        + t_hig3c_3 * reduced[alpha1];
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_any = n2
+        + G2_any * K52
+        - G3_any * t_edvw3
+        + K22 * a2_any
+        + K32 * a3_any
+        - t_belws * reduced[alpha1];
+    const real t_3yved = K11 * t_rueya + t_f2nhc_2 * q2_any + t_f2nhc * q3_any;
+    const real PP_any = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_pogp7 = PP_any * (t_rueya * t_rueya - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
+    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3yved * t_3yved - t_pogp7));
+    const real ax_any = (root_any + t_3yved) / PP_any;
+    const real f3_any = q3_any - t_f2nhc * ax_any;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_any = q2_any - t_f2nhc_2 * ax_any;
+    const real sin_d2_any = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_any * t_y7rm6));
+    const real cos_d2_any = mv_sqrt(K(1.0) - sin_d2_any * sin_d2_any);
+    const real delta1_any = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_any * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_any)))));
+    const real delta2_any = mv_asin(sin_d2_any);
+    real sin_delta2_any, cos_delta2_any; mv_sincos(delta2_any, &sin_delta2_any, &cos_delta2_any);
+    real sin_delta1_any, cos_delta1_any; mv_sincos(delta1_any, &sin_delta1_any, &cos_delta1_any);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -2643,142 +2797,42 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -2786,23 +2840,16 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -2812,79 +2859,32 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real t_lsqzr = t_mjqai + F_t1 * e1;
     const real t_rbrf6 = t_ogbts + F_t2 * e2;
     const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_lsqzr * cos_theta1
         + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
     const real t_6dtnj_2 = K(1.0) / K_D2;
     const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real G2_any = W12 + reduced[alpha3];
-    const real G3_any = W13 - reduced[alpha2];
-    const real a2_any = reduced[ay] + G2_any * x_C;
-    const real a3_any = reduced[az] + G3_any * x_C;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_any = n2
-        + G2_any * K52
-        - G3_any * t_edvw3_2
-        + K22 * a2_any
-        + K32 * a3_any
-        - t_belws * reduced[alpha1];
-    const real q3_any = n3
-        + G2_any * K53
-        + G3_any * K63
-        + K32 * a2_any
-        + K33 * a3_any
-        + K43 * reduced[alpha1];
-    const real PP_any = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_rueya = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_any * t_6iku5
-        + G3_any * t_6iku5_2
-        + t_f2nhc * a2_any
-        + t_f2nhc_2 * a3_any
-        + t_hig3c_6 * reduced[alpha1];
-    const real t_3yved = K11 * t_rueya + t_f2nhc * q2_any + t_f2nhc_2 * q3_any;
-    const real t_pogp7 = PP_any * (t_rueya * t_rueya - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
-    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3yved * t_3yved - t_pogp7));
-    const real ax_any = (root_any + t_3yved) / PP_any;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real f1_any = K11 * ax_any - t_rueya;
-    const real f2_any = q2_any - t_f2nhc * ax_any;
-    const real f3_any = q3_any - t_f2nhc_2 * ax_any;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real sin_d2_any = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_any * t_y7rm6));
-    const real cos_d2_any = mv_sqrt(K(1.0) - sin_d2_any * sin_d2_any);
-    const real delta1_any = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_any * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_any)))));
-    const real delta2_any = mv_asin(sin_d2_any);
-    real sin_delta2_any, cos_delta2_any; mv_sincos(delta2_any, &sin_delta2_any, &cos_delta2_any);
     const real t_qh3cx = p[F] * cos_delta2_any;
-    real sin_delta1_any, cos_delta1_any; mv_sincos(delta1_any, &sin_delta1_any, &cos_delta1_any);
     const real df1_any = t_qh3cx * cos_delta1_any - f1_any;
     const real t_jczim = p[F] * sin_delta2_any;
     const real df2_any = t_jczim - f2_any;
@@ -2897,8 +2897,8 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real Mx_any = n4
         + G2_any * K54
         + G3_any * K64
-        - t_hig3c_6 * ax_any
-        - t_hig3c_6 * da_any_x1
+        - t_hig3c_3 * ax_any
+        - t_hig3c_3 * da_any_x1
         - t_belws * a2_any
         - t_belws * da_any_x2
         + K43 * a3_any
@@ -2911,8 +2911,8 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
         - G3_any * K66
         + t_6iku5_2 * ax_any
         + t_6iku5_2 * da_any_x1
-        + t_edvw3_2 * a2_any
-        + t_edvw3_2 * da_any_x2
+        + t_edvw3 * a2_any
+        + t_edvw3 * da_any_x2
         - K63 * a3_any
         - K63 * da_any_x3
         - K64 * reduced[alpha1];
@@ -2971,11 +2971,13 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real t_frhni = t_yx2kz * sin_theta1;
     const real cz_phi1 = sin_theta1 * t_pv3py * p[h1] - t_frhni;  /* (25) */
@@ -2988,9 +2990,7 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real t_hhb7k = sin_theta2 * t_frp3h;
     const real cz_phi2 = t_aafcb * sin_theta2 * p[h2] - t_hhb7k;  /* (25) */
     const real t_mlci7 = sin_phi2 * sin_phi2 * t_frp3h;
@@ -3076,6 +3076,10 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
@@ -3099,8 +3103,6 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
     const real t_rzamr = cos_theta1 * x[wz];
@@ -3111,8 +3113,6 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real chi1 = cos_phi1 * w_x1 - t_l4ozg * sin_phi1;
     const real t_zo72f = t_l4ozg * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_zo72f * t_zo72f + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
     const real t_adduy = cos_theta2 * x[wz];
@@ -3527,6 +3527,10 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -3545,8 +3549,6 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -3554,8 +3556,6 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -3759,25 +3759,380 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_loou6 = t_dxtpc * t_lgf4h;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_mszyx = t_hciml * t_6pfo6;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
+        - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real t_aqbxr = x[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_n7l2g = t_doiln * t_6pfo6;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6pfo6_2
+        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real t_4maxk = D_theta1 * x[theta1_dot];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
+    const real t_prfqf = Wn1 * x[wx];
+    const real k_theta1 = loss_theta1
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real t_qu7qb = D_theta2 * x[theta2_dot];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * x[theta2_dot];
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_6pfo6_2 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_4pqij = D1 * x[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
+    const real t_lzacu = D2 * x[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real g2_v1 = x[att2] * c[r5]
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h * x[wx] + cz_theta1 * x[wz] + t_4maxk);
+    const real t_dhnrr = t_hciml * (cy_theta2 * x[wy] - t_6pfo6 * x[wx] + cz_theta2 * x[wz] + t_qu7qb);
+    const real B_v1 = t_wij2f
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real C_v1 = t_aqbxr
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_bewoy;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_asytu;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_edvw3
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_belws * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -3787,146 +4142,42 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -3934,23 +4185,16 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -3960,276 +4204,32 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real t_lsqzr = t_mjqai + F_t1 * e1;
     const real t_rbrf6 = t_ogbts + F_t2 * e2;
     const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_lsqzr * cos_theta1
         + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = x[wx] * x[wx];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
-    const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
-        - t_lgf4h * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
-        - t_yx2kz * t_l4ozg * x[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
-        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
-    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * x[wx];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
-        - Dd_theta1 * x[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_n7l2g = t_doiln * t_6pfo6_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
-        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
-        - t_doiln * t_frp3h * x[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
-        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * x[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
-    const real t_wij2f = x[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * x[phi1_dot];
-    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * x[phi2_dot];
-    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
-    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
-    const real t_4maxk = D_theta1 * x[theta1_dot];
-    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz] + t_4maxk);
-    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
-    const real t_qu7qb = D_theta2 * x[theta2_dot];
-    const real t_dhnrr = t_hciml * (cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz] + t_qu7qb);
-    const real B_v1 = t_wij2f
-        - t_xlxwl * gy_phi1
-        - t_hgt7a * gy_phi2
-        - t_z6ntf * gy_theta1
-        - t_dhnrr * gy_theta2;  /* (29) */
-    const real t_aqbxr = x[vz] * c[r2];
-    const real C_v1 = t_aqbxr
-        - t_xlxwl * gz_phi1
-        - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real g1_v1 = x[att1] * c[r3]
-        - t_aqbxr * x[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
-        + x[vy] * x[vz] * c[r1];  /* (29) */
-    const real g2_v1 = x[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-        + x[vx] * x[vz] * c[r2];  /* (29) */
-    const real g3_v1 = x[att3] * c[r7]
-        - t_wij2f * x[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
-    const real f11_v1 = c[r4]
-        - t_hyv47 * (p[I1] * p[I1])
-        - t_pi35k * (p[I2] * p[I2])
-        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
-        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_loou6 = t_dxtpc * t_lgf4h_2;
-    const real t_mszyx = t_hciml * t_6pfo6_2;
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
-    const real f22_v1 = c[r6]
-        - t_hyv47 * (t_2ksfs * t_2ksfs)
-        - t_pi35k * (t_zshn6 * t_zshn6)
-        - t_dxtpc * (cy_theta1 * cy_theta1)
-        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
-    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
-        + t_pi35k * t_zshn6 * cz_phi2
-        - t_dxtpc * cy_theta1 * cz_theta1
-        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
-    const real f33_v1 = c[r8]
-        - t_hyv47 * (cz_phi1 * cz_phi1)
-        - t_pi35k * (cz_phi2 * cz_phi2)
-        - t_dxtpc * (cz_theta1 * cz_theta1)
-        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_3 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj_3;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_hig3c_6 * t_bewoy - t_asytu;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
-    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_3;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
-    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
@@ -4237,13 +4237,13 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
     const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
     const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_hig3c_6 * ax_v1
-        - t_hig3c_6 * da_v1_x1
+        - t_hig3c_3 * ax_v1
+        - t_hig3c_3 * da_v1_x1
         - t_belws * a2_v1
         - t_belws * da_v1_x2
         + K43 * a3_v1
@@ -4256,8 +4256,8 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - G3_v1 * K66
         + t_6iku5_2 * ax_v1
         + t_6iku5_2 * da_v1_x1
-        + t_edvw3_2 * a2_v1
-        + t_edvw3_2 * da_v1_x2
+        + t_edvw3 * a2_v1
+        + t_edvw3 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
         + K64 * t_bewoy;
@@ -4337,44 +4337,13 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
-    const real t_os4zj = p[l1] * p[l1];
-    const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_nfvux = p[l2] * p[l2];
-    const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -4389,10 +4358,8 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -4408,7 +4375,26 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
     const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real me1 = t_wywjk * p[I1];
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real me2 = t_jzg7x * p[I2];
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
     const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
@@ -4417,7 +4403,11 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
     const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real e2 = p[h2] - x_C;
     const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
     const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
     const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
@@ -4637,6 +4627,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
@@ -4717,16 +4708,25 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
@@ -5055,25 +5055,386 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_loou6 = t_dxtpc * t_lgf4h;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_mszyx = t_hciml * t_6pfo6;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
+        - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * q[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_n7l2g = t_doiln * t_6pfo6;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6pfo6_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_4maxk = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_qu7qb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_6pfo6_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_4pqij = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
+    const real t_lzacu = D2 * q[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real g2_v1 = q[att2] * c[r5]
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk);
+    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
+    const real B_v1 = t_wij2f
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real C_v1 = t_aqbxr
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_bewoy;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_asytu;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_edvw3
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_belws * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -5083,146 +5444,42 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -5230,23 +5487,16 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -5256,276 +5506,32 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real t_lsqzr = t_mjqai + F_t1 * e1;
     const real t_rbrf6 = t_ogbts + F_t2 * e2;
     const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_lsqzr * cos_theta1
         + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = q[wx] * q[wx];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
-    const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_lgf4h
-        - t_lgf4h * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
-        - t_yx2kz * t_l4ozg * q[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * q[wx] * p[m1]
-        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
-    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * q[wx];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
-        - Dd_theta1 * q[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_n7l2g = t_doiln * t_6pfo6_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6pfo6
-        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
-        - t_doiln * t_frp3h * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * q[wx] * p[m2]
-        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * q[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_6pfo6 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * q[theta1_dot];
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
-    const real t_wij2f = q[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * q[phi1_dot];
-    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * q[phi2_dot];
-    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
-    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
-    const real t_4maxk = D_theta1 * q[theta1_dot];
-    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h_2 * q[wx] + cz_theta1 * q[wz] + t_4maxk);
-    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
-    const real t_qu7qb = D_theta2 * q[theta2_dot];
-    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6_2 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
-    const real B_v1 = t_wij2f
-        - t_xlxwl * gy_phi1
-        - t_hgt7a * gy_phi2
-        - t_z6ntf * gy_theta1
-        - t_dhnrr * gy_theta2;  /* (29) */
-    const real t_aqbxr = q[vz] * c[r2];
-    const real C_v1 = t_aqbxr
-        - t_xlxwl * gz_phi1
-        - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real g1_v1 = q[att1] * c[r3]
-        - t_aqbxr * q[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
-        + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real g2_v1 = q[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-        + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real g3_v1 = q[att3] * c[r7]
-        - t_wij2f * q[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
-    const real f11_v1 = c[r4]
-        - t_hyv47 * (p[I1] * p[I1])
-        - t_pi35k * (p[I2] * p[I2])
-        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
-        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_loou6 = t_dxtpc * t_lgf4h_2;
-    const real t_mszyx = t_hciml * t_6pfo6_2;
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
-    const real f22_v1 = c[r6]
-        - t_hyv47 * (t_2ksfs * t_2ksfs)
-        - t_pi35k * (t_zshn6 * t_zshn6)
-        - t_dxtpc * (cy_theta1 * cy_theta1)
-        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
-    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
-        + t_pi35k * t_zshn6 * cz_phi2
-        - t_dxtpc * cy_theta1 * cz_theta1
-        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
-    const real f33_v1 = c[r8]
-        - t_hyv47 * (cz_phi1 * cz_phi1)
-        - t_pi35k * (cz_phi2 * cz_phi2)
-        - t_dxtpc * (cz_theta1 * cz_theta1)
-        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_3 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj_3;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_hig3c_6 * t_bewoy - t_asytu;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
-    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_3;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
-    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
@@ -5534,13 +5540,13 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
     const real t_6dtnj_4 = K(1.0) / K_D3;
     const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_hig3c_6 * ax_v1
-        - t_hig3c_6 * da_v1_x1
+        - t_hig3c_3 * ax_v1
+        - t_hig3c_3 * da_v1_x1
         - t_belws * a2_v1
         - t_belws * da_v1_x2
         + K43 * a3_v1
@@ -5553,8 +5559,8 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - G3_v1 * K66
         + t_6iku5_2 * ax_v1
         + t_6iku5_2 * da_v1_x1
-        + t_edvw3_2 * a2_v1
-        + t_edvw3_2 * da_v1_x2
+        + t_edvw3 * a2_v1
+        + t_edvw3 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
         + K64 * t_bewoy;
@@ -5569,26 +5575,20 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         + K53 * da_v1_x3
         - K54 * t_bewoy
         + t_jczim * t_bknng;
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_gbb3a = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
     const real da_act_y2 = df2_act + t_gousg * df1_act;
     const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
     const real da_act_x3 = da_act_y3 * t_6dtnj_4;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v1 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real My = My_v1
         - df3_act * t_bknng
         + t_6iku5_2 * da_act_x1
-        + t_edvw3_2 * da_act_x2
+        + t_edvw3 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v1
         - t_6iku5 * da_act_x1
@@ -5682,44 +5682,13 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
-    const real t_os4zj = p[l1] * p[l1];
-    const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_nfvux = p[l2] * p[l2];
-    const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -5734,10 +5703,8 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -5753,7 +5720,26 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
     const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real me1 = t_wywjk * p[I1];
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real me2 = t_jzg7x * p[I2];
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
     const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
@@ -5762,7 +5748,11 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
     const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real e2 = p[h2] - x_C;
     const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
     const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
     const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
@@ -5982,6 +5972,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
@@ -6062,16 +6053,27 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
@@ -6323,8 +6325,6 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -6396,12 +6396,14 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -6453,10 +6455,8 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_zlzao = gy_phi2 * p[h2];
@@ -6694,12 +6694,16 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -6751,10 +6755,8 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_zlzao = gy_phi2 * p[h2];
@@ -6906,8 +6908,6 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real u_v1_x1 = -t_ofjms;
     const real t_ezaly = B_v1 * c[w1];
     const real t_pj322 = C_v1 * c[w2];
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -7033,6 +7033,10 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
@@ -7058,8 +7062,6 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
@@ -7069,8 +7071,6 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_adduy = cos_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
@@ -7474,20 +7474,180 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_7fmkp;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_edvw3
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_belws * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -7497,142 +7657,42 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -7640,23 +7700,16 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -7666,85 +7719,32 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real t_lsqzr = t_mjqai + F_t1 * e1;
     const real t_rbrf6 = t_ogbts + F_t2 * e2;
     const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_lsqzr * cos_theta1
         + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
     const real t_6dtnj_2 = K(1.0) / K_D2;
     const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real B_v2 = x[vy] * c[r1];  /* (29) */
-    const real C_v2 = x[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
-    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
-    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
-    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
@@ -7757,8 +7757,8 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_hig3c_6 * ax_v2
-        - t_hig3c_6 * da_v2_x1
+        - t_hig3c_3 * ax_v2
+        - t_hig3c_3 * da_v2_x1
         - t_belws * a2_v2
         - t_belws * da_v2_x2
         + K43 * a3_v2
@@ -7771,8 +7771,8 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
         - G3_v2 * K66
         + t_6iku5_2 * ax_v2
         + t_6iku5_2 * da_v2_x1
-        + t_edvw3_2 * a2_v2
-        + t_edvw3_2 * da_v2_x2
+        + t_edvw3 * a2_v2
+        + t_edvw3 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
         + K64 * t_7fmkp;
@@ -7850,39 +7850,13 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -7895,10 +7869,8 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -7912,7 +7884,21 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
     const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real me1 = t_wywjk * p[I1];
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real me2 = t_jzg7x * p[I2];
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
     const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
@@ -7921,7 +7907,11 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
     const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real e2 = p[h2] - x_C;
     const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
     const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
     const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
@@ -7962,6 +7952,7 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
@@ -8030,16 +8021,25 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
@@ -8366,20 +8366,186 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_7fmkp;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_edvw3
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_belws * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -8389,142 +8555,42 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -8532,23 +8598,16 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -8558,85 +8617,32 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real t_lsqzr = t_mjqai + F_t1 * e1;
     const real t_rbrf6 = t_ogbts + F_t2 * e2;
     const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_lsqzr * cos_theta1
         + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
     const real t_6dtnj_2 = K(1.0) / K_D2;
     const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real C_v2 = q[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
-    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
-    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
@@ -8650,8 +8656,8 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_hig3c_6 * ax_v2
-        - t_hig3c_6 * da_v2_x1
+        - t_hig3c_3 * ax_v2
+        - t_hig3c_3 * da_v2_x1
         - t_belws * a2_v2
         - t_belws * da_v2_x2
         + K43 * a3_v2
@@ -8664,8 +8670,8 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
         - G3_v2 * K66
         + t_6iku5_2 * ax_v2
         + t_6iku5_2 * da_v2_x1
-        + t_edvw3_2 * a2_v2
-        + t_edvw3_2 * da_v2_x2
+        + t_edvw3 * a2_v2
+        + t_edvw3 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
         + K64 * t_7fmkp;
@@ -8680,13 +8686,7 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
         + K53 * da_v2_x3
         - K54 * t_7fmkp
         + t_jczim * t_bknng;
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_gbb3a = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
@@ -8695,11 +8695,11 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real da_act_x3 = da_act_y3 * t_6dtnj_3;
     const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
     const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v2 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
+    const real Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real My = My_v2
         - df3_act * t_bknng
         + t_6iku5_2 * da_act_x1
-        + t_edvw3_2 * da_act_x2
+        + t_edvw3 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v2
         - t_6iku5 * da_act_x1
@@ -8791,39 +8791,13 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -8836,10 +8810,8 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -8853,7 +8825,21 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
     const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real me1 = t_wywjk * p[I1];
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real me2 = t_jzg7x * p[I2];
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
     const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
@@ -8862,7 +8848,11 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
     const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real e2 = p[h2] - x_C;
     const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
     const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
     const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
@@ -8903,6 +8893,7 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
@@ -8971,16 +8962,27 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
@@ -9232,8 +9234,6 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
         - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -9303,12 +9303,14 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -9354,10 +9356,8 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_hhb7k = sin_theta2 * t_frp3h;
@@ -9498,12 +9498,16 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -9549,10 +9553,8 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_hhb7k = sin_theta2 * t_frp3h;
@@ -9605,8 +9607,6 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real u_v2_x1 = -t_7fmkp;
     const real t_si2fh = B_v2 * c[w1];
     const real t_gkvv2 = C_v2 * c[w2];
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -9709,6 +9709,10 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -9727,8 +9731,6 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -9736,8 +9738,6 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "10078ef07c4e7838c22e1bf0570bbe1e0295b0dda97a78e6435a37b74da8d7ab"
+#define SLOSH_HASH "9bb6396a6e8e340a86e642d5c025b4c424fca73917df8779eac95ca422f33b1f"
 
 /* state x */
 enum {

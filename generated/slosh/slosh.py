@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "10078ef07c4e7838c22e1bf0570bbe1e0295b0dda97a78e6435a37b74da8d7ab"
+HASH = "9bb6396a6e8e340a86e642d5c025b4c424fca73917df8779eac95ca422f33b1f"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -155,6 +155,12 @@ def rhs(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
@@ -186,13 +192,9 @@ def rhs(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -200,8 +202,6 @@ def rhs(x, u, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -585,6 +585,12 @@ def outputs(x, u, r, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -614,13 +620,9 @@ def outputs(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -628,8 +630,6 @@ def outputs(x, u, r, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -983,6 +983,14 @@ def rhs_euler(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
@@ -1014,13 +1022,9 @@ def rhs_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -1028,8 +1032,6 @@ def rhs_euler(x, u, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -1352,8 +1354,6 @@ def rhs_euler(x, u, p):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -1421,6 +1421,12 @@ def rhs_reduced(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
@@ -1457,13 +1463,9 @@ def rhs_reduced(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
@@ -1473,8 +1475,6 @@ def rhs_reduced(x, u, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_adduy = cos_theta2 * wz
         t_t2zmi = sin_theta2 * wy
@@ -1945,6 +1945,14 @@ def rhs_reduced_euler(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
@@ -1981,13 +1989,9 @@ def rhs_reduced_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
@@ -1997,8 +2001,6 @@ def rhs_reduced_euler(x, u, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_adduy = cos_theta2 * wz
         t_t2zmi = sin_theta2 * wy
@@ -2377,8 +2379,6 @@ def rhs_reduced_euler(x, u, p):
         t_krap6_2 = X_x3 - X_x6 * x_C
         t_7qsh6 = W13 - X_x6
         t_3ipx7 = X_x5 - W12
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -2458,6 +2458,18 @@ def actuate(x, u_cmd, p):
         l2 = p[..., 18]
         h2 = p[..., 19]
         I2 = p[..., 20]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
+        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
+        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_cmd, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_tdcs7, delta1_cmd, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_dd7v5 * (1.0 / np.cos(delta2_max))))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -2472,10 +2484,6 @@ def actuate(x, u_cmd, p):
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         As_1 = mv1 * sin_phi1
         Ass_1 = As_1 * sin_phi1
         Asc_1 = As_1 * cos_phi1
@@ -2542,15 +2550,7 @@ def actuate(x, u_cmd, p):
         t_6dtnj_2 = 1.0 / K_D2
         K_L32 = t_upifj * t_6dtnj_2
         K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_cmd, delta2_max))
-        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
-        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
-        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
-        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_tdcs7, delta1_cmd, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_dd7v5 * (1.0 / np.cos(delta2_max))))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_appoi = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * F * cos_delta1_cmd
         df2_act = F * sin_delta2_act - F * sin_delta2_cmd
         df3_act = t_dd7v5 * F - t_appoi * sin_delta1_act
@@ -2691,6 +2691,10 @@ def energy(x, p):
         l2 = p[..., 18]
         h2 = p[..., 19]
         I2 = p[..., 20]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_qux2u = wy * wy
         t_twhcz = phi1_dot + wx
         t_z5xwk = theta1_dot + wz
@@ -2701,9 +2705,7 @@ def energy(x, p):
         t_pwb5x = b * wy + vz
         t_jbwqe = vy - h0 * wz
         t_plir6 = h0 * wy + vz
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_uu25d = sin_phi1 * l1
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_mdgjb = (
             t_uu25d * (cos_theta1 * wy)
             + vx
@@ -2729,8 +2731,6 @@ def energy(x, p):
             + t_nifmf * wx
             - t_nifmf * theta1_dot
         )
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_pgd7h = sin_phi2 * l2
         t_naqak = (
             cos_theta2 * wy * t_pgd7h
@@ -2802,17 +2802,17 @@ def momentum(x, p):
         l2 = p[..., 18]
         h2 = p[..., 19]
         I2 = p[..., 20]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_zig7f = 0.5 * m1
         t_biiqk = vx + vx
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_uu25d = sin_phi1 * l1
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_y53hc = t_uu25d * (sin_theta1 * wz)
         t_q2sfi = t_uu25d * (cos_theta1 * wy)
         t_hjux3 = phi1_dot + phi1_dot
         t_fha3f = 0.5 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_pgd7h = sin_phi2 * l2
         t_jdyu6 = sin_theta2 * wz * t_pgd7h
         t_xza42 = cos_theta2 * wy * t_pgd7h
@@ -2963,20 +2963,184 @@ def to_physical(x, reduced, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        zeta1 = (
+            W12 * q_1
+            + Wn1 * lc_1 * w_x1
+            - chi1 * l1 * (p1 + phi1_dot)
+        )
+        loss_theta1 = eps1 * theta1_dot
+        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
+        zeta2 = (
+            W12 * q_2
+            + Wn2 * lc_2 * w_x2
+            - chi2 * l2 * (p2 + phi2_dot)
+        )
+        loss_theta2 = eps2 * theta2_dot
+        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        G2_any = W12 + alpha3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        G3_any = W13 - alpha2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_any = ay + G2_any * x_C
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        a3_any = az + G3_any * x_C
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        q3_any = (
+            n3
+            + G2_any * K53
+            + G3_any * K63
+            + K32 * a2_any
+            + K33 * a3_any
+            + K43 * alpha1
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        t_2jubo = Bs_1 + Asc_1 * e1
+        Bs_2 = B_2 * sin_phi2
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_rueya = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_any * t_6iku5
+            + G3_any * t_6iku5_2
+            + t_f2nhc_2 * a2_any
+            + t_f2nhc * a3_any
+            + t_hig3c_3 * alpha1
+        )
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_any = (
+            n2
+            + G2_any * K52
+            - G3_any * t_edvw3
+            + K22 * a2_any
+            + K32 * a3_any
+            - t_belws * alpha1
+        )
+        t_3yved = K11 * t_rueya + t_f2nhc_2 * q2_any + t_f2nhc * q3_any
+        PP_any = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_pogp7 = PP_any * (t_rueya * t_rueya - F * F + q2_any * q2_any + q3_any * q3_any)
+        root_any = np.sqrt(np.fmax(0.0, t_3yved * t_3yved - t_pogp7))
+        ax_any = (root_any + t_3yved) / PP_any
+        f3_any = q3_any - t_f2nhc * ax_any
+        t_y7rm6 = 1.0 / F
+        f2_any = q2_any - t_f2nhc_2 * ax_any
+        sin_d2_any = np.fmax(-1.0, np.fmin(1.0, f2_any * t_y7rm6))
+        cos_d2_any = np.sqrt(1.0 - sin_d2_any * sin_d2_any)
+        delta1_any = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_any * t_y7rm6 / np.fmax(1e-09, cos_d2_any)))))
+        delta2_any = np.arcsin(sin_d2_any)
+        sin_delta2_any, cos_delta2_any = np.sin(delta2_any), np.cos(delta2_any)
+        sin_delta1_any, cos_delta1_any = np.sin(delta1_any), np.cos(delta1_any)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -2988,147 +3152,43 @@ def to_physical(x, reduced, p):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -3137,24 +3197,17 @@ def to_physical(x, reduced, p):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -3166,13 +3219,13 @@ def to_physical(x, reduced, p):
         t_rbrf6 = t_ogbts + F_t2 * e2
         n5 = (
             t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_rbrf6 * sin_theta2
             - W12 * (J_C1 + (J_z - J_y))
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_lsqzr * cos_theta1
@@ -3180,74 +3233,21 @@ def to_physical(x, reduced, p):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
+        t_gousg = t_f2nhc_2 * t_6dtnj
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
         t_6dtnj_2 = 1.0 / K_D2
         K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        G2_any = W12 + alpha3
-        G3_any = W13 - alpha2
-        a2_any = ay + G2_any * x_C
-        a3_any = az + G3_any * x_C
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_any = (
-            n2
-            + G2_any * K52
-            - G3_any * t_edvw3_2
-            + K22 * a2_any
-            + K32 * a3_any
-            - t_belws * alpha1
-        )
-        q3_any = (
-            n3
-            + G2_any * K53
-            + G3_any * K63
-            + K32 * a2_any
-            + K33 * a3_any
-            + K43 * alpha1
-        )
-        PP_any = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_rueya = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_any * t_6iku5
-            + G3_any * t_6iku5_2
-            + t_f2nhc * a2_any
-            + t_f2nhc_2 * a3_any
-            + t_hig3c_6 * alpha1
-        )
-        t_3yved = K11 * t_rueya + t_f2nhc * q2_any + t_f2nhc_2 * q3_any
-        t_pogp7 = PP_any * (t_rueya * t_rueya - F * F + q2_any * q2_any + q3_any * q3_any)
-        root_any = np.sqrt(np.fmax(0.0, t_3yved * t_3yved - t_pogp7))
-        ax_any = (root_any + t_3yved) / PP_any
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         f1_any = K11 * ax_any - t_rueya
-        f2_any = q2_any - t_f2nhc * ax_any
-        f3_any = q3_any - t_f2nhc_2 * ax_any
-        t_y7rm6 = 1.0 / F
-        sin_d2_any = np.fmax(-1.0, np.fmin(1.0, f2_any * t_y7rm6))
-        cos_d2_any = np.sqrt(1.0 - sin_d2_any * sin_d2_any)
-        delta1_any = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_any * t_y7rm6 / np.fmax(1e-09, cos_d2_any)))))
-        delta2_any = np.arcsin(sin_d2_any)
-        sin_delta2_any, cos_delta2_any = np.sin(delta2_any), np.cos(delta2_any)
         t_qh3cx = F * cos_delta2_any
-        sin_delta1_any, cos_delta1_any = np.sin(delta1_any), np.cos(delta1_any)
         df1_any = t_qh3cx * cos_delta1_any - f1_any
         t_jczim = F * sin_delta2_any
         df2_any = t_jczim - f2_any
@@ -3261,8 +3261,8 @@ def to_physical(x, reduced, p):
             n4
             + G2_any * K54
             + G3_any * K64
-            - t_hig3c_6 * ax_any
-            - t_hig3c_6 * da_any_x1
+            - t_hig3c_3 * ax_any
+            - t_hig3c_3 * da_any_x1
             - t_belws * a2_any
             - t_belws * da_any_x2
             + K43 * a3_any
@@ -3277,8 +3277,8 @@ def to_physical(x, reduced, p):
             - G3_any * K66
             + t_6iku5_2 * ax_any
             + t_6iku5_2 * da_any_x1
-            + t_edvw3_2 * a2_any
-            + t_edvw3_2 * da_any_x2
+            + t_edvw3 * a2_any
+            + t_edvw3 * da_any_x2
             - K63 * a3_any
             - K63 * da_any_x3
             - K64 * alpha1
@@ -3343,11 +3343,13 @@ def lyapunov_v1_value(x, p, c):
         r8 = c[..., 7]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_pv3py = cos_phi1 * l1 * m1
         t_frhni = t_yx2kz * sin_theta1
         cz_phi1 = sin_theta1 * t_pv3py * h1 - t_frhni  # (25)
@@ -3360,9 +3362,7 @@ def lyapunov_v1_value(x, p, c):
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_hhb7k = sin_theta2 * t_frp3h
         cz_phi2 = t_aafcb * sin_theta2 * h2 - t_hhb7k  # (25)
         t_mlci7 = sin_phi2 * sin_phi2 * t_frp3h
@@ -3455,6 +3455,10 @@ def lyapunov_v1_demand(x, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
@@ -3478,8 +3482,6 @@ def lyapunov_v1_demand(x, p, c):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_uu2cl = sin_theta1 * wy
         t_rzamr = cos_theta1 * wz
@@ -3490,8 +3492,6 @@ def lyapunov_v1_demand(x, p, c):
         chi1 = cos_phi1 * w_x1 - t_l4ozg * sin_phi1
         t_zo72f = t_l4ozg * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_zo72f * t_zo72f + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_t2zmi = sin_theta2 * wy
         t_adduy = cos_theta2 * wz
@@ -3947,6 +3947,10 @@ def lyapunov_v2_demand(x, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -3965,8 +3969,6 @@ def lyapunov_v2_demand(x, p, c):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -3974,8 +3976,6 @@ def lyapunov_v2_demand(x, p, c):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -4191,25 +4191,416 @@ def lyapunov_v1(x, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        t_rzamr = cos_theta1 * wz
+        t_uu2cl = sin_theta1 * wy
+        Wt1 = t_rzamr + t_uu2cl
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        zeta1 = (
+            W12 * q_1
+            + Wn1 * lc_1 * w_x1
+            - chi1 * l1 * (p1 + phi1_dot)
+        )
+        loss_theta1 = eps1 * theta1_dot
+        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
+        zeta2 = (
+            W12 * q_2
+            + Wn2 * lc_2 * w_x2
+            - chi2 * l2 * (p2 + phi2_dot)
+        )
+        loss_theta2 = eps2 * theta2_dot
+        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        W_theta1 = r10 * m1  # (27)
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = t_lgf4h + I1  # (26)
+        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
+        t_loou6 = t_dxtpc * t_lgf4h
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_dmccl = t_yx2kz * cos_theta1
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
+        cz_theta1 = t_scs5l + I1  # (26)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_dmccl_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        W_theta2 = r10 * m2  # (27)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7 * t_frp3h
+        D_theta2 = t_6pfo6 + I2  # (26)
+        t_hciml = W_theta2 / (D_theta2 * D_theta2)
+        t_mszyx = t_hciml * t_6pfo6
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        f11_v1 = (
+            r4
+            - t_hyv47 * (I1 * I1)
+            - t_pi35k * (I2 * I2)
+            - t_dxtpc * (t_lgf4h * t_lgf4h)
+            - t_hciml * (t_6pfo6 * t_6pfo6)
+        )  # (29)
+        t_a2lgz = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_a2lgz
+        t_aqbxr = vz * r2
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        t_chbo3 = ax_eq * gx_phi1
+        t_sxxxk = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_lgf4h_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_mgpcw = t_lgf4h * t_l4ozg
+        t_os4zj_2 = t_os4zj + t_os4zj
+        k_phi1 = (
+            loss_phi1
+            - t_sxxxk * t_wjugd
+            - t_sxxxk * (Wn1 * Wn1)
+            - theta1_dot * theta1_dot * t_lgf4h_2
+            - t_lgf4h_2 * t_wube7
+            - (theta1_dot + theta1_dot) * t_mgpcw
+            - t_yx2kz * t_l4ozg * wx
+            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
+            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
+            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+        )  # (25)
+        t_o6h5x = ax_eq * gx_phi2
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_2ys72 = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_n7l2g = t_doiln * t_6pfo6
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_6pfo6_2
+            - t_2ys72 * t_7ovbh
+            - t_2ys72 * (Wn2 * Wn2)
+            - theta2_dot * theta2_dot * t_6pfo6_2
+            - (theta2_dot + theta2_dot) * t_n7l2g
+            - t_doiln * t_frp3h * wx
+            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
+            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
+            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+        )  # (25)
+        t_4maxk = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_lgf4h_2 * t_hjux3
+        t_7xuxq = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_sxxxk * t_prfqf
+            + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
+            + t_7xuxq
+            - t_lgf4h_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_qu7qb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * t_mw75j
+        t_5f4es = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_n7l2g
+            + t_2ys72 * t_prfqf_2
+            + t_n7l2g * t_mw75j
+            + t_5f4es
+            - t_6pfo6_2 * t_prfqf_2
+            - t_6pfo6_2 * (wx + wx) * phi2_dot
+        )  # (26)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            + vy * vz * r1
+        )  # (29)
+        t_y6t4t = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_4pqij = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_iouus = sin_theta1 * gx_phi1
+        t_d2e6j = t_iouus * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        t_lzacu = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_cfuim = gx_phi2 * sin_theta2
+        t_ipyra = t_cfuim * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        t_pt6a7_3 = cos_phi2 * cos_phi2
+        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        )  # (29)
+        f32_v1 = (
+            t_hyv47 * t_2ksfs * cz_phi1
+            + t_pi35k * t_zshn6 * cz_phi2
+            - t_dxtpc * cy_theta1 * cz_theta1
+            - t_hciml * cy_theta2 * cz_theta2
+        )  # (29)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
+        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_2ksfs * t_2ksfs)
+            - t_pi35k * (t_zshn6 * t_zshn6)
+            - t_dxtpc * (cy_theta1 * cy_theta1)
+            - t_hciml * (cy_theta2 * cy_theta2)
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_a2lgz
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_vk4eg * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_dxtpc * (cz_theta1 * cz_theta1)
+            - t_hciml * (cz_theta2 * cz_theta2)
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        u_v1_x3 = u_v1_y3 / f_v1_D3
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
+        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
+        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
+        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb)
+        B_v1 = (
+            t_wij2f
+            - t_xlxwl * gy_phi1
+            - t_hgt7a * gy_phi2
+            - t_z6ntf * gy_theta1
+            - t_dhnrr * gy_theta2
+        )  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        C_v1 = (
+            t_aqbxr
+            - t_xlxwl * gz_phi1
+            - t_hgt7a * gz_phi2
+            + t_z6ntf * t_iouus
+            + t_dhnrr * t_cfuim
+        )  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_bewoy
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_asytu = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v1 * t_6iku5
+            + G3_v1 * t_6iku5_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_hig3c_3 * t_bewoy - t_asytu
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_edvw3
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_belws * t_bewoy
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        t_y7rm6 = 1.0 / F
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
+        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -4221,151 +4612,43 @@ def lyapunov_v1(x, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -4374,24 +4657,17 @@ def lyapunov_v1(x, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -4403,13 +4679,13 @@ def lyapunov_v1(x, r, p, c):
         t_rbrf6 = t_ogbts + F_t2 * e2
         n5 = (
             t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_rbrf6 * sin_theta2
             - W12 * (J_C1 + (J_z - J_y))
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_lsqzr * cos_theta1
@@ -4417,297 +4693,21 @@ def lyapunov_v1(x, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
-        t_os4zj_2 = t_os4zj + t_os4zj
-        k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h
-            - t_lgf4h * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
-            - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
-            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
-        )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cy_theta1 = t_d2e6j - t_hjphj * t_dmccl  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_dmccl_2 = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj * t_dmccl_2
-        cz_theta1 = t_scs5l + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_n7l2g = t_doiln * t_6pfo6_2
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6
-            - (theta2_dot + theta2_dot) * t_n7l2g
-            - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
-            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
-        )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
-        )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        W_theta1 = r10 * m1  # (27)
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * theta1_dot
-        W_phi2 = r9 * m2  # (27)
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
-        W_theta2 = r10 * m2  # (27)
-        t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
-        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
-        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
-        t_4maxk = D_theta1 * theta1_dot
-        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz + t_4maxk)
-        t_hciml = W_theta2 / (D_theta2 * D_theta2)
-        t_qu7qb = D_theta2 * theta2_dot
-        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz + t_qu7qb)
-        B_v1 = (
-            t_wij2f
-            - t_xlxwl * gy_phi1
-            - t_hgt7a * gy_phi2
-            - t_z6ntf * gy_theta1
-            - t_dhnrr * gy_theta2
-        )  # (29)
-        t_aqbxr = vz * r2
-        C_v1 = (
-            t_aqbxr
-            - t_xlxwl * gz_phi1
-            - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
-        )  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
-            + vy * vz * r1
-        )  # (29)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-            + vx * vz * r2
-        )  # (29)
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
-        )  # (29)
-        f11_v1 = (
-            r4
-            - t_hyv47 * (I1 * I1)
-            - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
-            - t_hciml * (t_6pfo6_2 * t_6pfo6_2)
-        )  # (29)
-        t_if7mv = t_hyv47 * I1
-        t_tmzpj = t_pi35k * I2
-        t_loou6 = t_dxtpc * t_lgf4h_2
-        t_mszyx = t_hciml * t_6pfo6_2
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_2ksfs * t_2ksfs)
-            - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_dxtpc * (cy_theta1 * cy_theta1)
-            - t_hciml * (cy_theta2 * cy_theta2)
-        )  # (29)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
-        f32_v1 = (
-            t_hyv47 * t_2ksfs * cz_phi1
-            + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
-        )  # (29)
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_dxtpc * (cz_theta1 * cz_theta1)
-            - t_hciml * (cz_theta2 * cz_theta2)
-        )  # (29)
-        t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_3 = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj_3
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_hig3c_6 * t_bewoy - t_asytu
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
-        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        t_6dtnj_2 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_2
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_2
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_3 = 1.0 / K_D2
+        K_L32 = t_upifj * t_6dtnj_3
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         f1_v1 = q1_v1 + K11 * ax_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        t_y7rm6 = 1.0 / F
-        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
-        delta2_v1 = np.arcsin(sin_d2_v1)
-        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         t_qh3cx = F * cos_delta2_v1
-        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
@@ -4715,14 +4715,14 @@ def lyapunov_v1(x, r, p, c):
         t_v7qgl = t_qh3cx * sin_delta1_v1
         da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
         da_v1_x3 = da_v1_y3 / K_D3
-        da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
+        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
         Mx_v1 = (
             n4
             + G2_v1 * K54
             + G3_v1 * K64
-            - t_hig3c_6 * ax_v1
-            - t_hig3c_6 * da_v1_x1
+            - t_hig3c_3 * ax_v1
+            - t_hig3c_3 * da_v1_x1
             - t_belws * a2_v1
             - t_belws * da_v1_x2
             + K43 * a3_v1
@@ -4737,8 +4737,8 @@ def lyapunov_v1(x, r, p, c):
             - G3_v1 * K66
             + t_6iku5_2 * ax_v1
             + t_6iku5_2 * da_v1_x1
-            + t_edvw3_2 * a2_v1
-            + t_edvw3_2 * da_v1_x2
+            + t_edvw3 * a2_v1
+            + t_edvw3 * da_v1_x2
             - K63 * a3_v1
             - K63 * da_v1_x3
             + K64 * t_bewoy
@@ -4823,46 +4823,13 @@ def lyapunov_v1_loop(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
-        t_os4zj = l1 * l1
-        t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -4879,10 +4846,8 @@ def lyapunov_v1_loop(q, r, p, c):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -4900,7 +4865,26 @@ def lyapunov_v1_loop(q, r, p, c):
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
         t_lbh6o = F_n2 * cos_theta2
         t_rybsf = wy * wy + wz * wz
+        t_os4zj = l1 * l1
+        t_yx2kz = t_os4zj * m1
+        D1 = t_yx2kz + I1
+        t_gbl6n = 1.0 / D1
+        t_wywjk = m1 * t_gbl6n
+        me1 = t_wywjk * I1
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D2 = t_frp3h + I2
+        t_jx6g7 = 1.0 / D2
+        t_jzg7x = m2 * t_jx6g7
+        me2 = t_jzg7x * I2
+        t_omhyl = m + m0
+        M_C = t_omhyl + me1 + me2
+        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
         t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
@@ -4909,7 +4893,11 @@ def lyapunov_v1_loop(q, r, p, c):
         loss_phi1 = eps1 * phi1_dot
         t_pc5rt = B_1 * eta1 + loss_phi1 * k1
         F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        e2 = h2 - x_C
         t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
         t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
         sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
@@ -5151,6 +5139,7 @@ def lyapunov_v1_loop(q, r, p, c):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
+        W13 = wx * wz
         u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
         G3_v1 = W13 - u_v1_x2
         SC1 = cos_theta1 * sin_theta1
@@ -5241,16 +5230,27 @@ def lyapunov_v1_loop(q, r, p, c):
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        S_C = (
+            me1 * (h1 * h1)
+            + me2 * (h2 * h2)
+            + m * (b * b)
+            + m0 * (h0 * h0)
+            - M_C * (x_C * x_C)
+        )
+        J_C1 = I0 + J_x
+        J_C3 = I0 + J_z + S_C
+        t_is5lg = I1 + I2
+        J_C2 = I0 + J_y + t_is5lg + S_C
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
@@ -5621,25 +5621,422 @@ def lyapunov_v1_observe(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        t_rzamr = cos_theta1 * wz
+        t_uu2cl = sin_theta1 * wy
+        Wt1 = t_rzamr + t_uu2cl
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        zeta1 = (
+            W12 * q_1
+            + Wn1 * lc_1 * w_x1
+            - chi1 * l1 * (p1 + phi1_dot)
+        )
+        loss_theta1 = eps1 * theta1_dot
+        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
+        zeta2 = (
+            W12 * q_2
+            + Wn2 * lc_2 * w_x2
+            - chi2 * l2 * (p2 + phi2_dot)
+        )
+        loss_theta2 = eps2 * theta2_dot
+        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        W_theta1 = r10 * m1  # (27)
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = t_lgf4h + I1  # (26)
+        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
+        t_loou6 = t_dxtpc * t_lgf4h
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_dmccl = t_yx2kz * cos_theta1
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
+        cz_theta1 = t_scs5l + I1  # (26)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_dmccl_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        W_theta2 = r10 * m2  # (27)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7 * t_frp3h
+        D_theta2 = t_6pfo6 + I2  # (26)
+        t_hciml = W_theta2 / (D_theta2 * D_theta2)
+        t_mszyx = t_hciml * t_6pfo6
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        f11_v1 = (
+            r4
+            - t_hyv47 * (I1 * I1)
+            - t_pi35k * (I2 * I2)
+            - t_dxtpc * (t_lgf4h * t_lgf4h)
+            - t_hciml * (t_6pfo6 * t_6pfo6)
+        )  # (29)
+        t_a2lgz = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_a2lgz
+        t_aqbxr = vz * r2
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        t_chbo3 = ax_eq * gx_phi1
+        t_sxxxk = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_lgf4h_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_mgpcw = t_lgf4h * t_l4ozg
+        t_os4zj_2 = t_os4zj + t_os4zj
+        k_phi1 = (
+            loss_phi1
+            - t_sxxxk * t_wjugd
+            - t_sxxxk * (Wn1 * Wn1)
+            - theta1_dot * theta1_dot * t_lgf4h_2
+            - t_lgf4h_2 * t_wube7
+            - (theta1_dot + theta1_dot) * t_mgpcw
+            - t_yx2kz * t_l4ozg * wx
+            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
+            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
+            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+        )  # (25)
+        t_o6h5x = ax_eq * gx_phi2
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_2ys72 = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_n7l2g = t_doiln * t_6pfo6
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_6pfo6_2
+            - t_2ys72 * t_7ovbh
+            - t_2ys72 * (Wn2 * Wn2)
+            - theta2_dot * theta2_dot * t_6pfo6_2
+            - (theta2_dot + theta2_dot) * t_n7l2g
+            - t_doiln * t_frp3h * wx
+            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
+            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
+            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+        )  # (25)
+        t_4maxk = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_lgf4h_2 * t_hjux3
+        t_7xuxq = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_sxxxk * t_prfqf
+            + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
+            + t_7xuxq
+            - t_lgf4h_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_qu7qb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * t_mw75j
+        t_5f4es = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_n7l2g
+            + t_2ys72 * t_prfqf_2
+            + t_n7l2g * t_mw75j
+            + t_5f4es
+            - t_6pfo6_2 * t_prfqf_2
+            - t_6pfo6_2 * (wx + wx) * phi2_dot
+        )  # (26)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            + vy * vz * r1
+        )  # (29)
+        t_y6t4t = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_4pqij = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_iouus = sin_theta1 * gx_phi1
+        t_d2e6j = t_iouus * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        t_lzacu = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_cfuim = gx_phi2 * sin_theta2
+        t_ipyra = t_cfuim * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        t_pt6a7_3 = cos_phi2 * cos_phi2
+        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        )  # (29)
+        f32_v1 = (
+            t_hyv47 * t_2ksfs * cz_phi1
+            + t_pi35k * t_zshn6 * cz_phi2
+            - t_dxtpc * cy_theta1 * cz_theta1
+            - t_hciml * cy_theta2 * cz_theta2
+        )  # (29)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
+        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_2ksfs * t_2ksfs)
+            - t_pi35k * (t_zshn6 * t_zshn6)
+            - t_dxtpc * (cy_theta1 * cy_theta1)
+            - t_hciml * (cy_theta2 * cy_theta2)
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_a2lgz
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_vk4eg * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_dxtpc * (cz_theta1 * cz_theta1)
+            - t_hciml * (cz_theta2 * cz_theta2)
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        u_v1_x3 = u_v1_y3 / f_v1_D3
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
+        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
+        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
+        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb)
+        B_v1 = (
+            t_wij2f
+            - t_xlxwl * gy_phi1
+            - t_hgt7a * gy_phi2
+            - t_z6ntf * gy_theta1
+            - t_dhnrr * gy_theta2
+        )  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        C_v1 = (
+            t_aqbxr
+            - t_xlxwl * gz_phi1
+            - t_hgt7a * gz_phi2
+            + t_z6ntf * t_iouus
+            + t_dhnrr * t_cfuim
+        )  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_bewoy
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_asytu = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v1 * t_6iku5
+            + G3_v1 * t_6iku5_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_hig3c_3 * t_bewoy - t_asytu
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_edvw3
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_belws * t_bewoy
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        t_y7rm6 = 1.0 / F
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
+        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
+        t_m2xxj = cos_delta2_v1 * sin_delta1_v1
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -5651,151 +6048,43 @@ def lyapunov_v1_observe(q, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -5804,24 +6093,17 @@ def lyapunov_v1_observe(q, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -5833,13 +6115,13 @@ def lyapunov_v1_observe(q, r, p, c):
         t_rbrf6 = t_ogbts + F_t2 * e2
         n5 = (
             t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_rbrf6 * sin_theta2
             - W12 * (J_C1 + (J_z - J_y))
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_lsqzr * cos_theta1
@@ -5847,297 +6129,21 @@ def lyapunov_v1_observe(q, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
-        t_os4zj_2 = t_os4zj + t_os4zj
-        k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h
-            - t_lgf4h * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
-            - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
-            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
-        )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cy_theta1 = t_d2e6j - t_hjphj * t_dmccl  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_dmccl_2 = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj * t_dmccl_2
-        cz_theta1 = t_scs5l + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_n7l2g = t_doiln * t_6pfo6_2
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6
-            - (theta2_dot + theta2_dot) * t_n7l2g
-            - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
-            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
-        )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
-        )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        W_theta1 = r10 * m1  # (27)
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * theta1_dot
-        W_phi2 = r9 * m2  # (27)
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
-        W_theta2 = r10 * m2  # (27)
-        t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
-        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
-        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
-        t_4maxk = D_theta1 * theta1_dot
-        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz + t_4maxk)
-        t_hciml = W_theta2 / (D_theta2 * D_theta2)
-        t_qu7qb = D_theta2 * theta2_dot
-        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz + t_qu7qb)
-        B_v1 = (
-            t_wij2f
-            - t_xlxwl * gy_phi1
-            - t_hgt7a * gy_phi2
-            - t_z6ntf * gy_theta1
-            - t_dhnrr * gy_theta2
-        )  # (29)
-        t_aqbxr = vz * r2
-        C_v1 = (
-            t_aqbxr
-            - t_xlxwl * gz_phi1
-            - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
-        )  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
-            + vy * vz * r1
-        )  # (29)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-            + vx * vz * r2
-        )  # (29)
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
-        )  # (29)
-        f11_v1 = (
-            r4
-            - t_hyv47 * (I1 * I1)
-            - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
-            - t_hciml * (t_6pfo6_2 * t_6pfo6_2)
-        )  # (29)
-        t_if7mv = t_hyv47 * I1
-        t_tmzpj = t_pi35k * I2
-        t_loou6 = t_dxtpc * t_lgf4h_2
-        t_mszyx = t_hciml * t_6pfo6_2
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_2ksfs * t_2ksfs)
-            - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_dxtpc * (cy_theta1 * cy_theta1)
-            - t_hciml * (cy_theta2 * cy_theta2)
-        )  # (29)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
-        f32_v1 = (
-            t_hyv47 * t_2ksfs * cz_phi1
-            + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
-        )  # (29)
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_dxtpc * (cz_theta1 * cz_theta1)
-            - t_hciml * (cz_theta2 * cz_theta2)
-        )  # (29)
-        t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_3 = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj_3
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_hig3c_6 * t_bewoy - t_asytu
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
-        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        t_6dtnj_2 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_2
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_2
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_3 = 1.0 / K_D2
+        K_L32 = t_upifj * t_6dtnj_3
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         f1_v1 = q1_v1 + K11 * ax_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        t_y7rm6 = 1.0 / F
-        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
-        delta2_v1 = np.arcsin(sin_d2_v1)
-        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         t_qh3cx = F * cos_delta2_v1
-        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
@@ -6146,14 +6152,14 @@ def lyapunov_v1_observe(q, r, p, c):
         da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
         t_6dtnj_4 = 1.0 / K_D3
         da_v1_x3 = da_v1_y3 * t_6dtnj_4
-        da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
+        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
         Mx_v1 = (
             n4
             + G2_v1 * K54
             + G3_v1 * K64
-            - t_hig3c_6 * ax_v1
-            - t_hig3c_6 * da_v1_x1
+            - t_hig3c_3 * ax_v1
+            - t_hig3c_3 * da_v1_x1
             - t_belws * a2_v1
             - t_belws * da_v1_x2
             + K43 * a3_v1
@@ -6168,8 +6174,8 @@ def lyapunov_v1_observe(q, r, p, c):
             - G3_v1 * K66
             + t_6iku5_2 * ax_v1
             + t_6iku5_2 * da_v1_x1
-            + t_edvw3_2 * a2_v1
-            + t_edvw3_2 * da_v1_x2
+            + t_edvw3 * a2_v1
+            + t_edvw3 * da_v1_x2
             - K63 * a3_v1
             - K63 * da_v1_x3
             + K64 * t_bewoy
@@ -6187,27 +6193,21 @@ def lyapunov_v1_observe(q, r, p, c):
             - K54 * t_bewoy
             + t_jczim * t_bknng
         )
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
-        t_m2xxj = cos_delta2_v1 * sin_delta1_v1
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_gbb3a = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * F * cos_delta1_v1
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_m2xxj * F - t_gbb3a * sin_delta1_act
         da_act_y2 = df2_act + t_gousg * df1_act
         da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
         da_act_x3 = da_act_y3 * t_6dtnj_4
-        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v1 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
+        da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3
+        da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
+        Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
         My = (
             My_v1
             - df3_act * t_bknng
             + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
+            + t_edvw3 * da_act_x2
             - K63 * da_act_x3
         )
         Mz = (
@@ -6308,46 +6308,13 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
-        t_os4zj = l1 * l1
-        t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -6364,10 +6331,8 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -6385,7 +6350,26 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
         t_lbh6o = F_n2 * cos_theta2
         t_rybsf = wy * wy + wz * wz
+        t_os4zj = l1 * l1
+        t_yx2kz = t_os4zj * m1
+        D1 = t_yx2kz + I1
+        t_gbl6n = 1.0 / D1
+        t_wywjk = m1 * t_gbl6n
+        me1 = t_wywjk * I1
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D2 = t_frp3h + I2
+        t_jx6g7 = 1.0 / D2
+        t_jzg7x = m2 * t_jx6g7
+        me2 = t_jzg7x * I2
+        t_omhyl = m + m0
+        M_C = t_omhyl + me1 + me2
+        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
         t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
@@ -6394,7 +6378,11 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         loss_phi1 = eps1 * phi1_dot
         t_pc5rt = B_1 * eta1 + loss_phi1 * k1
         F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        e2 = h2 - x_C
         t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
         t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
         sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
@@ -6636,6 +6624,7 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
+        W13 = wx * wz
         u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
         G3_v1 = W13 - u_v1_x2
         SC1 = cos_theta1 * sin_theta1
@@ -6726,16 +6715,29 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        S_C = (
+            me1 * (h1 * h1)
+            + me2 * (h2 * h2)
+            + m * (b * b)
+            + m0 * (h0 * h0)
+            - M_C * (x_C * x_C)
+        )
+        J_C1 = I0 + J_x
+        J_C3 = I0 + J_z + S_C
+        t_is5lg = I1 + I2
+        J_C2 = I0 + J_y + t_is5lg + S_C
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
@@ -7027,8 +7029,6 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -7102,12 +7102,14 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -7163,10 +7165,8 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = l2 * m2 * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_zlzao = gy_phi2 * h2
@@ -7436,12 +7436,16 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -7497,10 +7501,8 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = l2 * m2 * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_zlzao = gy_phi2 * h2
@@ -7674,8 +7676,6 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         u_v1_x1 = -t_ofjms
         t_ezaly = B_v1 * w1
         t_pj322 = C_v1 * w2
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -7813,6 +7813,10 @@ def lyapunov_v1_outputs(x, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
@@ -7838,8 +7842,6 @@ def lyapunov_v1_outputs(x, r, p, c):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
@@ -7849,8 +7851,6 @@ def lyapunov_v1_outputs(x, r, p, c):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_adduy = cos_theta2 * wz
         t_t2zmi = sin_theta2 * wy
@@ -8294,20 +8294,190 @@ def lyapunov_v2(x, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        zeta1 = (
+            W12 * q_1
+            + Wn1 * lc_1 * w_x1
+            - chi1 * l1 * (p1 + phi1_dot)
+        )
+        loss_theta1 = eps1 * theta1_dot
+        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
+        zeta2 = (
+            W12 * q_2
+            + Wn2 * lc_2 * w_x2
+            - chi2 * l2 * (p2 + phi2_dot)
+        )
+        loss_theta2 = eps2 * theta2_dot
+        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_7fmkp
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_7awx3 = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v2 * t_6iku5
+            + G3_v2 * t_6iku5_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_edvw3
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_belws * t_7fmkp
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_y7rm6 = 1.0 / F
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
+        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -8319,147 +8489,43 @@ def lyapunov_v2(x, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -8468,24 +8534,17 @@ def lyapunov_v2(x, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -8497,13 +8556,13 @@ def lyapunov_v2(x, r, p, c):
         t_rbrf6 = t_ogbts + F_t2 * e2
         n5 = (
             t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_rbrf6 * sin_theta2
             - W12 * (J_C1 + (J_z - J_y))
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_lsqzr * cos_theta1
@@ -8511,80 +8570,21 @@ def lyapunov_v2(x, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
+        t_gousg = t_f2nhc_2 * t_6dtnj
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
         t_6dtnj_2 = 1.0 / K_D2
         K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
-        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         f1_v2 = q1_v2 + K11 * ax_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        t_y7rm6 = 1.0 / F
-        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
-        delta2_v2 = np.arcsin(sin_d2_v2)
-        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         t_qh3cx = F * cos_delta2_v2
-        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
@@ -8598,8 +8598,8 @@ def lyapunov_v2(x, r, p, c):
             n4
             + G2_v2 * K54
             + G3_v2 * K64
-            - t_hig3c_6 * ax_v2
-            - t_hig3c_6 * da_v2_x1
+            - t_hig3c_3 * ax_v2
+            - t_hig3c_3 * da_v2_x1
             - t_belws * a2_v2
             - t_belws * da_v2_x2
             + K43 * a3_v2
@@ -8614,8 +8614,8 @@ def lyapunov_v2(x, r, p, c):
             - G3_v2 * K66
             + t_6iku5_2 * ax_v2
             + t_6iku5_2 * da_v2_x1
-            + t_edvw3_2 * a2_v2
-            + t_edvw3_2 * da_v2_x2
+            + t_edvw3 * a2_v2
+            + t_edvw3 * da_v2_x2
             - K63 * a3_v2
             - K63 * da_v2_x3
             + K64 * t_7fmkp
@@ -8698,41 +8698,13 @@ def lyapunov_v2_loop(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -8747,10 +8719,8 @@ def lyapunov_v2_loop(q, r, p, c):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -8766,7 +8736,21 @@ def lyapunov_v2_loop(q, r, p, c):
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
         t_lbh6o = F_n2 * cos_theta2
         t_rybsf = wy * wy + wz * wz
+        D1 = l1 * l1 * m1 + I1
+        t_gbl6n = 1.0 / D1
+        t_wywjk = m1 * t_gbl6n
+        me1 = t_wywjk * I1
+        D2 = l2 * l2 * m2 + I2
+        t_jx6g7 = 1.0 / D2
+        t_jzg7x = m2 * t_jx6g7
+        me2 = t_jzg7x * I2
+        M_C = m + m0 + me1 + me2
+        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
         t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
@@ -8775,7 +8759,11 @@ def lyapunov_v2_loop(q, r, p, c):
         loss_phi1 = eps1 * phi1_dot
         t_pc5rt = B_1 * eta1 + loss_phi1 * k1
         F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        e2 = h2 - x_C
         t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
         t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
         sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
@@ -8816,6 +8804,7 @@ def lyapunov_v2_loop(q, r, p, c):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
+        W13 = wx * wz
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
@@ -8890,16 +8879,27 @@ def lyapunov_v2_loop(q, r, p, c):
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
         delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        S_C = (
+            me1 * (h1 * h1)
+            + me2 * (h2 * h2)
+            + m * (b * b)
+            + m0 * (h0 * h0)
+            - M_C * (x_C * x_C)
+        )
+        J_C1 = I0 + J_x
+        J_C3 = I0 + J_z + S_C
+        t_is5lg = I1 + I2
+        J_C2 = I0 + J_y + t_is5lg + S_C
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
@@ -9268,20 +9268,196 @@ def lyapunov_v2_observe(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        zeta1 = (
+            W12 * q_1
+            + Wn1 * lc_1 * w_x1
+            - chi1 * l1 * (p1 + phi1_dot)
+        )
+        loss_theta1 = eps1 * theta1_dot
+        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
+        zeta2 = (
+            W12 * q_2
+            + Wn2 * lc_2 * w_x2
+            - chi2 * l2 * (p2 + phi2_dot)
+        )
+        loss_theta2 = eps2 * theta2_dot
+        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_7fmkp
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_7awx3 = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v2 * t_6iku5
+            + G3_v2 * t_6iku5_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_edvw3
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_belws * t_7fmkp
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_y7rm6 = 1.0 / F
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
+        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
+        t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -9293,147 +9469,43 @@ def lyapunov_v2_observe(q, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -9442,24 +9514,17 @@ def lyapunov_v2_observe(q, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -9471,13 +9536,13 @@ def lyapunov_v2_observe(q, r, p, c):
         t_rbrf6 = t_ogbts + F_t2 * e2
         n5 = (
             t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_rbrf6 * sin_theta2
             - W12 * (J_C1 + (J_z - J_y))
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_lsqzr * cos_theta1
@@ -9485,80 +9550,21 @@ def lyapunov_v2_observe(q, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
+        t_gousg = t_f2nhc_2 * t_6dtnj
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
         t_6dtnj_2 = 1.0 / K_D2
         K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
-        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         f1_v2 = q1_v2 + K11 * ax_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        t_y7rm6 = 1.0 / F
-        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
-        delta2_v2 = np.arcsin(sin_d2_v2)
-        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         t_qh3cx = F * cos_delta2_v2
-        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
@@ -9573,8 +9579,8 @@ def lyapunov_v2_observe(q, r, p, c):
             n4
             + G2_v2 * K54
             + G3_v2 * K64
-            - t_hig3c_6 * ax_v2
-            - t_hig3c_6 * da_v2_x1
+            - t_hig3c_3 * ax_v2
+            - t_hig3c_3 * da_v2_x1
             - t_belws * a2_v2
             - t_belws * da_v2_x2
             + K43 * a3_v2
@@ -9589,8 +9595,8 @@ def lyapunov_v2_observe(q, r, p, c):
             - G3_v2 * K66
             + t_6iku5_2 * ax_v2
             + t_6iku5_2 * da_v2_x1
-            + t_edvw3_2 * a2_v2
-            + t_edvw3_2 * da_v2_x2
+            + t_edvw3 * a2_v2
+            + t_edvw3 * da_v2_x2
             - K63 * a3_v2
             - K63 * da_v2_x3
             + K64 * t_7fmkp
@@ -9608,13 +9614,7 @@ def lyapunov_v2_observe(q, r, p, c):
             - K54 * t_7fmkp
             + t_jczim * t_bknng
         )
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
-        t_m2xxj = cos_delta2_v2 * sin_delta1_v2
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_gbb3a = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * F * cos_delta1_v2
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_m2xxj * F - t_gbb3a * sin_delta1_act
@@ -9623,12 +9623,12 @@ def lyapunov_v2_observe(q, r, p, c):
         da_act_x3 = da_act_y3 * t_6dtnj_3
         da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
         da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v2 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
+        Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
         My = (
             My_v2
             - df3_act * t_bknng
             + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
+            + t_edvw3 * da_act_x2
             - K63 * da_act_x3
         )
         Mz = (
@@ -9727,41 +9727,13 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -9776,10 +9748,8 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -9795,7 +9765,21 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
         t_lbh6o = F_n2 * cos_theta2
         t_rybsf = wy * wy + wz * wz
+        D1 = l1 * l1 * m1 + I1
+        t_gbl6n = 1.0 / D1
+        t_wywjk = m1 * t_gbl6n
+        me1 = t_wywjk * I1
+        D2 = l2 * l2 * m2 + I2
+        t_jx6g7 = 1.0 / D2
+        t_jzg7x = m2 * t_jx6g7
+        me2 = t_jzg7x * I2
+        M_C = m + m0 + me1 + me2
+        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
         t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
@@ -9804,7 +9788,11 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         loss_phi1 = eps1 * phi1_dot
         t_pc5rt = B_1 * eta1 + loss_phi1 * k1
         F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        e2 = h2 - x_C
         t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
         t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
         sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
@@ -9845,6 +9833,7 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
+        W13 = wx * wz
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
@@ -9919,16 +9908,29 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
         delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        S_C = (
+            me1 * (h1 * h1)
+            + me2 * (h2 * h2)
+            + m * (b * b)
+            + m0 * (h0 * h0)
+            - M_C * (x_C * x_C)
+        )
+        J_C1 = I0 + J_x
+        J_C3 = I0 + J_z + S_C
+        t_is5lg = I1 + I2
+        J_C2 = I0 + J_y + t_is5lg + S_C
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
@@ -10220,8 +10222,6 @@ def lyapunov_v2_loop_euler(q, r, p, c):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -10293,12 +10293,14 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -10348,10 +10350,8 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = l2 * m2 * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_hhb7k = sin_theta2 * t_frp3h
@@ -10506,12 +10506,16 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -10561,10 +10565,8 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = l2 * m2 * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_hhb7k = sin_theta2 * t_frp3h
@@ -10621,8 +10623,6 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         u_v2_x1 = -t_7fmkp
         t_si2fh = B_v2 * w1
         t_gkvv2 = C_v2 * w2
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -10736,6 +10736,10 @@ def lyapunov_v2_outputs(x, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -10754,8 +10758,6 @@ def lyapunov_v2_outputs(x, r, p, c):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -10763,8 +10765,6 @@ def lyapunov_v2_outputs(x, r, p, c):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -10966,6 +10966,12 @@ def jac_x(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
@@ -10997,13 +11003,9 @@ def jac_x(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -11013,8 +11015,6 @@ def jac_x(x, u, p):
         t_7uxgo_2 = Wt1 * cos_phi1
         t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -13218,6 +13218,12 @@ def jac_u(x, u, p):
         l2 = p[..., 18]
         h2 = p[..., 19]
         I2 = p[..., 20]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
@@ -13244,15 +13250,9 @@ def jac_u(x, u, p):
         J_C2 = I0 + J_y + (I1 + I2) + S_C
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = F * sin_delta2
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         As_1 = mv1 * sin_phi1
         Ass_1 = As_1 * sin_phi1
         Asc_1 = As_1 * cos_phi1
@@ -13788,6 +13788,12 @@ def jvp(x, u, p, along_x, along_u):
         along_Mz = along_u[..., 2]
         along_delta1 = along_u[..., 3]
         along_delta2 = along_u[..., 4]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
@@ -13819,13 +13825,9 @@ def jvp(x, u, p, along_x, along_u):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -13833,8 +13835,6 @@ def jvp(x, u, p, along_x, along_u):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -14664,6 +14664,12 @@ def outputs_jac(x, u, r, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -14693,13 +14699,9 @@ def outputs_jac(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -14709,8 +14711,6 @@ def outputs_jac(x, u, r, p):
         t_7uxgo_2 = Wt1 * cos_phi1
         t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -16512,6 +16512,12 @@ def jac_p(x, u, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         D1 = t_os4zj * m1 + I1
         t_gbl6n = 1.0 / D1
@@ -16551,13 +16557,9 @@ def jac_p(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -16565,8 +16567,6 @@ def jac_p(x, u, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -20639,6 +20639,12 @@ def outputs_jac_p(x, u, r, p):
         h2 = p[..., 19]
         I2 = p[..., 20]
         eps2 = p[..., 21]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         t_os4zj = l1 * l1
         D1 = t_os4zj * m1 + I1
         t_gbl6n = 1.0 / D1
@@ -20678,13 +20684,9 @@ def outputs_jac_p(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -20692,8 +20694,6 @@ def outputs_jac_p(x, u, r, p):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -23126,6 +23126,34 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
         along_Mz_cmd = along_u_cmd[..., 2]
         along_delta1_cmd = along_u_cmd[..., 3]
         along_delta2_cmd = along_u_cmd[..., 4]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_6k2ny = -delta2_max
+        t_arc6h = np.fmin(delta2_cmd, delta2_max)
+        delta2_act = np.fmax(t_6k2ny, t_arc6h)
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
+        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
+        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
+        t_xkg6l = 1.0 / np.cos(delta2_max)
+        t_r3kxd = t_dd7v5 * t_xkg6l
+        t_33tdi = np.fmin(1.0, t_r3kxd)
+        t_2g6s5 = np.fmax(-1.0, t_33tdi)
+        t_xdpyp = np.arcsin(t_2g6s5)
+        t_qerph = -delta1_max
+        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
+        m_lyzdv = (t_33tdi < -1.0)
+        m_3egkw = (-1.0 < t_33tdi)
+        m_24spq = (1.0 < t_r3kxd)
+        m_phdii = np.logical_and(m_3egkw, m_24spq)
+        m_35nsk = np.logical_or(m_lyzdv, m_phdii)
+        m_25iwn = np.logical_or(m_35nsk, m_24spq)
+        t_2hlb5 = np.where(m_tdcs7, delta1_cmd, np.where(m_25iwn, t_xdpyp, t_xdpyp))
+        t_jtckg = np.fmin(delta1_max, t_2hlb5)
+        t_lfdbd = np.fmax(t_qerph, t_jtckg)
+        sin_t_lfdbd, cos_t_lfdbd = np.sin(t_lfdbd), np.cos(t_lfdbd)
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
         k1 = t_nkfhl * l1
@@ -23140,10 +23168,6 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         As_1 = mv1 * sin_phi1
         Ass_1 = As_1 * sin_phi1
         Asc_1 = As_1 * cos_phi1
@@ -23212,32 +23236,8 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
         t_6dtnj_2 = 1.0 / K_D2
         K_L32 = t_upifj * t_6dtnj_2
         K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_6k2ny = -delta2_max
-        t_arc6h = np.fmin(delta2_cmd, delta2_max)
-        delta2_act = np.fmax(t_6k2ny, t_arc6h)
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
         df2_act = F * sin_delta2_act - F * sin_delta2_cmd
         t_appoi = F * cos_delta2_act
-        t_qerph = -delta1_max
-        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
-        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
-        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
-        t_xkg6l = 1.0 / np.cos(delta2_max)
-        t_r3kxd = t_dd7v5 * t_xkg6l
-        t_33tdi = np.fmin(1.0, t_r3kxd)
-        m_lyzdv = (t_33tdi < -1.0)
-        m_3egkw = (-1.0 < t_33tdi)
-        m_24spq = (1.0 < t_r3kxd)
-        m_phdii = np.logical_and(m_3egkw, m_24spq)
-        m_35nsk = np.logical_or(m_lyzdv, m_phdii)
-        m_25iwn = np.logical_or(m_35nsk, m_24spq)
-        t_2g6s5 = np.fmax(-1.0, t_33tdi)
-        t_xdpyp = np.arcsin(t_2g6s5)
-        t_2hlb5 = np.where(m_tdcs7, delta1_cmd, np.where(m_25iwn, t_xdpyp, t_xdpyp))
-        t_jtckg = np.fmin(delta1_max, t_2hlb5)
-        t_lfdbd = np.fmax(t_qerph, t_jtckg)
-        sin_t_lfdbd, cos_t_lfdbd = np.sin(t_lfdbd), np.cos(t_lfdbd)
         t_kdhs7 = cos_delta2_cmd * F
         t_umjdh = t_appoi * cos_t_lfdbd - t_kdhs7 * cos_delta1_cmd
         t_shor5 = t_umjdh * t_6dtnj
@@ -23477,25 +23477,499 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         along_theta1_dot = along_x[..., 14]
         along_phi2_dot = along_x[..., 15]
         along_theta2_dot = along_x[..., 16]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        t_rzamr = cos_theta1 * wz
+        t_uu2cl = sin_theta1 * wy
+        Wt1 = t_rzamr + t_uu2cl
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
+        th_1 = m1 * t_d2zbw
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        t_ownis = Wn1 * lc_1
+        t_plqy5 = chi1 * l1
+        t_l5lry = p1 + phi1_dot
+        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
+        loss_theta1 = eps1 * theta1_dot
+        t_djlym = zeta1 * I1 - loss_theta1 * q_1
+        F_n1 = th_1 * t_djlym
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
+        th_2 = m2 * t_ri6qi
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        t_cmacw = Wn2 * lc_2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        t_a3tjf = chi2 * l2
+        p2 = Wn2 + phi2_dot
+        t_dkl52 = p2 + phi2_dot
+        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
+        loss_theta2 = eps2 * theta2_dot
+        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
+        F_n2 = th_2 * t_c6wyu
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        W_theta1 = r10 * m1  # (27)
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = t_lgf4h + I1  # (26)
+        t_rsijc = 1.0 / (D_theta1 * D_theta1)
+        t_wdxch = W_theta1 * t_rsijc
+        t_al3x7 = t_wdxch * t_lgf4h
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_dmccl = t_yx2kz * cos_theta1
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
+        cz_theta1 = t_scs5l + I1  # (26)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_dmccl_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        W_theta2 = r10 * m2  # (27)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7 * t_frp3h
+        D_theta2 = t_6pfo6 + I2  # (26)
+        t_e7iwk = 1.0 / (D_theta2 * D_theta2)
+        t_iyr6v = W_theta2 * t_e7iwk
+        t_fre5h = t_iyr6v * t_6pfo6
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2  # (29)
+        t_6dxqs = t_lgf4h * t_lgf4h
+        t_ggxz2 = t_6pfo6 * t_6pfo6
+        f11_v1 = (
+            r4
+            - t_hyv47 * (I1 * I1)
+            - t_pi35k * (I2 * I2)
+            - t_wdxch * t_6dxqs
+            - t_iyr6v * t_ggxz2
+        )  # (29)
+        t_a2lgz = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_a2lgz
+        t_aqbxr = vz * r2
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        t_chbo3 = ax_eq * gx_phi1
+        t_sxxxk = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_4evkh = Wn1 * Wn1
+        t_f5hf3 = theta1_dot * theta1_dot
+        t_lgf4h_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_2zkgz = theta1_dot + theta1_dot
+        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ytkv4 = t_yx2kz * t_l4ozg
+        t_kf34p = t_os4zj * t_wjugd
+        t_qseuj = t_kf34p * sin_phi1
+        t_os4zj_2 = t_os4zj + t_os4zj
+        t_sakwz = t_os4zj_2 * t_hjphj
+        t_nuf3e = t_sakwz * t_l4ozg
+        t_3tn47 = cos_phi1 * t_l4ozg * h1
+        t_bddlq = t_os4zj_2 * sin_phi1
+        t_2vtqb = t_bddlq * cos_phi1
+        t_zlme3 = t_2vtqb * theta1_dot
+        k_phi1 = (
+            loss_phi1
+            - t_sxxxk * t_wjugd
+            - t_sxxxk * t_4evkh
+            - t_f5hf3 * t_lgf4h_2
+            - t_lgf4h_2 * t_wube7
+            - t_2zkgz * t_mgpcw
+            - t_ytkv4 * wx
+            + t_qseuj * cos_phi1 * m1
+            + t_nuf3e * wx * m1
+            + t_3tn47 * wx * l1 * m1
+            + t_zlme3 * wx * m1
+        )  # (25)
+        t_o6h5x = ax_eq * gx_phi2
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_2ys72 = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_4evkh_2 = Wn2 * Wn2
+        t_h6l62 = theta2_dot * theta2_dot
+        t_m7bta = theta2_dot + theta2_dot
+        t_n7l2g = t_doiln * t_6pfo6
+        t_md67w = t_doiln * t_frp3h
+        t_eftew = t_7ovbh * sin_phi2
+        t_doiln_2 = t_doiln + t_doiln
+        t_ocqsw = t_doiln_2 * t_pt6a7 * t_nfvux
+        t_jzkl6 = t_doiln * cos_phi2 * h2
+        t_7ia3v = sin_phi2 + sin_phi2
+        t_r4pbf = t_7ia3v * cos_phi2 * t_nfvux
+        t_vficm = t_r4pbf * theta2_dot
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_6pfo6_2
+            - t_2ys72 * t_7ovbh
+            - t_2ys72 * t_4evkh_2
+            - t_h6l62 * t_6pfo6_2
+            - t_m7bta * t_n7l2g
+            - t_md67w * wx
+            + t_eftew * cos_phi2 * t_nfvux * m2
+            + t_ocqsw * wx * m2
+            + t_jzkl6 * wx * l2 * m2
+            + t_vficm * wx * m2
+        )  # (25)
+        t_4maxk = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_lgf4h_2 * t_hjux3
+        t_7xuxq = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_sxxxk * t_prfqf
+            + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
+            + t_7xuxq
+            - t_lgf4h_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1)
+        t_qu7qb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * t_mw75j
+        t_5f4es = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        t_f2ypg = wx + wx
+        t_rfj2a = t_6pfo6_2 * t_f2ypg
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_n7l2g
+            + t_2ys72 * t_prfqf_2
+            + t_n7l2g * t_mw75j
+            + t_5f4es
+            - t_6pfo6_2 * t_prfqf_2
+            - t_rfj2a * phi2_dot
+        )  # (26)
+        t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
+            - t_wdxch * t_42oey
+            - t_iyr6v * t_imhcr
+            + vy * vz * r1
+        )  # (29)
+        t_y6t4t = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_4pqij = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_iouus = sin_theta1 * gx_phi1
+        t_d2e6j = t_iouus * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        t_lzacu = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_cfuim = gx_phi2 * sin_theta2
+        t_ipyra = t_cfuim * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        t_exlis = t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3
+        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
+        cdz_theta1 = phi1_dot * t_exlis - cy_theta1 * theta1_dot
+        t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1
+        t_pt6a7_3 = cos_phi2 * cos_phi2
+        t_erw3p = t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3
+        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * t_erw3p - cy_theta2 * theta2_dot
+        t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_wdxch * t_skje5
+            - t_iyr6v * t_2tsuo
+        )  # (29)
+        t_m2xao = t_hyv47 * t_2ksfs
+        t_fgpdt = t_pi35k * t_zshn6
+        t_nacmc = t_wdxch * cy_theta1
+        t_47hyg = t_iyr6v * cy_theta2
+        f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2  # (29)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2  # (29)
+        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        t_yo2ei = cy_theta1 * cy_theta1
+        t_tkz7a = cy_theta2 * cy_theta2
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_2ksfs * t_2ksfs)
+            - t_pi35k * (t_zshn6 * t_zshn6)
+            - t_wdxch * t_yo2ei
+            - t_iyr6v * t_tkz7a
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_a2lgz
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_vk4eg * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        t_exlis_2 = t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * t_exlis_2
+        t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1
+        t_erw3p_2 = t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * t_erw3p_2
+        t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_wdxch * t_glvjv
+            - t_iyr6v * t_wiuaa
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        t_7mbmh = cz_theta1 * cz_theta1
+        t_74fkc = cz_theta2 * cz_theta2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_wdxch * t_7mbmh
+            - t_iyr6v * t_74fkc
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        t_6dtnj_2 = 1.0 / f_v1_D3
+        u_v1_x3 = u_v1_y3 * t_6dtnj_2
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        t_texm7 = u_v1_y2 * t_6dtnj
+        u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
+        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
+        t_7ferw = cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk
+        t_fcz3l = t_wdxch * t_7ferw
+        t_vfu6k = cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb
+        t_nv7vh = t_iyr6v * t_vfu6k
+        B_v1 = (
+            t_wij2f
+            - t_xlxwl * gy_phi1
+            - t_hgt7a * gy_phi2
+            - t_fcz3l * gy_theta1
+            - t_nv7vh * gy_theta2
+        )  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        C_v1 = (
+            t_aqbxr
+            - t_xlxwl * gz_phi1
+            - t_hgt7a * gz_phi2
+            + t_fcz3l * t_iouus
+            + t_nv7vh * t_cfuim
+        )  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_aocun = t_y6t4t * t_a2lgz
+        t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_bewoy
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_asytu = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v1 * t_6iku5
+            + G3_v1 * t_6iku5_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_hig3c_3 * t_bewoy - t_asytu
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_edvw3
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_belws * t_bewoy
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_teqv5 = q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1
+        t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5
+        root_v1 = np.sqrt(np.fmax(0.0, t_qo4xj))
+        t_6dtnj_3 = 1.0 / PP_v1
+        ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_3
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        t_y7rm6 = 1.0 / F
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        t_whut6 = f2_v1 * t_y7rm6
+        t_yel6o = np.fmin(1.0, t_whut6)
+        sin_d2_v1 = np.fmax(-1.0, t_yel6o)
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        t_n42kg = -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1))
+        t_6xn6x = np.fmin(1.0, t_n42kg)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, t_6xn6x))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        m_77gct = (t_qo4xj < 0.0)
+        t_arpa7 = (np.where(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_3
+        t_j4iq4 = q2_v1 - t_f2nhc_2 * t_arpa7
+        t_p6s3n = t_j4iq4 * t_y7rm6
+        t_ec4a7 = np.fmin(1.0, t_p6s3n)
+        t_dmbry = np.fmax(-1.0, t_ec4a7)
+        m_ismjq = (t_yel6o < -1.0)
+        m_xniro = (-1.0 < t_yel6o)
+        m_2wilq = (1.0 < t_whut6)
+        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
+        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
+        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
+        t_wuiya = np.where(m_nzov7, delta2_v1, np.arcsin(t_dmbry))
+        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
+        t_j4iq4_2 = q3_v1 - t_f2nhc * t_arpa7
+        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
+        t_7wk4r = np.where(m_nzov7, cos_d2_v1, t_v4pjv)
+        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
+        t_lkkb4 = t_j4iq4_2 * t_y7rm6 * t_v2nh3
+        t_bftdw = -t_lkkb4
+        t_ltztq = np.fmin(1.0, t_bftdw)
+        t_xb3pe = np.fmax(-1.0, t_ltztq)
+        m_6owgg = (t_6xn6x < -1.0)
+        m_s2see = (-1.0 < t_6xn6x)
+        m_7ozlc = (1.0 < t_n42kg)
+        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
+        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
+        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
+        t_vuw2a = np.where(m_ld5rn, delta1_v1, np.arcsin(t_xb3pe))
+        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -23507,151 +23981,41 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
-        th_1 = m1 * t_d2zbw
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        t_ownis = Wn1 * lc_1
-        t_plqy5 = chi1 * l1
-        t_l5lry = p1 + phi1_dot
-        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
-        t_djlym = zeta1 * I1 - loss_theta1 * q_1
-        F_n1 = th_1 * t_djlym
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
-        th_2 = m2 * t_ri6qi
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        t_cmacw = Wn2 * lc_2
-        t_a3tjf = chi2 * l2
-        t_dkl52 = p2 + phi2_dot
-        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
-        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
-        F_n2 = th_2 * t_c6wyu
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -23660,352 +24024,18 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_4evkh = Wn1 * Wn1
-        t_f5hf3 = theta1_dot * theta1_dot
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_2zkgz = theta1_dot + theta1_dot
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
-        t_ytkv4 = t_yx2kz * t_l4ozg
-        t_kf34p = t_os4zj * t_wjugd
-        t_qseuj = t_kf34p * sin_phi1
-        t_os4zj_2 = t_os4zj + t_os4zj
-        t_sakwz = t_os4zj_2 * t_hjphj_2
-        t_nuf3e = t_sakwz * t_l4ozg
-        t_3tn47 = cos_phi1 * t_l4ozg * h1
-        t_bddlq = t_os4zj_2 * sin_phi1
-        t_2vtqb = t_bddlq * cos_phi1
-        t_zlme3 = t_2vtqb * theta1_dot
-        k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * t_4evkh
-            - t_f5hf3 * t_lgf4h
-            - t_lgf4h * t_wube7
-            - t_2zkgz * t_mgpcw
-            - t_ytkv4 * wx
-            + t_qseuj * cos_phi1 * m1
-            + t_nuf3e * wx * m1
-            + t_3tn47 * wx * l1 * m1
-            + t_zlme3 * wx * m1
-        )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cy_theta1 = t_d2e6j - t_hjphj * t_dmccl  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_dmccl_2 = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj * t_dmccl_2
-        cz_theta1 = t_scs5l + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_4evkh_2 = Wn2 * Wn2
-        t_h6l62 = theta2_dot * theta2_dot
-        t_m7bta = theta2_dot + theta2_dot
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_n7l2g = t_doiln * t_6pfo6_2
-        t_md67w = t_doiln * t_frp3h
-        t_eftew = t_7ovbh * sin_phi2
-        t_doiln_2 = t_doiln + t_doiln
-        t_ocqsw = t_doiln_2 * t_pt6a7_2 * t_nfvux
-        t_jzkl6 = t_doiln * cos_phi2 * h2
-        t_7ia3v = sin_phi2 + sin_phi2
-        t_r4pbf = t_7ia3v * cos_phi2 * t_nfvux
-        t_vficm = t_r4pbf * theta2_dot
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * t_4evkh_2
-            - t_h6l62 * t_6pfo6
-            - t_m7bta * t_n7l2g
-            - t_md67w * wx
-            + t_eftew * cos_phi2 * t_nfvux * m2
-            + t_ocqsw * wx * m2
-            + t_jzkl6 * wx * l2 * m2
-            + t_vficm * wx * m2
-        )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_f2ypg = wx + wx
-        t_rfj2a = t_6pfo6 * t_f2ypg
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_rfj2a * phi2_dot
-        )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        W_theta1 = r10 * m1  # (27)
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        t_exlis = t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * t_exlis
-        t_exlis_2 = t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3
-        cdz_theta1 = phi1_dot * t_exlis_2 - cy_theta1 * theta1_dot
-        W_phi2 = r9 * m2  # (27)
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
-        W_theta2 = r10 * m2  # (27)
-        t_pt6a7_3 = cos_phi2 * cos_phi2
-        t_erw3p = t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * t_erw3p
-        t_erw3p_2 = t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3
-        cdz_theta2 = phi2_dot * t_erw3p_2 - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
-        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
-        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_rsijc = 1.0 / (D_theta1 * D_theta1)
-        t_wdxch = W_theta1 * t_rsijc
-        t_4maxk = D_theta1 * theta1_dot
-        t_7ferw = cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz + t_4maxk
-        t_fcz3l = t_wdxch * t_7ferw
-        t_e7iwk = 1.0 / (D_theta2 * D_theta2)
-        t_iyr6v = W_theta2 * t_e7iwk
-        t_qu7qb = D_theta2 * theta2_dot
-        t_vfu6k = cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz + t_qu7qb
-        t_nv7vh = t_iyr6v * t_vfu6k
-        B_v1 = (
-            t_wij2f
-            - t_xlxwl * gy_phi1
-            - t_hgt7a * gy_phi2
-            - t_fcz3l * gy_theta1
-            - t_nv7vh * gy_theta2
-        )  # (29)
-        t_aqbxr = vz * r2
-        C_v1 = (
-            t_aqbxr
-            - t_xlxwl * gz_phi1
-            - t_hgt7a * gz_phi2
-            + t_fcz3l * t_iouus
-            + t_nv7vh * t_cfuim
-        )  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
-        t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1)
-        t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2)
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_wdxch * t_42oey
-            - t_iyr6v * t_imhcr
-            + vy * vz * r1
-        )  # (29)
-        t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1
-        t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_wdxch * t_glvjv
-            - t_iyr6v * t_wiuaa
-            + vx * vz * r2
-        )  # (29)
-        t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1
-        t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_wdxch * t_skje5
-            - t_iyr6v * t_2tsuo
-        )  # (29)
-        t_6dxqs = t_lgf4h_2 * t_lgf4h_2
-        t_ggxz2 = t_6pfo6_2 * t_6pfo6_2
-        f11_v1 = (
-            r4
-            - t_hyv47 * (I1 * I1)
-            - t_pi35k * (I2 * I2)
-            - t_wdxch * t_6dxqs
-            - t_iyr6v * t_ggxz2
-        )  # (29)
-        t_if7mv = t_hyv47 * I1
-        t_tmzpj = t_pi35k * I2
-        t_al3x7 = t_wdxch * t_lgf4h_2
-        t_fre5h = t_iyr6v * t_6pfo6_2
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2  # (29)
-        t_yo2ei = cy_theta1 * cy_theta1
-        t_tkz7a = cy_theta2 * cy_theta2
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_2ksfs * t_2ksfs)
-            - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_wdxch * t_yo2ei
-            - t_iyr6v * t_tkz7a
-        )  # (29)
-        f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2  # (29)
-        t_m2xao = t_hyv47 * t_2ksfs
-        t_fgpdt = t_pi35k * t_zshn6
-        t_nacmc = t_wdxch * cy_theta1
-        t_47hyg = t_iyr6v * cy_theta2
-        f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2  # (29)
-        t_7mbmh = cz_theta1 * cz_theta1
-        t_74fkc = cz_theta2 * cz_theta2
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_wdxch * t_7mbmh
-            - t_iyr6v * t_74fkc
-        )  # (29)
-        t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_3 = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj_3
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        t_6dtnj_4 = 1.0 / f_v1_D3
-        u_v1_x3 = u_v1_y3 * t_6dtnj_4
-        t_texm7 = u_v1_y2 * t_6dtnj_3
-        u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_hig3c_5 = Bs_1 + Bs_2
-        t_aocun = t_y6t4t * t_a2lgz
-        t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_hig3c_5 * t_bewoy - t_asytu
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_teqv5 = q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1
-        t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5
-        root_v1 = np.sqrt(np.fmax(0.0, t_qo4xj))
-        t_6dtnj_5 = 1.0 / PP_v1
-        ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_5
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        t_y7rm6 = 1.0 / F
-        t_whut6 = f2_v1 * t_y7rm6
-        t_yel6o = np.fmin(1.0, t_whut6)
-        sin_d2_v1 = np.fmax(-1.0, t_yel6o)
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        t_n42kg = -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1))
-        t_6xn6x = np.fmin(1.0, t_n42kg)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, t_6xn6x))
-        delta2_v1 = np.arcsin(sin_d2_v1)
+        t_6dtnj_4 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_4
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_4
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_5 = 1.0 / K_D2
+        K_L32 = t_upifj * t_6dtnj_5
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         t_caymt = cos_phi1 * along_phi1
         t_elpoq = B_1 * t_caymt
         t_ph2zw = (wy + wy) * along_wy + (wz + wz) * along_wz
@@ -24079,13 +24109,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_u52po = (sin_phi1 + sin_phi1) * t_caymt
         t_avv2w = t_yx2kz * t_u52po
         t_su25s = t_wdxch * t_rsijc * ((D_theta1 + D_theta1) * t_avv2w)
-        t_6xdhf = t_wdxch * t_avv2w - t_lgf4h_2 * t_su25s
+        t_6xdhf = t_wdxch * t_avv2w - t_lgf4h * t_su25s
         t_7hn5w = t_6nwd2 * t_caymt
         t_mypv5 = cos_theta1 * t_7hn5w - gx_phi1 * t_cfvjs
         t_urtfh = h1 * t_mypv5
         t_a54cl = cos_phi1 * t_caymt - sin_phi1 * t_caymt_2
         t_2twwq = t_yx2kz * t_cfvjs
-        t_xs2gu = t_urtfh - (t_dmccl_2 * t_a54cl - t_hjphj * t_2twwq)
+        t_xs2gu = t_urtfh - (t_dmccl * t_a54cl - t_hjphj_2 * t_2twwq)
         t_thg73 = m1 * t_lf5wu_2
         t_olfrr = t_3s3hq * t_cfvjs_2 - sin_theta1 * t_thg73
         t_itlu7 = h1 * t_olfrr
@@ -24099,13 +24129,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_y5awn = t_7ia3v * t_acpzf
         t_y3tan = t_frp3h * t_y5awn
         t_v6uhk = t_iyr6v * t_e7iwk * ((D_theta2 + D_theta2) * t_y3tan)
-        t_xgnbj = t_iyr6v * t_y3tan - t_6pfo6_2 * t_v6uhk
+        t_xgnbj = t_iyr6v * t_y3tan - t_6pfo6 * t_v6uhk
         t_aotwv = t_popww * t_acpzf
         t_kax34 = cos_theta2 * t_aotwv - gx_phi2 * t_3nsm2
         t_yfzrx = h2 * t_kax34
         t_odf2v = cos_phi2 * t_acpzf - sin_phi2 * t_acpzf_2
         t_faxhz_2 = t_frp3h * t_3nsm2
-        t_eyusu = t_yfzrx - (t_c4pkx_2 * t_odf2v - t_pt6a7 * t_faxhz_2)
+        t_eyusu = t_yfzrx - (t_c4pkx_2 * t_odf2v - t_pt6a7_2 * t_faxhz_2)
         t_rk5tc = (
             cz_theta1 * t_6xdhf
             + t_al3x7 * t_xs2gu
@@ -24113,9 +24143,9 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (cz_theta2 * t_xgnbj + t_fre5h * t_eyusu)
         )
         t_mnr5c = (
-            t_wdxch * ((t_lgf4h_2 + t_lgf4h_2) * t_avv2w)
+            t_wdxch * ((t_lgf4h + t_lgf4h) * t_avv2w)
             - t_6dxqs * t_su25s
-            + (t_iyr6v * ((t_6pfo6_2 + t_6pfo6_2) * t_y3tan) - t_ggxz2 * t_v6uhk)
+            + (t_iyr6v * ((t_6pfo6 + t_6pfo6) * t_y3tan) - t_ggxz2 * t_v6uhk)
         )
         t_g25lb = t_rk5tc * t_a2lgz + f_v1_L31 * t_a2lgz * t_mnr5c
         t_c2js2 = r2 * along_vz
@@ -24125,7 +24155,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_qb4jj = (t_l4ozg + t_l4ozg) * t_5djln_2
         t_yco5k = t_yx2kz * t_a54cl
         t_p5ouv = t_f2ypg * along_wx
-        t_tyt57 = t_l4ozg * t_avv2w + t_lgf4h_2 * t_5djln_2
+        t_tyt57 = t_l4ozg * t_avv2w + t_lgf4h * t_5djln_2
         t_fzxum = m1 * (cos_phi1 * (sin_phi1 * (t_os4zj * t_qb4jj) + t_kf34p * t_caymt) - t_qseuj * t_caymt_2)
         t_yml4b = m1 * (wx * (t_l4ozg * (t_os4zj_2 * t_u52po) + t_sakwz * t_5djln_2) + t_nuf3e * along_wx)
         t_fxasq = l1 * (wx * (h1 * (cos_phi1 * t_5djln_2 - t_l4ozg * t_caymt_2)) + t_3tn47 * along_wx)
@@ -24134,8 +24164,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             t_zmble
             - (t_wjugd * t_42brb + t_sxxxk * t_qb4jj)
             - (t_4evkh * t_42brb + t_sxxxk * ((Wn1 + Wn1) * t_gvj6n))
-            - (t_lgf4h * (t_2zkgz * along_theta1_dot) + t_f5hf3 * t_yco5k)
-            - (t_wube7 * t_yco5k + t_lgf4h * t_p5ouv)
+            - (t_lgf4h_2 * (t_2zkgz * along_theta1_dot) + t_f5hf3 * t_yco5k)
+            - (t_wube7 * t_yco5k + t_lgf4h_2 * t_p5ouv)
             - (t_mgpcw * (along_theta1_dot + along_theta1_dot) + t_2zkgz * t_tyt57)
             - (wx * (t_yx2kz * t_5djln_2) + t_ytkv4 * along_wx)
             + t_fzxum
@@ -24148,10 +24178,10 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_mrmcz = h2 * t_aotwv
         t_wvpk3_2 = t_2hibi + t_6srrg
         t_p3nxh = t_doiln_2 * t_wvpk3_2
-        t_3woyn = t_6pfo6_2 * t_wvpk3_2 + t_doiln * t_y3tan
+        t_3woyn = t_6pfo6 * t_wvpk3_2 + t_doiln * t_y3tan
         t_jjlf5 = m2 * (t_nfvux * (cos_phi2 * (sin_phi2 * t_p3nxh + t_7ovbh * t_acpzf) - t_eftew * t_acpzf_2))
         t_hthjj = (
-            wx * (t_nfvux * (t_pt6a7_2 * (t_wvpk3_2 + t_wvpk3_2) + t_doiln_2 * t_y5awn))
+            wx * (t_nfvux * (t_pt6a7 * (t_wvpk3_2 + t_wvpk3_2) + t_doiln_2 * t_y5awn))
             + t_ocqsw * along_wx
         )
         t_b446y = l2 * (wx * (h2 * (cos_phi2 * t_wvpk3_2 - t_doiln * t_acpzf_2)) + t_jzkl6 * along_wx)
@@ -24161,10 +24191,10 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_4o7sv = (
             t_trbl5
-            - (t_6pfo6 * t_p5ouv + t_wube7 * t_c3th3)
+            - (t_6pfo6_2 * t_p5ouv + t_wube7 * t_c3th3)
             - (t_7ovbh * t_mrmcz + t_2ys72 * t_p3nxh)
             - (t_4evkh_2 * t_mrmcz + t_2ys72 * ((Wn2 + Wn2) * t_ki4dj))
-            - (t_6pfo6 * (t_m7bta * along_theta2_dot) + t_h6l62 * t_c3th3)
+            - (t_6pfo6_2 * (t_m7bta * along_theta2_dot) + t_h6l62 * t_c3th3)
             - (t_n7l2g * (along_theta2_dot + along_theta2_dot) + t_m7bta * t_3woyn)
             - (wx * (t_frp3h * t_wvpk3_2) + t_md67w * along_wx)
             + t_jjlf5
@@ -24174,7 +24204,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_4qsnt = theta1_dot * t_avv2w + D_theta1 * along_theta1_dot
         t_jootr = along_phi1_dot + along_phi1_dot
-        t_oybio = t_hjux3 * t_yco5k + t_lgf4h * t_jootr
+        t_oybio = t_hjux3 * t_yco5k + t_lgf4h_2 * t_jootr
         t_juyfh = theta1_dot * t_oybio + Dd_theta1 * along_theta1_dot
         t_j62t5 = wx * t_gvj6n + Wn1 * along_wx
         t_vdiww = (
@@ -24183,17 +24213,17 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (t_hjux3 * t_tyt57 + t_mgpcw * t_jootr)
             + (Wn1 * t_tyt57 + t_mgpcw * t_gvj6n)
             + t_juyfh
-            - (t_prfqf * t_yco5k + t_lgf4h * t_j62t5)
+            - (t_prfqf * t_yco5k + t_lgf4h_2 * t_j62t5)
             - (wx * t_oybio + Dd_theta1 * along_wx)
         )
         t_fmm7u = (
             Dd_theta1 * t_4qsnt
             + t_4maxk * t_oybio
-            - (t_lgf4h_2 * t_juyfh + t_7xuxq * t_avv2w + (k_theta1 * t_avv2w + t_lgf4h_2 * t_vdiww))
+            - (t_lgf4h * t_juyfh + t_7xuxq * t_avv2w + (k_theta1 * t_avv2w + t_lgf4h * t_vdiww))
         )
         t_5c3s2 = theta2_dot * t_y3tan + D_theta2 * along_theta2_dot
         t_r7fvk = along_phi2_dot + along_phi2_dot
-        t_5nhln = t_mw75j * t_c3th3 + t_6pfo6 * t_r7fvk
+        t_5nhln = t_mw75j * t_c3th3 + t_6pfo6_2 * t_r7fvk
         t_gqcyt = theta2_dot * t_5nhln + Dd_theta2 * along_theta2_dot
         t_6mjy2 = wx * t_ki4dj + Wn2 * along_wx
         t_5jlrq = (
@@ -24202,13 +24232,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (t_prfqf_2 * t_mrmcz + t_2ys72 * t_6mjy2)
             + (t_mw75j * t_3woyn + t_n7l2g * t_r7fvk)
             + t_gqcyt
-            - (t_prfqf_2 * t_c3th3 + t_6pfo6 * t_6mjy2)
-            - (phi2_dot * (t_f2ypg * t_c3th3 + t_6pfo6 * (along_wx + along_wx)) + t_rfj2a * along_phi2_dot)
+            - (t_prfqf_2 * t_c3th3 + t_6pfo6_2 * t_6mjy2)
+            - (phi2_dot * (t_f2ypg * t_c3th3 + t_6pfo6_2 * (along_wx + along_wx)) + t_rfj2a * along_phi2_dot)
         )
         t_ihi7a = (
             Dd_theta2 * t_5c3s2
             + t_qu7qb * t_5nhln
-            - (t_6pfo6_2 * t_gqcyt + t_5f4es * t_y3tan + (k_theta2 * t_y3tan + t_6pfo6_2 * t_5jlrq))
+            - (t_6pfo6 * t_gqcyt + t_5f4es * t_y3tan + (k_theta2 * t_y3tan + t_6pfo6 * t_5jlrq))
         )
         t_k73lu = (
             r3 * along_att1
@@ -24249,13 +24279,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_u52po_2 = (cos_phi1 + cos_phi1) * t_caymt_2
         t_3yuii = (
-            t_dmccl_2 * t_u52po
-            - t_hjphj_2 * t_2twwq
+            t_dmccl * t_u52po
+            - t_hjphj * t_2twwq
             - t_itlu7_2
-            + (t_hjphj_3 * t_2twwq + t_dmccl_2 * t_u52po_2)
+            + (t_hjphj_3 * t_2twwq + t_dmccl * t_u52po_2)
         )
-        t_xs2gu_2 = t_urtfh_2 - (t_dmccl * t_a54cl + t_hjphj * t_2twwq_2)
-        t_duuvh = t_4maxk * (t_exlis_2 * along_phi1_dot + phi1_dot * t_3yuii - (theta1_dot * t_xs2gu_2 + cy_theta1 * along_theta1_dot))
+        t_xs2gu_2 = t_urtfh_2 - (t_dmccl_2 * t_a54cl + t_hjphj_2 * t_2twwq_2)
+        t_duuvh = t_4maxk * (t_exlis * along_phi1_dot + phi1_dot * t_3yuii - (theta1_dot * t_xs2gu_2 + cy_theta1 * along_theta1_dot))
         t_nkdb2 = (
             cz_theta1 * t_juyfh
             + t_7xuxq * t_xs2gu
@@ -24265,12 +24295,12 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_y5awn_2 = (cos_phi2 + cos_phi2) * t_acpzf_2
         t_essok = (
             t_c4pkx_2 * t_y5awn
-            - t_pt6a7_2 * t_faxhz_2
+            - t_pt6a7 * t_faxhz_2
             - t_mswiw_2
             + (t_pt6a7_3 * t_faxhz_2 + t_c4pkx_2 * t_y5awn_2)
         )
-        t_eyusu_2 = t_yfzrx_2 - (t_pt6a7 * t_faxhz + t_c4pkx * t_odf2v)
-        t_ak33g = t_qu7qb * (t_erw3p_2 * along_phi2_dot + phi2_dot * t_essok - (theta2_dot * t_eyusu_2 + cy_theta2 * along_theta2_dot))
+        t_eyusu_2 = t_yfzrx_2 - (t_pt6a7_2 * t_faxhz + t_c4pkx * t_odf2v)
+        t_ak33g = t_qu7qb * (t_erw3p * along_phi2_dot + phi2_dot * t_essok - (theta2_dot * t_eyusu_2 + cy_theta2 * along_theta2_dot))
         t_di6ua = (
             cz_theta2 * t_gqcyt
             + t_5f4es * t_eyusu
@@ -24307,7 +24337,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (t_iyr6v * ((cy_theta2 + cy_theta2) * t_eyusu_2) - t_tkz7a * t_v6uhk)
             + (f_v1_L21 * t_uaezc + f21_v1 * t_p4cnv)
         )
-        t_q4o4n = t_2gbdr * t_6dtnj_3 + f_v1_L32 * t_6dtnj_3 * t_m6e35
+        t_q4o4n = t_2gbdr * t_6dtnj + f_v1_L32 * t_6dtnj * t_m6e35
         t_lgawj = t_4pqij * (phi1_dot * t_urtfh + t_n4yir * along_phi1_dot + (theta1_dot * t_wx5bv + cz_phi1 * along_theta1_dot))
         t_x7bm3 = (
             t_2ksfs * t_tr4ll
@@ -24324,10 +24354,10 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_3yuii_2 = (
             t_itlu7
-            + (t_dmccl * t_u52po + t_hjphj_2 * t_2twwq_2)
-            - (t_hjphj_3 * t_2twwq_2 - t_dmccl * t_u52po_2)
+            + (t_dmccl_2 * t_u52po + t_hjphj * t_2twwq_2)
+            - (t_hjphj_3 * t_2twwq_2 - t_dmccl_2 * t_u52po_2)
         )
-        t_xup6b = t_4maxk * (theta1_dot * t_xs2gu + t_scs5l * along_theta1_dot + (t_exlis * along_phi1_dot + phi1_dot * t_3yuii_2))
+        t_xup6b = t_4maxk * (theta1_dot * t_xs2gu + t_scs5l * along_theta1_dot + (t_exlis_2 * along_phi1_dot + phi1_dot * t_3yuii_2))
         t_bubby = (
             cy_theta1 * t_juyfh
             + t_7xuxq * t_xs2gu_2
@@ -24336,10 +24366,10 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_essok_2 = (
             t_mswiw
-            + (t_pt6a7_2 * t_faxhz + t_c4pkx * t_y5awn)
+            + (t_pt6a7 * t_faxhz + t_c4pkx * t_y5awn)
             - (t_pt6a7_3 * t_faxhz - t_c4pkx * t_y5awn_2)
         )
-        t_6cxas = t_qu7qb * (theta2_dot * t_eyusu + t_rdvkg * along_theta2_dot + (t_erw3p * along_phi2_dot + phi2_dot * t_essok_2))
+        t_6cxas = t_qu7qb * (theta2_dot * t_eyusu + t_rdvkg * along_theta2_dot + (t_erw3p_2 * along_phi2_dot + phi2_dot * t_essok_2))
         t_balke = (
             cy_theta2 * t_gqcyt
             + t_5f4es * t_eyusu_2
@@ -24369,7 +24399,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (f_v1_L32 * t_2gbdr + t_vk4eg * t_q4o4n)
             + (f_v1_L31 * t_rk5tc + f31_v1 * t_g25lb)
         )
-        t_4h5dq = t_byjtt * t_6dtnj_4 + u_v1_x3 * t_6dtnj_4 * t_ioibd
+        t_4h5dq = t_byjtt * t_6dtnj_2 + u_v1_x3 * t_6dtnj_2 * t_ioibd
         t_l7llk = t_y5zog + t_4h5dq
         t_pqxvx = I1 * t_7x4oq
         t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx
@@ -24395,8 +24425,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_d5jt4 = wz * along_wx + wx * along_wz
         t_7aer2 = (
-            t_e6xrn * t_6dtnj_3
-            + t_texm7 * t_6dtnj_3 * t_m6e35
+            t_e6xrn * t_6dtnj
+            + t_texm7 * t_6dtnj * t_m6e35
             - (u_v1_x3 * t_q4o4n + f_v1_L32 * t_4h5dq)
         )
         t_sgjgb = t_d5jt4 - t_7aer2
@@ -24406,8 +24436,6 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
             + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
         )
-        m_77gct = (t_qo4xj < 0.0)
-        t_arpa7 = (np.where(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_5
         t_2jney = t_elpoq + t_pz7ut
         m_nsst6 = np.logical_not(m_77gct)
         m_rhjsc = (0.0 <= t_qo4xj)
@@ -24453,7 +24481,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_ndiqk = (
             wy * t_xs2gu_2
             + cy_theta1 * along_wy
-            - (wx * t_avv2w + t_lgf4h_2 * along_wx)
+            - (wx * t_avv2w + t_lgf4h * along_wx)
             + (wz * t_xs2gu + cz_theta1 * along_wz)
             + t_4qsnt
         )
@@ -24461,7 +24489,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_lk6gl = (
             wy * t_eyusu_2
             + cy_theta2 * along_wy
-            - (wx * t_y3tan + t_6pfo6_2 * along_wx)
+            - (wx * t_y3tan + t_6pfo6 * along_wx)
             + (wz * t_eyusu + cz_theta2 * along_wz)
             + t_5c3s2
         )
@@ -24491,10 +24519,10 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (cos_phi2 * t_a4vbo - tension2 * t_acpzf_2)
             + (t_6iku5 * t_l7llk + G2_v1 * t_fmlla)
             + (t_6iku5_2 * t_sgjgb + G3_v1 * t_fmlla_2)
-            + (a2_v1 * t_6zhlz + t_f2nhc * t_ht64o)
-            + (a3_v1 * t_6zhlz_2 + t_f2nhc_2 * t_npec7)
+            + (a2_v1 * t_6zhlz + t_f2nhc_2 * t_ht64o)
+            + (a3_v1 * t_6zhlz_2 + t_f2nhc * t_npec7)
         )
-        t_fzepq = t_bewoy * t_2jney + t_hig3c_5 * t_5uhyd - t_equau
+        t_fzepq = t_bewoy * t_2jney + t_hig3c_3 * t_5uhyd - t_equau
         t_4adkh_2 = sin_phi1 * t_a6n2y + As_1 * t_caymt
         t_ipkuk_2 = sin_phi2 * t_jgxpx + As_2 * t_acpzf
         t_njjnc = t_4adkh_2 + t_ipkuk_2
@@ -24535,7 +24563,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
             + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
             + (K52 * t_l7llk + G2_v1 * t_xmogo)
-            - (t_edvw3_2 * t_sgjgb + G3_v1 * t_dqvol)
+            - (t_edvw3 * t_sgjgb + G3_v1 * t_dqvol)
             + (a2_v1 * t_xz6vd + K22 * t_ht64o)
             + (a3_v1 * t_asjie + K32 * t_npec7)
             + (t_bewoy * t_atv7n + t_belws * t_5uhyd)
@@ -24567,13 +24595,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_pjgl2 = (
             K11 * t_fzepq
             - q1_v1 * t_njjnc
-            - (q2_v1 * t_6zhlz + t_f2nhc * t_66msf)
-            - (q3_v1 * t_6zhlz_2 + t_f2nhc_2 * t_a2opi)
+            - (q2_v1 * t_6zhlz + t_f2nhc_2 * t_66msf)
+            - (q3_v1 * t_6zhlz_2 + t_f2nhc * t_a2opi)
         )
         t_nszf3 = (
-            (t_f2nhc + t_f2nhc) * t_6zhlz
+            (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz
             - (K11 + K11) * t_njjnc
-            + (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz_2
+            + (t_f2nhc + t_f2nhc) * t_6zhlz_2
         )
         t_mlr47 = (
             (q1_v1 + q1_v1) * t_fzepq
@@ -24582,42 +24610,14 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         )
         t_cicc4 = t_bl2rl / (np.where(m_otwkd, 1.0, 0.0) + t_bl2rl) * ((Pq_v1 + Pq_v1) * t_pjgl2 - (t_teqv5 * t_nszf3 + PP_v1 * t_mlr47))
         t_icwrq = (
-            (np.where(m_nsst6, t_cicc4 / (root_v1 + root_v1), 0.0) - t_pjgl2) * t_6dtnj_5
-            - t_arpa7 * t_6dtnj_5 * t_nszf3
+            (np.where(m_nsst6, t_cicc4 / (root_v1 + root_v1), 0.0) - t_pjgl2) * t_6dtnj_3
+            - t_arpa7 * t_6dtnj_3 * t_nszf3
         )
-        m_ismjq = (t_yel6o < -1.0)
-        m_xniro = (-1.0 < t_yel6o)
-        m_2wilq = (1.0 < t_whut6)
-        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
-        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
-        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
-        t_j4iq4 = q2_v1 - t_f2nhc * t_arpa7
-        t_p6s3n = t_j4iq4 * t_y7rm6
-        t_ec4a7 = np.fmin(1.0, t_p6s3n)
-        t_dmbry = np.fmax(-1.0, t_ec4a7)
-        t_wuiya = np.where(m_nzov7, delta2_v1, np.arcsin(t_dmbry))
-        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
         t_irojk = F * cos_t_wuiya
-        m_6owgg = (t_6xn6x < -1.0)
-        m_s2see = (-1.0 < t_6xn6x)
-        m_7ozlc = (1.0 < t_n42kg)
-        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
-        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
-        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
-        t_j4iq4_2 = q3_v1 - t_f2nhc_2 * t_arpa7
-        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
-        t_7wk4r = np.where(m_nzov7, cos_d2_v1, t_v4pjv)
-        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
-        t_lkkb4 = t_j4iq4_2 * t_y7rm6 * t_v2nh3
-        t_bftdw = -t_lkkb4
-        t_ltztq = np.fmin(1.0, t_bftdw)
-        t_xb3pe = np.fmax(-1.0, t_ltztq)
-        t_vuw2a = np.where(m_ld5rn, delta1_v1, np.arcsin(t_xb3pe))
-        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
         t_4z6my = t_irojk * cos_t_vuw2a - (q1_v1 + K11 * t_arpa7)
-        t_spwqr = t_4z6my * t_6dtnj
+        t_spwqr = t_4z6my * t_6dtnj_4
         t_smcos = F * sin_t_wuiya - t_j4iq4 + t_gousg * t_4z6my
-        t_rwi6j = t_smcos * t_6dtnj_2
+        t_rwi6j = t_smcos * t_6dtnj_5
         t_6dtnj_6 = 1.0 / K_D3
         t_4l37s = (t_gousg_2 * t_4z6my - (t_irojk * sin_t_vuw2a + t_j4iq4_2) - K_L32 * t_smcos) * t_6dtnj_6
         t_35pfh = t_rwi6j - K_L32 * t_4l37s
@@ -24629,7 +24629,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         m_c3yhz = (t_p6s3n <= 1.0)
         t_hkwhb = np.where(m_c3yhz, 1.0, 0.0)
         m_wiivb = (1.0 <= t_p6s3n)
-        t_aaqzd = t_66msf - (t_arpa7 * t_6zhlz + t_f2nhc * t_icwrq)
+        t_aaqzd = t_66msf - (t_arpa7 * t_6zhlz + t_f2nhc_2 * t_icwrq)
         t_cyjqv = t_wzftv / (np.where(m_hnocs, 1.0, 0.0) + t_wzftv) * (t_hkwhb / (np.where(m_wiivb, 1.0, 0.0) + t_hkwhb) * (t_aaqzd * t_y7rm6))
         t_4tqvz = t_cyjqv / t_v4pjv
         t_ajthi = F * (sin_t_wuiya * t_4tqvz)
@@ -24640,7 +24640,7 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         m_n24ux = (t_bftdw <= 1.0)
         t_nowqj = np.where(m_n24ux, 1.0, 0.0)
         m_lq75g = (1.0 <= t_bftdw)
-        t_3mf7h = t_a2opi - (t_arpa7 * t_6zhlz_2 + t_f2nhc_2 * t_icwrq)
+        t_3mf7h = t_a2opi - (t_arpa7 * t_6zhlz_2 + t_f2nhc * t_icwrq)
         m_iloht = (1e-09 <= t_7wk4r)
         t_ght2v = np.where(m_iloht, 1.0, 0.0)
         m_7bqhg = (t_7wk4r <= 1e-09)
@@ -24652,13 +24652,13 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + np.where(m_uklky, t_irojk * (sin_t_vuw2a * t_nsvzp), 0.0)
             - (t_fzepq + (K11 * t_icwrq - t_arpa7 * t_njjnc))
         )
-        t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc
+        t_3vbu4 = t_6zhlz * t_6dtnj_4 + t_gousg * t_6dtnj_4 * t_njjnc
         t_b76bo = F * (cos_t_wuiya * t_4tqvz)
         t_b4k7l = np.where(m_el4yy, t_b76bo, 0.0) - t_aaqzd + (t_4z6my * t_3vbu4 + t_gousg * t_m33y2)
-        t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4)
-        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc
-        t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2)
-        t_vfj6b = t_ibs4j * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_ybyvj
+        t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc_2 * t_3vbu4)
+        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj_4 + t_gousg_2 * t_6dtnj_4 * t_njjnc
+        t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc_2 * t_3vbu4_2)
+        t_vfj6b = t_ibs4j * t_6dtnj_5 - K_L32 * t_6dtnj_5 * t_ybyvj
         t_dufwl = np.where(m_el4yy, -(sin_t_vuw2a * t_ajthi), 0.0) + np.where(m_uklky, -(t_irojk * (cos_t_vuw2a * t_nsvzp)), 0.0)
         t_o2rs6 = (
             t_4z6my * t_3vbu4_2
@@ -24669,17 +24669,17 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_a26ph = (
             t_qqj6d
             - (K_L32 * t_ibs4j + t_upifj * t_vfj6b)
-            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2)
+            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc * t_3vbu4_2)
         )
         t_lwnr7 = t_o2rs6 * t_6dtnj_6 - t_4l37s * t_6dtnj_6 * t_a26ph
         t_s2zhc = (
-            t_b4k7l * t_6dtnj_2
-            - t_rwi6j * t_6dtnj_2 * t_ybyvj
+            t_b4k7l * t_6dtnj_5
+            - t_rwi6j * t_6dtnj_5 * t_ybyvj
             - (t_4l37s * t_vfj6b + K_L32 * t_lwnr7)
         )
         t_xyeou = (
-            t_m33y2 * t_6dtnj
-            + t_spwqr * t_6dtnj * t_njjnc
+            t_m33y2 * t_6dtnj_4
+            + t_spwqr * t_6dtnj_4 * t_njjnc
             + (t_35pfh * t_3vbu4 + t_gousg * t_s2zhc)
             + (t_4l37s * t_3vbu4_2 + t_gousg_2 * t_lwnr7)
         )
@@ -24697,8 +24697,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
             + (wx * t_ihgv7 + I_theta1 * along_wx)
             + (wx * t_5vhzn + I_theta2 * along_wx)
             - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-            - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-            - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
+            - (g_1 * t_qq2dd_2 + t_mallh * t_lf5wu_2)
+            - (g_2 * t_2ta3i_2 + t_lbh6o * t_kfqtb_2)
             - (wz * t_cexsj + I_phi1 * along_wz)
             - (wz * t_6syep + I_phi2 * along_wz)
         )
@@ -24735,8 +24735,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
                 - (wz * (t_sfymc * along_wy) + t_sfymc * wy * along_wz)
                 + (K54 * t_l7llk + G2_v1 * t_qznw4)
                 + (K64 * t_sgjgb + G3_v1 * t_utmr2)
-                - (t_arpa7 * t_2jney + t_hig3c_5 * t_icwrq)
-                - (t_rrgkr * t_2jney + t_hig3c_5 * t_xyeou)
+                - (t_arpa7 * t_2jney + t_hig3c_3 * t_icwrq)
+                - (t_rrgkr * t_2jney + t_hig3c_3 * t_xyeou)
                 - (a2_v1 * t_atv7n + t_belws * t_ht64o)
                 - (t_35pfh * t_atv7n + t_belws * t_s2zhc)
                 + (a3_v1 * t_atv7n_2 + K43 * t_npec7)
@@ -24748,8 +24748,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
                 - (K66 * t_sgjgb + G3_v1 * (t_g3h43 + t_7xl72 - t_snmto - t_hxniq))
                 + (t_arpa7 * t_fmlla_2 + t_6iku5_2 * t_icwrq)
                 + (t_rrgkr * t_fmlla_2 + t_6iku5_2 * t_xyeou)
-                + (a2_v1 * t_dqvol + t_edvw3_2 * t_ht64o)
-                + (t_35pfh * t_dqvol + t_edvw3_2 * t_s2zhc)
+                + (a2_v1 * t_dqvol + t_edvw3 * t_ht64o)
+                + (t_35pfh * t_dqvol + t_edvw3 * t_s2zhc)
                 - (a3_v1 * t_a3u5g + K63 * t_npec7)
                 - (t_4l37s * t_a3u5g + K63 * t_lwnr7)
                 + (t_bewoy * t_utmr2 + K64 * t_5uhyd),
@@ -24760,8 +24760,8 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
                 - (J_C1 + (J_z - J_y)) * t_y5zog
                 - (wy * t_cexsj + I_phi1 * along_wy)
                 - (wy * t_6syep + I_phi2 * along_wy)
-                + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-                + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+                + (g_1 * t_qq2dd + t_mallh_2 * t_lf5wu_2)
+                + (g_2 * t_2ta3i + t_lbh6o_2 * t_kfqtb_2)
                 + (K55 * t_l7llk + G2_v1 * t_sr4zu)
                 + (K65 * t_sgjgb + G3_v1 * t_5tzyn)
                 - (t_arpa7 * t_fmlla + t_6iku5 * t_icwrq)
@@ -24835,27 +24835,549 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         w5 = c[..., 12]
         r9 = c[..., 13]
         r10 = c[..., 14]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        t_rzamr = cos_theta1 * wz
+        t_uu2cl = sin_theta1 * wy
+        Wt1 = t_rzamr + t_uu2cl
+        t_7uxgo = Wt1 * cos_phi1
+        w_x1 = wx - theta1_dot
+        t_fyz6s = t_7uxgo + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        t_7uxgo_2 = Wt1 * sin_phi1
+        chi1 = cos_phi1 * w_x1 - t_7uxgo_2
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        t_ayiti = t_pc5rt * cos_phi1
+        F_t1 = sin_phi1 * tension1 - t_ayiti
+        t_f2pcf = F_t1 * cos_theta1
+        q_1 = sin_phi1 * l1
+        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
+        th_1 = m1 * t_d2zbw
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        t_ownis = Wn1 * lc_1
+        t_plqy5 = chi1 * l1
+        t_l5lry = p1 + phi1_dot
+        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
+        loss_theta1 = eps1 * theta1_dot
+        t_djlym = zeta1 * I1 - loss_theta1 * q_1
+        F_n1 = th_1 * t_djlym
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
+        th_2 = m2 * t_ri6qi
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        t_cmacw = Wn2 * lc_2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        t_365dx = Wt2 * sin_phi2
+        chi2 = cos_phi2 * w_x2 - t_365dx
+        t_a3tjf = chi2 * l2
+        p2 = Wn2 + phi2_dot
+        t_dkl52 = p2 + phi2_dot
+        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
+        loss_theta2 = eps2 * theta2_dot
+        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
+        F_n2 = th_2 * t_c6wyu
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        t_365dx_2 = Wt2 * cos_phi2
+        t_2t7vh = t_365dx_2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        t_ki236 = t_63ozv * cos_phi2
+        F_t2 = sin_phi2 * tension2 - t_ki236
+        t_u5rk4 = F_t2 * cos_theta2
+        n3 = t_f2pcf - (t_mallh + t_lbh6o) + t_u5rk4
+        W_theta1 = r10 * m1  # (27)
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = t_lgf4h + I1  # (26)
+        t_rsijc = 1.0 / (D_theta1 * D_theta1)
+        t_wdxch = W_theta1 * t_rsijc
+        t_al3x7 = t_wdxch * t_lgf4h
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_dmccl = t_yx2kz * cos_theta1
+        t_ym66j = t_hjphj_2 * t_dmccl
+        t_jey6y = t_n4yir - t_ym66j
+        cz_theta1 = t_jey6y + I1  # (26)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_dmccl_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        W_theta2 = r10 * m2  # (27)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7 * t_frp3h
+        D_theta2 = t_6pfo6 + I2  # (26)
+        t_e7iwk = 1.0 / (D_theta2 * D_theta2)
+        t_iyr6v = W_theta2 * t_e7iwk
+        t_fre5h = t_iyr6v * t_6pfo6
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2  # (29)
+        t_6dxqs = t_lgf4h * t_lgf4h
+        t_ggxz2 = t_6pfo6 * t_6pfo6
+        f11_v1 = (
+            r4
+            - t_hyv47 * (I1 * I1)
+            - t_pi35k * (I2 * I2)
+            - t_wdxch * t_6dxqs
+            - t_iyr6v * t_ggxz2
+        )  # (29)
+        t_a2lgz = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_a2lgz
+        t_aqbxr = vz * r2
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        t_chbo3 = ax_eq * gx_phi1
+        t_sxxxk = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_4evkh = Wn1 * Wn1
+        t_f5hf3 = theta1_dot * theta1_dot
+        t_lgf4h_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_2zkgz = theta1_dot + theta1_dot
+        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ytkv4 = t_yx2kz * t_l4ozg
+        t_kf34p = t_os4zj * t_wjugd
+        t_qseuj = t_kf34p * sin_phi1
+        t_os4zj_2 = t_os4zj + t_os4zj
+        t_sakwz = t_os4zj_2 * t_hjphj
+        t_nuf3e = t_sakwz * t_l4ozg
+        t_3tn47 = cos_phi1 * t_l4ozg * h1
+        t_bddlq = t_os4zj_2 * sin_phi1
+        t_2vtqb = t_bddlq * cos_phi1
+        t_zlme3 = t_2vtqb * theta1_dot
+        k_phi1 = (
+            loss_phi1
+            - t_sxxxk * t_wjugd
+            - t_sxxxk * t_4evkh
+            - t_f5hf3 * t_lgf4h_2
+            - t_lgf4h_2 * t_wube7
+            - t_2zkgz * t_mgpcw
+            - t_ytkv4 * wx
+            + t_qseuj * cos_phi1 * m1
+            + t_nuf3e * wx * m1
+            + t_3tn47 * wx * l1 * m1
+            + t_zlme3 * wx * m1
+        )  # (25)
+        t_o6h5x = ax_eq * gx_phi2
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_2ys72 = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_4evkh_2 = Wn2 * Wn2
+        t_h6l62 = theta2_dot * theta2_dot
+        t_m7bta = theta2_dot + theta2_dot
+        t_n7l2g = t_doiln * t_6pfo6
+        t_md67w = t_doiln * t_frp3h
+        t_eftew = t_7ovbh * sin_phi2
+        t_doiln_2 = t_doiln + t_doiln
+        t_ocqsw = t_doiln_2 * t_pt6a7 * t_nfvux
+        t_jzkl6 = t_doiln * cos_phi2 * h2
+        t_7ia3v = sin_phi2 + sin_phi2
+        t_pt6a7_3 = t_7ia3v * cos_phi2
+        t_nmy6y = t_pt6a7_3 * t_nfvux
+        t_pw5o4 = t_nmy6y * theta2_dot
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_6pfo6_2
+            - t_2ys72 * t_7ovbh
+            - t_2ys72 * t_4evkh_2
+            - t_h6l62 * t_6pfo6_2
+            - t_m7bta * t_n7l2g
+            - t_md67w * wx
+            + t_eftew * cos_phi2 * t_nfvux * m2
+            + t_ocqsw * wx * m2
+            + t_jzkl6 * wx * l2 * m2
+            + t_pw5o4 * wx * m2
+        )  # (25)
+        t_4maxk = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_lgf4h_2 * t_hjux3
+        t_7xuxq = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_sxxxk * t_prfqf
+            + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
+            + t_7xuxq
+            - t_lgf4h_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1)
+        t_qu7qb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * t_mw75j
+        t_5f4es = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        t_f2ypg = wx + wx
+        t_rfj2a = t_6pfo6_2 * t_f2ypg
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_n7l2g
+            + t_2ys72 * t_prfqf_2
+            + t_n7l2g * t_mw75j
+            + t_5f4es
+            - t_6pfo6_2 * t_prfqf_2
+            - t_rfj2a * phi2_dot
+        )  # (26)
+        t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
+            - t_wdxch * t_42oey
+            - t_iyr6v * t_imhcr
+            + vy * vz * r1
+        )  # (29)
+        t_y6t4t = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_4pqij = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_iouus = sin_theta1 * gx_phi1
+        t_d2e6j = t_iouus * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        t_lzacu = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_cfuim = gx_phi2 * sin_theta2
+        t_ipyra = t_cfuim * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_ym66j_2 = t_hjphj * t_dmccl
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        t_f4an4 = t_ik6g5_2 + t_ym66j_2 - t_dmccl * t_hjphj_3
+        t_ym66j_3 = t_hjphj_2 * t_dmccl_2
+        cy_theta1 = t_d2e6j - t_ym66j_3  # (26)
+        cdz_theta1 = phi1_dot * t_f4an4 - cy_theta1 * theta1_dot
+        t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1
+        t_pt6a7_4 = cos_phi2 * cos_phi2
+        t_erw3p = t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_4
+        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * t_erw3p - cy_theta2 * theta2_dot
+        t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_wdxch * t_skje5
+            - t_iyr6v * t_2tsuo
+        )  # (29)
+        t_m2xao = t_hyv47 * t_2ksfs
+        t_fgpdt = t_pi35k * t_zshn6
+        t_nacmc = t_wdxch * cy_theta1
+        t_47hyg = t_iyr6v * cy_theta2
+        f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2  # (29)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2  # (29)
+        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        t_yo2ei = cy_theta1 * cy_theta1
+        t_tkz7a = cy_theta2 * cy_theta2
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_2ksfs * t_2ksfs)
+            - t_pi35k * (t_zshn6 * t_zshn6)
+            - t_wdxch * t_yo2ei
+            - t_iyr6v * t_tkz7a
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_a2lgz
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_vk4eg * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        t_ym66j_4 = t_hjphj * t_dmccl_2
+        t_ym66j_5 = t_hjphj_3 * t_dmccl_2
+        t_uu5al = t_ik6g5 + t_ym66j_4 - t_ym66j_5
+        cdy_theta1 = t_jey6y * theta1_dot + phi1_dot * t_uu5al
+        t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1
+        t_erw3p_2 = t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_4
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * t_erw3p_2
+        t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_wdxch * t_glvjv
+            - t_iyr6v * t_wiuaa
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        t_7mbmh = cz_theta1 * cz_theta1
+        t_74fkc = cz_theta2 * cz_theta2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_wdxch * t_7mbmh
+            - t_iyr6v * t_74fkc
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        t_6dtnj_2 = 1.0 / f_v1_D3
+        u_v1_x3 = u_v1_y3 * t_6dtnj_2
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        t_texm7 = u_v1_y2 * t_6dtnj
+        u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
+        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
+        t_qjlib = t_hgt7a * gy_phi2
+        t_7ferw = cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk
+        t_fcz3l = t_wdxch * t_7ferw
+        t_vfu6k = cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb
+        t_nv7vh = t_iyr6v * t_vfu6k
+        t_vfq4r = t_nv7vh * gy_theta2
+        B_v1 = t_wij2f - t_xlxwl * gy_phi1 - t_qjlib - t_fcz3l * gy_theta1 - t_vfq4r  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        t_qjlib_2 = t_hgt7a * gz_phi2
+        t_xfdcf = t_nv7vh * t_cfuim
+        C_v1 = t_aqbxr - t_xlxwl * gz_phi1 - t_qjlib_2 + t_fcz3l * t_iouus + t_xfdcf  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        t_f2pcf_2 = Bc_1 * cos_theta1
+        t_u5rk4_2 = Bc_2 * cos_theta2
+        K43 = wqS_1 + wqS_2 - t_f2pcf_2 - t_u5rk4_2
+        t_aocun = t_y6t4t * t_a2lgz
+        t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_bewoy
+        )
+        Asc_1 = As_1 * cos_phi1
+        t_f2pcf_3 = Asc_1 * cos_theta1
+        Asc_2 = As_2 * cos_phi2
+        t_u5rk4_3 = Asc_2 * cos_theta2
+        t_f2nhc = t_f2pcf_3 + t_u5rk4_3
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_ayiti_2 = t_pc5rt * sin_phi1
+        t_ki236_2 = t_63ozv * sin_phi2
+        t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_rmbl5 = t_2jubo * sin_theta1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_oja3l = t_ittbm * sin_theta2
+        t_6iku5 = t_rmbl5 + t_oja3l
+        t_rmbl5_2 = t_2jubo * cos_theta1
+        t_oja3l_2 = t_ittbm * cos_theta2
+        t_6iku5_2 = t_rmbl5_2 + t_oja3l_2
+        t_f2pcf_4 = Asc_1 * sin_theta1
+        t_u5rk4_4 = Asc_2 * sin_theta2
+        t_f2nhc_2 = t_f2pcf_4 + t_u5rk4_4
+        t_bojwf = (
+            t_ep53l
+            + G2_v1 * t_6iku5
+            + G3_v1 * t_6iku5_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_hig3c_3 * t_bewoy - t_bojwf
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        t_f2pcf_5 = F_t1 * sin_theta1
+        t_u5rk4_5 = F_t2 * sin_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + t_f2pcf_5 + t_u5rk4_5
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_f2pcf_6 = Bc_1 * sin_theta1
+        t_u5rk4_6 = Bc_2 * sin_theta2
+        t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_edvw3
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_belws * t_bewoy
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_teqv5 = q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1
+        t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5
+        root_v1 = np.sqrt(np.fmax(0.0, t_qo4xj))
+        t_6dtnj_3 = 1.0 / PP_v1
+        ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_3
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        t_y7rm6 = 1.0 / F
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        t_whut6 = f2_v1 * t_y7rm6
+        t_yel6o = np.fmin(1.0, t_whut6)
+        sin_d2_v1 = np.fmax(-1.0, t_yel6o)
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        t_n42kg = -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1))
+        t_6xn6x = np.fmin(1.0, t_n42kg)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, t_6xn6x))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        m_77gct = (t_qo4xj < 0.0)
+        t_arpa7 = (np.where(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_3
+        t_j4iq4 = q2_v1 - t_f2nhc_2 * t_arpa7
+        t_5v2dw = t_j4iq4 * t_y7rm6
+        t_ec4a7 = np.fmin(1.0, t_5v2dw)
+        t_dmbry = np.fmax(-1.0, t_ec4a7)
+        t_j4iq4_2 = q3_v1 - t_f2nhc * t_arpa7
+        m_ismjq = (t_yel6o < -1.0)
+        m_xniro = (-1.0 < t_yel6o)
+        m_2wilq = (1.0 < t_whut6)
+        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
+        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
+        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
+        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
+        t_7wk4r = np.where(m_nzov7, cos_d2_v1, t_v4pjv)
+        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
+        t_jgoa3 = t_j4iq4_2 * t_y7rm6 * t_v2nh3
+        t_bftdw = -t_jgoa3
+        t_ltztq = np.fmin(1.0, t_bftdw)
+        t_xb3pe = np.fmax(-1.0, t_ltztq)
+        t_xkg6l = 1.0 / np.cos(delta2_max)
+        t_jzhza = np.cos(delta2_v1) * np.sin(delta1_v1) * t_xkg6l
+        t_mnszy = np.fmin(1.0, t_jzhza)
+        t_wuiya = np.where(m_nzov7, delta2_v1, np.arcsin(t_dmbry))
+        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
+        m_6owgg = (t_6xn6x < -1.0)
+        m_s2see = (-1.0 < t_6xn6x)
+        m_7ozlc = (1.0 < t_n42kg)
+        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
+        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
+        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
+        t_vuw2a = np.where(m_ld5rn, delta1_v1, np.arcsin(t_xb3pe))
+        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
+        t_a7hee = cos_t_wuiya * sin_t_vuw2a
+        t_n35pv = t_a7hee * t_xkg6l
+        t_33tdi = np.fmin(1.0, t_n35pv)
+        t_2g6s5 = np.fmax(-1.0, t_33tdi)
+        t_qerph = -delta1_max
+        m_gc6fd = (np.abs(t_wuiya) <= delta2_max)
+        m_rwno7 = (t_mnszy < -1.0)
+        m_6lq2n = (-1.0 < t_mnszy)
+        m_h6j7n = (1.0 < t_jzhza)
+        m_us2hz = (t_jzhza < 1.0)
+        m_ojgi7 = np.logical_and(m_nzov7, m_ld5rn)
+        m_zdn5f = np.logical_and(m_us2hz, m_ojgi7)
+        m_5doda = np.logical_or(m_h6j7n, m_zdn5f)
+        m_yua5q = np.logical_or(m_5doda, m_ojgi7)
+        m_hv2m7 = np.logical_and(m_6lq2n, m_yua5q)
+        m_3kx4h = np.logical_or(m_rwno7, m_hv2m7)
+        m_icvbq = np.logical_or(m_3kx4h, m_yua5q)
+        t_kt564 = np.where(m_gc6fd, t_vuw2a, np.where(m_icvbq, np.arcsin(np.fmax(-1.0, t_mnszy)), np.arcsin(t_2g6s5)))
+        t_ytmgr = np.fmin(delta1_max, t_kt564)
+        t_kl6tx = np.fmax(t_qerph, t_ytmgr)
+        sin_t_kl6tx, cos_t_kl6tx = np.sin(t_kl6tx), np.cos(t_kl6tx)
+        t_6k2ny = -delta2_max
+        t_ihx4i = np.fmin(t_wuiya, delta2_max)
+        t_6qa42 = np.fmax(t_6k2ny, t_ihx4i)
+        sin_t_6qa42, cos_t_6qa42 = np.sin(t_6qa42), np.cos(t_6qa42)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -24867,163 +25389,45 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        t_7uxgo = Wt1 * sin_phi1
-        chi1 = cos_phi1 * w_x1 - t_7uxgo
-        t_7uxgo_2 = Wt1 * cos_phi1
-        t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        t_365dx = Wt2 * sin_phi2
-        chi2 = cos_phi2 * w_x2 - t_365dx
-        t_365dx_2 = Wt2 * cos_phi2
-        t_2t7vh = t_365dx_2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
-        th_1 = m1 * t_d2zbw
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        t_ownis = Wn1 * lc_1
-        t_plqy5 = chi1 * l1
-        t_l5lry = p1 + phi1_dot
-        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
-        t_djlym = zeta1 * I1 - loss_theta1 * q_1
-        F_n1 = th_1 * t_djlym
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        t_ayiti = t_pc5rt * cos_phi1
-        F_t1 = sin_phi1 * tension1 - t_ayiti
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
-        th_2 = m2 * t_ri6qi
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        t_cmacw = Wn2 * lc_2
-        t_a3tjf = chi2 * l2
-        t_dkl52 = p2 + phi2_dot
-        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
-        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
-        F_n2 = th_2 * t_c6wyu
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        t_ki236 = t_63ozv * cos_phi2
-        F_t2 = sin_phi2 * tension2 - t_ki236
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        t_f2pcf = Bc_1 * cos_theta1
-        t_u5rk4 = Bc_2 * cos_theta2
-        K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_mttiv = t_yzhyr * sin_theta1
         t_q6put = Bl_2 - eBc_2
         t_zkamf = t_q6put * sin_theta2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_mttiv + t_zkamf
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -25032,31 +25436,20 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
+        t_hig3c_5 = wgS_1 + wgS_2
         t_mttiv_2 = t_yzhyr * cos_theta1
         t_zkamf_2 = t_q6put * cos_theta2
-        K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        K64 = t_hig3c_5 + t_mttiv_2 + t_zkamf_2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        t_f2pcf_2 = F_t1 * sin_theta1
-        t_u5rk4_2 = F_t2 * sin_theta2
-        n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2
-        t_f2pcf_3 = F_t1 * cos_theta1
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        t_u5rk4_3 = F_t2 * cos_theta2
-        n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         t_6nfyn = t_sfymc * wy
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -25071,13 +25464,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_g7pzr = J_C1 + (J_z - J_y)
         n5 = (
             t_l3oem
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_4d6tt
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         t_l3oem_2 = t_lsqzr * cos_theta1
         t_4d6tt_2 = t_rbrf6 * cos_theta2
@@ -25088,59 +25481,41 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2pcf_4 = Asc_1 * sin_theta1
-        t_u5rk4_4 = Asc_2 * sin_theta2
-        t_f2nhc = t_f2pcf_4 + t_u5rk4_4
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2pcf_5 = Asc_1 * cos_theta1
-        t_u5rk4_5 = Asc_2 * cos_theta2
-        t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_7exg5 = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_7exg5 * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_rmbl5 = t_2jubo * sin_theta1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_oja3l = t_ittbm * sin_theta2
-        t_6iku5 = t_rmbl5 + t_oja3l
-        t_thnvm = t_6iku5 * t_6dtnj
-        t_7exg5_2 = K52 - t_f2nhc * t_thnvm
-        K_L52 = t_7exg5_2 * t_6dtnj_2
-        K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_f2pcf_6 = Bc_1 * sin_theta1
-        t_u5rk4_6 = Bc_2 * sin_theta2
-        t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_ae46j = t_cawlo * t_6dtnj_2
-        t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_e6q5b * t_6dtnj_3
-        t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm
-        K_L53 = t_g6lxe * t_6dtnj_3
-        t_rmbl5_2 = t_2jubo * cos_theta1
-        t_oja3l_2 = t_ittbm * cos_theta2
-        t_6iku5_2 = t_rmbl5_2 + t_oja3l_2
-        t_thnvm_2 = t_6iku5_2 * t_6dtnj
-        t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2
-        t_o5wmi = t_du5u3 * t_6dtnj_2
-        t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2
-        K_L63 = t_hbw2v * t_6dtnj_3
-        K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_6 * t_w6lcf
-        t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_6 * t_thnvm
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_sjdff * t_6dtnj_4
-        t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_6 * t_thnvm_2
-        K_L64 = t_5ejts * t_6dtnj_4
+        t_6dtnj_4 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_4
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_4
+        t_7exg5 = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_5 = 1.0 / K_D2
+        K_L32 = t_7exg5 * t_6dtnj_5
+        t_thnvm = t_6iku5 * t_6dtnj_4
+        t_7exg5_2 = K52 - t_f2nhc_2 * t_thnvm
+        K_L52 = t_7exg5_2 * t_6dtnj_5
+        K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc * t_gousg_2
+        t_w6lcf = t_hig3c_3 * t_6dtnj_4
+        t_cawlo = t_belws + t_f2nhc_2 * t_w6lcf
+        t_ae46j = t_cawlo * t_6dtnj_5
+        t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc * t_w6lcf
+        t_6dtnj_6 = 1.0 / K_D3
+        K_L43 = t_e6q5b * t_6dtnj_6
+        t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc * t_thnvm
+        K_L53 = t_g6lxe * t_6dtnj_6
+        t_thnvm_2 = t_6iku5_2 * t_6dtnj_4
+        t_du5u3 = t_edvw3 + t_f2nhc_2 * t_thnvm_2
+        t_o5wmi = t_du5u3 * t_6dtnj_5
+        t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc * t_thnvm_2
+        K_L63 = t_hbw2v * t_6dtnj_6
+        K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_3 * t_w6lcf
+        t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_3 * t_thnvm
+        t_6dtnj_7 = 1.0 / K_D4
+        K_L54 = t_sjdff * t_6dtnj_7
+        t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_3 * t_thnvm_2
+        K_L64 = t_5ejts * t_6dtnj_7
         K_D5 = (
             K55
             - t_7exg5_2 * K_L52
@@ -25155,8 +25530,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_sjdff * K_L64
             - t_6iku5 * t_thnvm_2
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_eq4wy * t_6dtnj_5
+        t_6dtnj_8 = 1.0 / K_D5
+        K_L65 = t_eq4wy * t_6dtnj_8
         K_D6 = (
             K66
             - t_du5u3 * t_o5wmi
@@ -25165,382 +25540,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_eq4wy * K_L65
             - t_6iku5_2 * t_thnvm_2
         )
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_4evkh = Wn1 * Wn1
-        t_f5hf3 = theta1_dot * theta1_dot
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_2zkgz = theta1_dot + theta1_dot
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
-        t_ytkv4 = t_yx2kz * t_l4ozg
-        t_kf34p = t_os4zj * t_wjugd
-        t_qseuj = t_kf34p * sin_phi1
-        t_os4zj_2 = t_os4zj + t_os4zj
-        t_sakwz = t_os4zj_2 * t_hjphj_2
-        t_nuf3e = t_sakwz * t_l4ozg
-        t_3tn47 = cos_phi1 * t_l4ozg * h1
-        t_bddlq = t_os4zj_2 * sin_phi1
-        t_2vtqb = t_bddlq * cos_phi1
-        t_zlme3 = t_2vtqb * theta1_dot
-        k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * t_4evkh
-            - t_f5hf3 * t_lgf4h
-            - t_lgf4h * t_wube7
-            - t_2zkgz * t_mgpcw
-            - t_ytkv4 * wx
-            + t_qseuj * cos_phi1 * m1
-            + t_nuf3e * wx * m1
-            + t_3tn47 * wx * l1 * m1
-            + t_zlme3 * wx * m1
-        )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        t_ym66j = t_hjphj * t_dmccl
-        cy_theta1 = t_d2e6j - t_ym66j  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_dmccl_2 = t_yx2kz * cos_theta1
-        t_ym66j_2 = t_hjphj * t_dmccl_2
-        t_jey6y = t_n4yir - t_ym66j_2
-        cz_theta1 = t_jey6y + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_4evkh_2 = Wn2 * Wn2
-        t_h6l62 = theta2_dot * theta2_dot
-        t_m7bta = theta2_dot + theta2_dot
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_n7l2g = t_doiln * t_6pfo6_2
-        t_md67w = t_doiln * t_frp3h
-        t_eftew = t_7ovbh * sin_phi2
-        t_doiln_2 = t_doiln + t_doiln
-        t_ocqsw = t_doiln_2 * t_pt6a7_2 * t_nfvux
-        t_jzkl6 = t_doiln * cos_phi2 * h2
-        t_7ia3v = sin_phi2 + sin_phi2
-        t_pt6a7_3 = t_7ia3v * cos_phi2
-        t_nmy6y = t_pt6a7_3 * t_nfvux
-        t_pw5o4 = t_nmy6y * theta2_dot
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * t_4evkh_2
-            - t_h6l62 * t_6pfo6
-            - t_m7bta * t_n7l2g
-            - t_md67w * wx
-            + t_eftew * cos_phi2 * t_nfvux * m2
-            + t_ocqsw * wx * m2
-            + t_jzkl6 * wx * l2 * m2
-            + t_pw5o4 * wx * m2
-        )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_f2ypg = wx + wx
-        t_rfj2a = t_6pfo6 * t_f2ypg
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_rfj2a * phi2_dot
-        )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        W_theta1 = r10 * m1  # (27)
-        t_ym66j_3 = t_hjphj_2 * t_dmccl
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        t_ym66j_4 = t_hjphj_3 * t_dmccl
-        t_uu5al = t_ik6g5 + t_ym66j_3 - t_ym66j_4
-        cdy_theta1 = t_jey6y * theta1_dot + phi1_dot * t_uu5al
-        t_ym66j_5 = t_hjphj_2 * t_dmccl_2
-        t_f4an4 = t_ik6g5_2 + t_ym66j_5 - t_dmccl_2 * t_hjphj_3
-        cdz_theta1 = phi1_dot * t_f4an4 - cy_theta1 * theta1_dot
-        W_phi2 = r9 * m2  # (27)
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
-        W_theta2 = r10 * m2  # (27)
-        t_pt6a7_4 = cos_phi2 * cos_phi2
-        t_erw3p = t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_4
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * t_erw3p
-        t_erw3p_2 = t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_4
-        cdz_theta2 = phi2_dot * t_erw3p_2 - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
-        t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
-        t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_qjlib = t_hgt7a * gy_phi2
-        t_rsijc = 1.0 / (D_theta1 * D_theta1)
-        t_wdxch = W_theta1 * t_rsijc
-        t_4maxk = D_theta1 * theta1_dot
-        t_7ferw = cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz + t_4maxk
-        t_fcz3l = t_wdxch * t_7ferw
-        t_e7iwk = 1.0 / (D_theta2 * D_theta2)
-        t_iyr6v = W_theta2 * t_e7iwk
-        t_qu7qb = D_theta2 * theta2_dot
-        t_vfu6k = cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz + t_qu7qb
-        t_nv7vh = t_iyr6v * t_vfu6k
-        t_vfq4r = t_nv7vh * gy_theta2
-        B_v1 = t_wij2f - t_xlxwl * gy_phi1 - t_qjlib - t_fcz3l * gy_theta1 - t_vfq4r  # (29)
-        t_aqbxr = vz * r2
-        t_qjlib_2 = t_hgt7a * gz_phi2
-        t_xfdcf = t_nv7vh * t_cfuim
-        C_v1 = t_aqbxr - t_xlxwl * gz_phi1 - t_qjlib_2 + t_fcz3l * t_iouus + t_xfdcf  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
-        t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1)
-        t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2)
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_wdxch * t_42oey
-            - t_iyr6v * t_imhcr
-            + vy * vz * r1
-        )  # (29)
-        t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1
-        t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_wdxch * t_glvjv
-            - t_iyr6v * t_wiuaa
-            + vx * vz * r2
-        )  # (29)
-        t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1
-        t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_wdxch * t_skje5
-            - t_iyr6v * t_2tsuo
-        )  # (29)
-        t_6dxqs = t_lgf4h_2 * t_lgf4h_2
-        t_ggxz2 = t_6pfo6_2 * t_6pfo6_2
-        f11_v1 = (
-            r4
-            - t_hyv47 * (I1 * I1)
-            - t_pi35k * (I2 * I2)
-            - t_wdxch * t_6dxqs
-            - t_iyr6v * t_ggxz2
-        )  # (29)
-        t_if7mv = t_hyv47 * I1
-        t_tmzpj = t_pi35k * I2
-        t_al3x7 = t_wdxch * t_lgf4h_2
-        t_fre5h = t_iyr6v * t_6pfo6_2
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2  # (29)
-        t_yo2ei = cy_theta1 * cy_theta1
-        t_tkz7a = cy_theta2 * cy_theta2
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_2ksfs * t_2ksfs)
-            - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_wdxch * t_yo2ei
-            - t_iyr6v * t_tkz7a
-        )  # (29)
-        f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2  # (29)
-        t_m2xao = t_hyv47 * t_2ksfs
-        t_fgpdt = t_pi35k * t_zshn6
-        t_nacmc = t_wdxch * cy_theta1
-        t_47hyg = t_iyr6v * cy_theta2
-        f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2  # (29)
-        t_7mbmh = cz_theta1 * cz_theta1
-        t_74fkc = cz_theta2 * cz_theta2
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_wdxch * t_7mbmh
-            - t_iyr6v * t_74fkc
-        )  # (29)
-        t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_6 = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj_6
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        t_6dtnj_7 = 1.0 / f_v1_D3
-        u_v1_x3 = u_v1_y3 * t_6dtnj_7
-        t_texm7 = u_v1_y2 * t_6dtnj_6
-        u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_aocun = t_y6t4t * t_a2lgz
-        t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_ayiti_2 = t_pc5rt * sin_phi1
-        t_ki236_2 = t_63ozv * sin_phi2
-        t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_bojwf = (
-            t_ep53l
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_hig3c_6 * t_bewoy - t_bojwf
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_teqv5 = q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1
-        t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5
-        root_v1 = np.sqrt(np.fmax(0.0, t_qo4xj))
-        t_6dtnj_8 = 1.0 / PP_v1
-        ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_8
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        t_y7rm6 = 1.0 / F
-        t_whut6 = f2_v1 * t_y7rm6
-        t_yel6o = np.fmin(1.0, t_whut6)
-        sin_d2_v1 = np.fmax(-1.0, t_yel6o)
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        t_n42kg = -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1))
-        t_6xn6x = np.fmin(1.0, t_n42kg)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, t_6xn6x))
-        delta2_v1 = np.arcsin(sin_d2_v1)
-        m_ismjq = (t_yel6o < -1.0)
-        m_xniro = (-1.0 < t_yel6o)
-        m_2wilq = (1.0 < t_whut6)
-        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
-        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
-        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
         m_el4yy = np.logical_not(m_nzov7)
-        t_qerph = -delta1_max
-        m_77gct = (t_qo4xj < 0.0)
-        t_arpa7 = (np.where(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_8
-        t_j4iq4 = q2_v1 - t_f2nhc * t_arpa7
-        t_5v2dw = t_j4iq4 * t_y7rm6
-        t_ec4a7 = np.fmin(1.0, t_5v2dw)
-        t_dmbry = np.fmax(-1.0, t_ec4a7)
-        t_wuiya = np.where(m_nzov7, delta2_v1, np.arcsin(t_dmbry))
-        m_gc6fd = (np.abs(t_wuiya) <= delta2_max)
-        m_6owgg = (t_6xn6x < -1.0)
-        m_s2see = (-1.0 < t_6xn6x)
-        m_7ozlc = (1.0 < t_n42kg)
-        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
-        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
-        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
-        t_j4iq4_2 = q3_v1 - t_f2nhc_2 * t_arpa7
-        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
-        t_7wk4r = np.where(m_nzov7, cos_d2_v1, t_v4pjv)
-        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
-        t_jgoa3 = t_j4iq4_2 * t_y7rm6 * t_v2nh3
-        t_bftdw = -t_jgoa3
-        t_ltztq = np.fmin(1.0, t_bftdw)
-        t_xb3pe = np.fmax(-1.0, t_ltztq)
-        t_vuw2a = np.where(m_ld5rn, delta1_v1, np.arcsin(t_xb3pe))
-        t_xkg6l = 1.0 / np.cos(delta2_max)
-        t_jzhza = np.cos(delta2_v1) * np.sin(delta1_v1) * t_xkg6l
-        t_mnszy = np.fmin(1.0, t_jzhza)
-        m_rwno7 = (t_mnszy < -1.0)
-        m_6lq2n = (-1.0 < t_mnszy)
-        m_h6j7n = (1.0 < t_jzhza)
-        m_us2hz = (t_jzhza < 1.0)
-        m_ojgi7 = np.logical_and(m_nzov7, m_ld5rn)
-        m_zdn5f = np.logical_and(m_us2hz, m_ojgi7)
-        m_5doda = np.logical_or(m_h6j7n, m_zdn5f)
-        m_yua5q = np.logical_or(m_5doda, m_ojgi7)
-        m_hv2m7 = np.logical_and(m_6lq2n, m_yua5q)
-        m_3kx4h = np.logical_or(m_rwno7, m_hv2m7)
-        m_icvbq = np.logical_or(m_3kx4h, m_yua5q)
-        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
-        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
-        t_a7hee = cos_t_wuiya * sin_t_vuw2a
-        t_n35pv = t_a7hee * t_xkg6l
-        t_33tdi = np.fmin(1.0, t_n35pv)
-        t_2g6s5 = np.fmax(-1.0, t_33tdi)
-        t_kt564 = np.where(m_gc6fd, t_vuw2a, np.where(m_icvbq, np.arcsin(np.fmax(-1.0, t_mnszy)), np.arcsin(t_2g6s5)))
-        t_ytmgr = np.fmin(delta1_max, t_kt564)
-        t_kl6tx = np.fmax(t_qerph, t_ytmgr)
-        sin_t_kl6tx, cos_t_kl6tx = np.sin(t_kl6tx), np.cos(t_kl6tx)
-        t_6k2ny = -delta2_max
-        t_ihx4i = np.fmin(t_wuiya, delta2_max)
-        t_6qa42 = np.fmax(t_6k2ny, t_ihx4i)
-        sin_t_6qa42, cos_t_6qa42 = np.sin(t_6qa42), np.cos(t_6qa42)
         m_b5o3n = (t_6k2ny <= t_ihx4i)
         t_ews3r = np.where(m_b5o3n, 1.0, 0.0)
         m_yyjmn = (t_ihx4i <= t_6k2ny)
@@ -25558,14 +25558,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         m_wiivb = (1.0 <= t_5v2dw)
         t_5x4sb = t_hkwhb / (np.where(m_wiivb, 1.0, 0.0) + t_hkwhb)
         t_aqbxr_2 = r2 * vz
-        t_o6wlu = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_6dtnj_7
-        t_exjmx = t_aqbxr_2 * t_6dtnj_6 + f_v1_L32 * t_o6wlu
+        t_o6wlu = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_6dtnj_2
+        t_exjmx = t_aqbxr_2 * t_6dtnj + f_v1_L32 * t_o6wlu
         t_qawa5 = x_C * t_o6wlu
         t_6bhsu = x_C * t_exjmx
         t_n3ag7 = f_v1_L31 * t_o6wlu - f_v1_L21 * t_exjmx
         t_ioxhl = (
             K52 * t_o6wlu
-            - t_edvw3_2 * t_exjmx
+            - t_edvw3 * t_exjmx
             + K22 * t_qawa5
             + K32 * t_6bhsu
             + t_belws * t_n3ag7
@@ -25577,8 +25577,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_x2afy = t_bl2rl / (np.where(m_otwkd, 1.0, 0.0) + t_bl2rl)
         t_2qjkk = Pq_v1 + Pq_v1
         t_4gxuh = (
-            t_hig3c_6 * t_n3ag7
-            - (t_6iku5 * t_o6wlu + t_6iku5_2 * t_exjmx + t_f2nhc * t_qawa5 + t_f2nhc_2 * t_6bhsu)
+            t_hig3c_3 * t_n3ag7
+            - (t_6iku5 * t_o6wlu + t_6iku5_2 * t_exjmx + t_f2nhc_2 * t_qawa5 + t_f2nhc * t_6bhsu)
         )
         t_q2ovd = (
             K53 * t_o6wlu
@@ -25587,7 +25587,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_6bhsu
             - K43 * t_n3ag7
         )
-        t_vyzkt = K11 * t_4gxuh - t_f2nhc * t_ioxhl - t_f2nhc_2 * t_q2ovd
+        t_vyzkt = K11 * t_4gxuh - t_f2nhc_2 * t_ioxhl - t_f2nhc * t_q2ovd
         t_w22j3 = q1_v1 + q1_v1
         t_w22j3_2 = q2_v1 + q2_v1
         t_w22j3_3 = q3_v1 + q3_v1
@@ -25596,8 +25596,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - PP_v1 * (t_w22j3 * t_4gxuh + t_w22j3_2 * t_ioxhl + t_w22j3_3 * t_q2ovd)
         )
         t_kntxo = 1.0 / (root_v1 + root_v1)
-        t_swglb = (np.where(m_nsst6, t_x2afy * t_cloko * t_kntxo, 0.0) - t_vyzkt) * t_6dtnj_8
-        t_jmmwt = t_ioxhl - t_f2nhc * t_swglb
+        t_swglb = (np.where(m_nsst6, t_x2afy * t_cloko * t_kntxo, 0.0) - t_vyzkt) * t_6dtnj_3
+        t_jmmwt = t_ioxhl - t_f2nhc_2 * t_swglb
         t_yjieb = t_q2hfz * (t_5x4sb * (t_jmmwt * t_y7rm6))
         t_nwsjf = 1.0 / t_v4pjv
         t_oesw4 = t_yjieb * t_nwsjf
@@ -25622,7 +25622,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_nowqj = np.where(m_n24ux, 1.0, 0.0)
         m_lq75g = (1.0 <= t_bftdw)
         t_2snz7 = t_nowqj / (np.where(m_lq75g, 1.0, 0.0) + t_nowqj)
-        t_37cvj = t_q2ovd - t_f2nhc_2 * t_swglb
+        t_37cvj = t_q2ovd - t_f2nhc * t_swglb
         t_h57hh = t_jgoa3 * t_v2nh3
         m_iloht = (1e-09 <= t_7wk4r)
         t_ght2v = np.where(m_iloht, 1.0, 0.0)
@@ -25667,29 +25667,29 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe = F * (cos_t_wuiya * t_oesw4)
         t_a45m5 = np.where(m_el4yy, t_s7ixe, 0.0) - t_jmmwt + t_gousg * t_7bxrh
         t_z5auc = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw), 0.0)
-        t_7yrbe = (t_gousg_2 * t_7bxrh - (t_z5auc + t_37cvj) - K_L32 * t_a45m5) * t_6dtnj_3
-        t_jzkve = t_a45m5 * t_6dtnj_2 - K_L32 * t_7yrbe
-        t_bxhep = t_7bxrh * t_6dtnj + t_gousg * t_jzkve + t_gousg_2 * t_7yrbe
+        t_7yrbe = (t_gousg_2 * t_7bxrh - (t_z5auc + t_37cvj) - K_L32 * t_a45m5) * t_6dtnj_6
+        t_jzkve = t_a45m5 * t_6dtnj_5 - K_L32 * t_7yrbe
+        t_bxhep = t_7bxrh * t_6dtnj_4 + t_gousg * t_jzkve + t_gousg_2 * t_7yrbe
         t_zmkrd_2 = F * cos_t_6qa42
         t_irojk_2 = cos_t_wuiya * F
         t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_o7cco + np.where(m_uklky, t_irojk_2 * t_wmzoo, 0.0))
         t_ycqju = t_ilple - t_s7ixe
         t_bac74 = np.where(m_el4yy, t_ycqju, 0.0) + t_gousg * t_cgxsm
         t_pdzxe = F * t_5pi5x - (t_ooljq + t_zmkrd_2 * t_lqx5z)
-        t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_3
-        t_2gufb = t_bac74 * t_6dtnj_2 - K_L32 * t_5aqsz
-        t_zws6c = t_cgxsm * t_6dtnj + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz
+        t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_6
+        t_2gufb = t_bac74 * t_6dtnj_5 - K_L32 * t_5aqsz
+        t_zws6c = t_cgxsm * t_6dtnj_4 + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz
         t_jbpsx = (
             K54 * t_o6wlu
             + K64 * t_exjmx
-            - t_hig3c_6 * t_swglb
-            - t_hig3c_6 * t_bxhep
+            - t_hig3c_3 * t_swglb
+            - t_hig3c_3 * t_bxhep
             - t_belws * t_qawa5
             - t_belws * t_jzkve
             + K43 * t_6bhsu
             + K43 * t_7yrbe
             - K44 * t_n3ag7
-            - t_hig3c_6 * t_zws6c
+            - t_hig3c_3 * t_zws6c
             - t_belws * t_2gufb
             + K43 * t_5aqsz
             + t_w6lcf * t_ke372
@@ -25724,14 +25724,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_exjmx
             + t_6iku5_2 * t_swglb
             + t_6iku5_2 * t_bxhep
-            + t_edvw3_2 * t_qawa5
-            + t_edvw3_2 * t_jzkve
+            + t_edvw3 * t_qawa5
+            + t_edvw3 * t_jzkve
             - K63 * t_6bhsu
             - K63 * t_7yrbe
             + K64 * t_n3ag7
             - t_bknng * t_pdzxe
             + t_6iku5_2 * t_zws6c
-            + t_edvw3_2 * t_2gufb
+            + t_edvw3 * t_2gufb
             - K63 * t_5aqsz
         )
         t_d337h = (
@@ -25745,18 +25745,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_6dtnj_9 = 1.0 / K_D6
         t_x7pmp = t_d337h * t_6dtnj_9
-        t_j6scf = t_q7doa * t_6dtnj_5 - K_L65 * t_x7pmp
-        t_y6ecc = t_jbpsx * t_6dtnj_4 - K_L54 * t_j6scf - K_L64 * t_x7pmp
-        t_2cs7o = t_uf3i2 * t_6dtnj_3 - K_L43 * t_y6ecc - K_L53 * t_j6scf - K_L63 * t_x7pmp
+        t_j6scf = t_q7doa * t_6dtnj_8 - K_L65 * t_x7pmp
+        t_y6ecc = t_jbpsx * t_6dtnj_7 - K_L54 * t_j6scf - K_L64 * t_x7pmp
+        t_2cs7o = t_uf3i2 * t_6dtnj_6 - K_L43 * t_y6ecc - K_L53 * t_j6scf - K_L63 * t_x7pmp
         t_7wo2a = (
-            t_eokqz * t_6dtnj_2
+            t_eokqz * t_6dtnj_5
             - K_L32 * t_2cs7o
             + t_ae46j * t_y6ecc
             - K_L52 * t_j6scf
             + t_o5wmi * t_x7pmp
         )
         t_ybvqd = (
-            t_ke372 * t_6dtnj
+            t_ke372 * t_6dtnj_4
             + t_gousg * t_7wo2a
             + t_gousg_2 * t_2cs7o
             + t_w6lcf * t_y6ecc
@@ -25765,21 +25765,21 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_erjja = r1 * vz - t_aqbxr
         t_znqoh = f_v1_L21 * t_erjja
-        t_2inra = (f_v1_L31 * t_erjja + vx * r1 - f_v1_L32 * t_znqoh) * t_6dtnj_7
-        t_mtoq6 = t_znqoh * t_6dtnj_6 - f_v1_L32 * t_2inra
+        t_2inra = (f_v1_L31 * t_erjja + vx * r1 - f_v1_L32 * t_znqoh) * t_6dtnj_2
+        t_mtoq6 = t_znqoh * t_6dtnj - f_v1_L32 * t_2inra
         t_livxr = x_C * t_2inra - w1 * r1
         t_p4yfo = x_C * t_mtoq6
         t_yvojb = t_erjja * t_a2lgz + f_v1_L21 * t_mtoq6 + f_v1_L31 * t_2inra
         t_lwj2g = (
             K52 * t_2inra
-            + t_edvw3_2 * t_mtoq6
+            + t_edvw3 * t_mtoq6
             + K22 * t_livxr
             - K32 * t_p4yfo
             + t_belws * t_yvojb
         )
         t_7uadv = (
-            t_hig3c_6 * t_yvojb
-            - (t_6iku5 * t_2inra - t_6iku5_2 * t_mtoq6 + t_f2nhc * t_livxr - t_f2nhc_2 * t_p4yfo)
+            t_hig3c_3 * t_yvojb
+            - (t_6iku5 * t_2inra - t_6iku5_2 * t_mtoq6 + t_f2nhc_2 * t_livxr - t_f2nhc * t_p4yfo)
         )
         t_4nzc2 = (
             K53 * t_2inra
@@ -25788,19 +25788,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K33 * t_p4yfo
             - K43 * t_yvojb
         )
-        t_pszog = K11 * t_7uadv - t_f2nhc * t_lwj2g - t_f2nhc_2 * t_4nzc2
+        t_pszog = K11 * t_7uadv - t_f2nhc_2 * t_lwj2g - t_f2nhc * t_4nzc2
         t_fztdp = (
             t_2qjkk * t_pszog
             - PP_v1 * (t_w22j3 * t_7uadv + t_w22j3_2 * t_lwj2g + t_w22j3_3 * t_4nzc2)
         )
-        t_d624f = (np.where(m_nsst6, t_x2afy * t_fztdp * t_kntxo, 0.0) - t_pszog) * t_6dtnj_8
-        t_2jghd = t_lwj2g - t_f2nhc * t_d624f
+        t_d624f = (np.where(m_nsst6, t_x2afy * t_fztdp * t_kntxo, 0.0) - t_pszog) * t_6dtnj_3
+        t_2jghd = t_lwj2g - t_f2nhc_2 * t_d624f
         t_kohsh = t_q2hfz * (t_5x4sb * (t_2jghd * t_y7rm6))
         t_oesw4_2 = t_kohsh * t_nwsjf
         t_iubif_2 = t_bw2jd * (t_3iu34 * t_oesw4_2)
         t_27ev7_2 = F * (sin_t_6qa42 * t_iubif_2)
         t_wzmp3_2 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_2), 0.0)
-        t_5jqqa = t_4nzc2 - t_f2nhc_2 * t_d624f
+        t_5jqqa = t_4nzc2 - t_f2nhc * t_d624f
         t_affys = (
             t_5jqqa * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_kohsh * t_nwsjf_2)), 0.0)
@@ -25826,27 +25826,27 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_2 = F * (cos_t_wuiya * t_oesw4_2)
         t_m7yzj = np.where(m_el4yy, t_s7ixe_2, 0.0) - t_2jghd + t_gousg * t_lm46j
         t_z5auc_2 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_2), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_2), 0.0)
-        t_4wsxa = (t_gousg_2 * t_lm46j - (t_z5auc_2 + t_5jqqa) - K_L32 * t_m7yzj) * t_6dtnj_3
-        t_jzkve_2 = t_m7yzj * t_6dtnj_2 - K_L32 * t_4wsxa
-        t_dbxzu = t_lm46j * t_6dtnj + t_gousg * t_jzkve_2 + t_gousg_2 * t_4wsxa
+        t_4wsxa = (t_gousg_2 * t_lm46j - (t_z5auc_2 + t_5jqqa) - K_L32 * t_m7yzj) * t_6dtnj_6
+        t_jzkve_2 = t_m7yzj * t_6dtnj_5 - K_L32 * t_4wsxa
+        t_dbxzu = t_lm46j * t_6dtnj_4 + t_gousg * t_jzkve_2 + t_gousg_2 * t_4wsxa
         t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_o7cco_2 + np.where(m_uklky, t_irojk_2 * t_wmzoo_2, 0.0))
         t_ycqju_2 = t_ilple_2 - t_s7ixe_2
         t_bac74_2 = np.where(m_el4yy, t_ycqju_2, 0.0) + t_gousg * t_cgxsm_2
         t_pdzxe_2 = F * t_5pi5x_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2)
-        t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_3
-        t_2gufb_2 = t_bac74_2 * t_6dtnj_2 - K_L32 * t_5aqsz_2
-        t_zws6c_2 = t_cgxsm_2 * t_6dtnj + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2
+        t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_6
+        t_2gufb_2 = t_bac74_2 * t_6dtnj_5 - K_L32 * t_5aqsz_2
+        t_zws6c_2 = t_cgxsm_2 * t_6dtnj_4 + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2
         t_p3fmp = (
             K54 * t_2inra
             - K64 * t_mtoq6
-            - t_hig3c_6 * t_d624f
-            - t_hig3c_6 * t_dbxzu
+            - t_hig3c_3 * t_d624f
+            - t_hig3c_3 * t_dbxzu
             - t_belws * t_livxr
             - t_belws * t_jzkve_2
             - K43 * t_p4yfo
             + K43 * t_4wsxa
             - K44 * t_yvojb
-            - t_hig3c_6 * t_zws6c_2
+            - t_hig3c_3 * t_zws6c_2
             - t_belws * t_2gufb_2
             + K43 * t_5aqsz_2
             + t_w6lcf * t_ke372_2
@@ -25880,14 +25880,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K66 * t_mtoq6
             + t_6iku5_2 * t_d624f
             + t_6iku5_2 * t_dbxzu
-            + t_edvw3_2 * t_livxr
-            + t_edvw3_2 * t_jzkve_2
+            + t_edvw3 * t_livxr
+            + t_edvw3 * t_jzkve_2
             + K63 * t_p4yfo
             - K63 * t_4wsxa
             + K64 * t_yvojb
             - t_bknng * t_pdzxe_2
             + t_6iku5_2 * t_zws6c_2
-            + t_edvw3_2 * t_2gufb_2
+            + t_edvw3 * t_2gufb_2
             - K63 * t_5aqsz_2
         )
         t_vwlvs = (
@@ -25900,18 +25900,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_24cwz
         )
         t_wlqph = t_vwlvs * t_6dtnj_9
-        t_43ujr = t_24cwz * t_6dtnj_5 - K_L65 * t_wlqph
-        t_tmty4 = t_p3fmp * t_6dtnj_4 - K_L54 * t_43ujr - K_L64 * t_wlqph
-        t_45mia = t_uf3i2_2 * t_6dtnj_3 - K_L43 * t_tmty4 - K_L53 * t_43ujr - K_L63 * t_wlqph
+        t_43ujr = t_24cwz * t_6dtnj_8 - K_L65 * t_wlqph
+        t_tmty4 = t_p3fmp * t_6dtnj_7 - K_L54 * t_43ujr - K_L64 * t_wlqph
+        t_45mia = t_uf3i2_2 * t_6dtnj_6 - K_L43 * t_tmty4 - K_L53 * t_43ujr - K_L63 * t_wlqph
         t_p4gng = (
-            t_eokqz_2 * t_6dtnj_2
+            t_eokqz_2 * t_6dtnj_5
             - K_L32 * t_45mia
             + t_ae46j * t_tmty4
             - K_L52 * t_43ujr
             + t_o5wmi * t_wlqph
         )
         t_mclpi = (
-            t_ke372_2 * t_6dtnj
+            t_ke372_2 * t_6dtnj_4
             + t_gousg * t_p4gng
             + t_gousg_2 * t_45mia
             + t_w6lcf * t_tmty4
@@ -25920,21 +25920,21 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_bgzij = r1 * vy - vy * r2
         t_lcorp = f_v1_L21 * t_bgzij - r2 * vx
-        t_zhric = (f_v1_L31 * t_bgzij - f_v1_L32 * t_lcorp) * t_6dtnj_7
-        t_nfclu = t_lcorp * t_6dtnj_6 - f_v1_L32 * t_zhric
+        t_zhric = (f_v1_L31 * t_bgzij - f_v1_L32 * t_lcorp) * t_6dtnj_2
+        t_nfclu = t_lcorp * t_6dtnj - f_v1_L32 * t_zhric
         t_eggt2 = x_C * t_zhric
         t_hyys4 = x_C * t_nfclu + w2 * r2
         t_h4vq5 = t_bgzij * t_a2lgz + f_v1_L21 * t_nfclu + f_v1_L31 * t_zhric
         t_2edfy = (
             K52 * t_zhric
-            + t_edvw3_2 * t_nfclu
+            + t_edvw3 * t_nfclu
             + K22 * t_eggt2
             - K32 * t_hyys4
             + t_belws * t_h4vq5
         )
         t_cupsm = (
-            t_hig3c_6 * t_h4vq5
-            - (t_6iku5 * t_zhric - t_6iku5_2 * t_nfclu + t_f2nhc * t_eggt2 - t_f2nhc_2 * t_hyys4)
+            t_hig3c_3 * t_h4vq5
+            - (t_6iku5 * t_zhric - t_6iku5_2 * t_nfclu + t_f2nhc_2 * t_eggt2 - t_f2nhc * t_hyys4)
         )
         t_o7fxr = (
             K53 * t_zhric
@@ -25943,19 +25943,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K33 * t_hyys4
             - K43 * t_h4vq5
         )
-        t_pr2lu = K11 * t_cupsm - t_f2nhc * t_2edfy - t_f2nhc_2 * t_o7fxr
+        t_pr2lu = K11 * t_cupsm - t_f2nhc_2 * t_2edfy - t_f2nhc * t_o7fxr
         t_iizbv = (
             t_2qjkk * t_pr2lu
             - PP_v1 * (t_w22j3 * t_cupsm + t_w22j3_2 * t_2edfy + t_w22j3_3 * t_o7fxr)
         )
-        t_d624f_2 = (np.where(m_nsst6, t_x2afy * t_iizbv * t_kntxo, 0.0) - t_pr2lu) * t_6dtnj_8
-        t_d4loj = t_2edfy - t_f2nhc * t_d624f_2
+        t_d624f_2 = (np.where(m_nsst6, t_x2afy * t_iizbv * t_kntxo, 0.0) - t_pr2lu) * t_6dtnj_3
+        t_d4loj = t_2edfy - t_f2nhc_2 * t_d624f_2
         t_kohsh_2 = t_q2hfz * (t_5x4sb * (t_d4loj * t_y7rm6))
         t_oesw4_3 = t_kohsh_2 * t_nwsjf
         t_iubif_3 = t_bw2jd * (t_3iu34 * t_oesw4_3)
         t_27ev7_3 = F * (sin_t_6qa42 * t_iubif_3)
         t_wzmp3_3 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_3), 0.0)
-        t_qiylz = t_o7fxr - t_f2nhc_2 * t_d624f_2
+        t_qiylz = t_o7fxr - t_f2nhc * t_d624f_2
         t_affys_2 = (
             t_qiylz * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_kohsh_2 * t_nwsjf_2)), 0.0)
@@ -25981,27 +25981,27 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_3 = F * (cos_t_wuiya * t_oesw4_3)
         t_m7yzj_2 = np.where(m_el4yy, t_s7ixe_3, 0.0) - t_d4loj + t_gousg * t_6ibao
         t_z5auc_3 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_3), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_3), 0.0)
-        t_4wsxa_2 = (t_gousg_2 * t_6ibao - (t_z5auc_3 + t_qiylz) - K_L32 * t_m7yzj_2) * t_6dtnj_3
-        t_jzkve_3 = t_m7yzj_2 * t_6dtnj_2 - K_L32 * t_4wsxa_2
-        t_dbxzu_2 = t_6ibao * t_6dtnj + t_gousg * t_jzkve_3 + t_gousg_2 * t_4wsxa_2
+        t_4wsxa_2 = (t_gousg_2 * t_6ibao - (t_z5auc_3 + t_qiylz) - K_L32 * t_m7yzj_2) * t_6dtnj_6
+        t_jzkve_3 = t_m7yzj_2 * t_6dtnj_5 - K_L32 * t_4wsxa_2
+        t_dbxzu_2 = t_6ibao * t_6dtnj_4 + t_gousg * t_jzkve_3 + t_gousg_2 * t_4wsxa_2
         t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_o7cco_3 + np.where(m_uklky, t_irojk_2 * t_wmzoo_3, 0.0))
         t_ycqju_3 = t_ilple_3 - t_s7ixe_3
         t_bac74_3 = np.where(m_el4yy, t_ycqju_3, 0.0) + t_gousg * t_cgxsm_3
         t_pdzxe_3 = F * t_5pi5x_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3)
-        t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_3
-        t_2gufb_3 = t_bac74_3 * t_6dtnj_2 - K_L32 * t_5aqsz_3
-        t_zws6c_3 = t_cgxsm_3 * t_6dtnj + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3
+        t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_6
+        t_2gufb_3 = t_bac74_3 * t_6dtnj_5 - K_L32 * t_5aqsz_3
+        t_zws6c_3 = t_cgxsm_3 * t_6dtnj_4 + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3
         t_lri3h = (
             K54 * t_zhric
             - K64 * t_nfclu
-            - t_hig3c_6 * t_d624f_2
-            - t_hig3c_6 * t_dbxzu_2
+            - t_hig3c_3 * t_d624f_2
+            - t_hig3c_3 * t_dbxzu_2
             - t_belws * t_eggt2
             - t_belws * t_jzkve_3
             - K43 * t_hyys4
             + K43 * t_4wsxa_2
             - K44 * t_h4vq5
-            - t_hig3c_6 * t_zws6c_3
+            - t_hig3c_3 * t_zws6c_3
             - t_belws * t_2gufb_3
             + K43 * t_5aqsz_3
             + t_w6lcf * t_ke372_3
@@ -26035,14 +26035,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K66 * t_nfclu
             + t_6iku5_2 * t_d624f_2
             + t_6iku5_2 * t_dbxzu_2
-            + t_edvw3_2 * t_eggt2
-            + t_edvw3_2 * t_jzkve_3
+            + t_edvw3 * t_eggt2
+            + t_edvw3 * t_jzkve_3
             + K63 * t_hyys4
             - K63 * t_4wsxa_2
             + K64 * t_h4vq5
             - t_bknng * t_pdzxe_3
             + t_6iku5_2 * t_zws6c_3
-            + t_edvw3_2 * t_2gufb_3
+            + t_edvw3 * t_2gufb_3
             - K63 * t_5aqsz_3
         )
         t_cq77k = (
@@ -26055,18 +26055,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_h6of3
         )
         t_gxwza = t_cq77k * t_6dtnj_9
-        t_5mrvj = t_h6of3 * t_6dtnj_5 - K_L65 * t_gxwza
-        t_3bbdq = t_lri3h * t_6dtnj_4 - K_L54 * t_5mrvj - K_L64 * t_gxwza
-        t_zw7sn = t_uf3i2_3 * t_6dtnj_3 - K_L43 * t_3bbdq - K_L53 * t_5mrvj - K_L63 * t_gxwza
+        t_5mrvj = t_h6of3 * t_6dtnj_8 - K_L65 * t_gxwza
+        t_3bbdq = t_lri3h * t_6dtnj_7 - K_L54 * t_5mrvj - K_L64 * t_gxwza
+        t_zw7sn = t_uf3i2_3 * t_6dtnj_6 - K_L43 * t_3bbdq - K_L53 * t_5mrvj - K_L63 * t_gxwza
         t_7mxgz = (
-            t_eokqz_3 * t_6dtnj_2
+            t_eokqz_3 * t_6dtnj_5
             - K_L32 * t_zw7sn
             + t_ae46j * t_3bbdq
             - K_L52 * t_5mrvj
             + t_o5wmi * t_gxwza
         )
         t_37c2z = (
-            t_ke372_3 * t_6dtnj
+            t_ke372_3 * t_6dtnj_4
             + t_gousg * t_7mxgz
             + t_gousg_2 * t_zw7sn
             + t_w6lcf * t_3bbdq
@@ -26098,10 +26098,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_no7he = B_2 * t_2heqs
         t_rtokx = t_uxnqa + cos_phi2 * t_no7he
         t_egsqb = t_l6a3v + t_bece6 - sin_theta1 * t_lmque - sin_theta2 * t_rtokx
-        t_yignq = t_sxxxk * Wn1 - t_lgf4h * Wn1 - Dd_theta1
+        t_yignq = t_sxxxk * Wn1 - t_lgf4h_2 * Wn1 - Dd_theta1
         t_ka4ah = (
             m1 * t_nuf3e
-            - (t_lgf4h * t_f2ypg + t_ytkv4)
+            - (t_lgf4h_2 * t_f2ypg + t_ytkv4)
             + m1 * (l1 * t_3tn47)
             + m1 * t_zlme3
         )
@@ -26111,12 +26111,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + m2 * (l2 * t_jzkl6)
             + m2 * t_pw5o4
         )
-        t_4lhcb = t_6pfo6 + t_6pfo6
-        t_rbuuc = t_2ys72 * Wn2 - t_6pfo6 * Wn2 - phi2_dot * t_4lhcb
+        t_4lhcb = t_6pfo6_2 + t_6pfo6_2
+        t_rbuuc = t_2ys72 * Wn2 - t_6pfo6_2 * Wn2 - phi2_dot * t_4lhcb
         t_fmt3u = (
-            t_wdxch * (t_lgf4h_2 * t_yignq)
+            t_wdxch * (t_lgf4h * t_yignq)
             - (t_hyv47 * (I1 * t_ka4ah) + t_pi35k * (I2 * t_276ah))
-            + t_iyr6v * (t_6pfo6_2 * t_rbuuc)
+            + t_iyr6v * (t_6pfo6 * t_rbuuc)
         )
         t_ub5bt = w3 + t_fmt3u
         t_zpqie = (
@@ -26132,9 +26132,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_iyr6v * (cy_theta2 * t_rbuuc)
         )
         t_fhwpd = f_v1_L21 * t_ub5bt - t_knqh6
-        t_perxk = (f_v1_L31 * t_ub5bt + t_zpqie - f_v1_L32 * t_fhwpd) * t_6dtnj_7
+        t_perxk = (f_v1_L31 * t_ub5bt + t_zpqie - f_v1_L32 * t_fhwpd) * t_6dtnj_2
         t_tbqgd = wy + t_perxk
-        t_lsf5u = t_fhwpd * t_6dtnj_6 - f_v1_L32 * t_perxk
+        t_lsf5u = t_fhwpd * t_6dtnj - f_v1_L32 * t_perxk
         t_kicd6 = wz - t_lsf5u
         t_5cegf = w1 * (gy_theta1 * t_al3x7 - (gy_phi1 * t_if7mv + gy_phi2 * t_tmzpj) + gy_theta2 * t_fre5h)
         t_apqzv = x_C * t_tbqgd - t_5cegf
@@ -26144,7 +26144,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_lrflk = (
             t_egsqb
             + K52 * t_tbqgd
-            - t_edvw3_2 * t_kicd6
+            - t_edvw3 * t_kicd6
             + K22 * t_apqzv
             + K32 * t_cipmd
             + t_belws * t_hnr3a
@@ -26156,10 +26156,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_7o6hw
             + t_6iku5 * t_tbqgd
             + t_6iku5_2 * t_kicd6
-            + t_f2nhc * t_apqzv
-            + t_f2nhc_2 * t_cipmd
+            + t_f2nhc_2 * t_apqzv
+            + t_f2nhc * t_cipmd
         )
-        t_szcco = t_hig3c_6 * t_hnr3a - t_vmzmd
+        t_szcco = t_hig3c_3 * t_hnr3a - t_vmzmd
         t_l6a3v_2 = sin_theta1 * t_vrfyi
         t_bece6_2 = sin_theta2 * t_rv6hp
         t_egsqb_2 = cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx
@@ -26171,19 +26171,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_cipmd
             - K43 * t_hnr3a
         )
-        t_4trko = K11 * t_szcco - t_f2nhc * t_lrflk - t_f2nhc_2 * t_7sclr
+        t_4trko = K11 * t_szcco - t_f2nhc_2 * t_lrflk - t_f2nhc * t_7sclr
         t_klf5z = (
             t_2qjkk * t_4trko
             - PP_v1 * (t_w22j3 * t_szcco + t_w22j3_2 * t_lrflk + t_w22j3_3 * t_7sclr)
         )
-        t_to6do = (np.where(m_nsst6, t_x2afy * t_klf5z * t_kntxo, 0.0) - t_4trko) * t_6dtnj_8
-        t_wunig = t_lrflk - t_f2nhc * t_to6do
+        t_to6do = (np.where(m_nsst6, t_x2afy * t_klf5z * t_kntxo, 0.0) - t_4trko) * t_6dtnj_3
+        t_wunig = t_lrflk - t_f2nhc_2 * t_to6do
         t_vzyb5 = t_q2hfz * (t_5x4sb * (t_wunig * t_y7rm6))
         t_oesw4_4 = t_vzyb5 * t_nwsjf
         t_iubif_4 = t_bw2jd * (t_3iu34 * t_oesw4_4)
         t_27ev7_4 = F * (sin_t_6qa42 * t_iubif_4)
         t_wzmp3_4 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_4), 0.0)
-        t_pcorj = t_7sclr - t_f2nhc_2 * t_to6do
+        t_pcorj = t_7sclr - t_f2nhc * t_to6do
         t_axqir = (
             t_pcorj * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_vzyb5 * t_nwsjf_2)), 0.0)
@@ -26213,28 +26213,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_4 = F * (cos_t_wuiya * t_oesw4_4)
         t_azifs = np.where(m_el4yy, t_s7ixe_4, 0.0) - t_wunig + t_gousg * t_rg2rj
         t_z5auc_4 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_4), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_4), 0.0)
-        t_gql6d = (t_gousg_2 * t_rg2rj - (t_z5auc_4 + t_pcorj) - K_L32 * t_azifs) * t_6dtnj_3
-        t_jzkve_4 = t_azifs * t_6dtnj_2 - K_L32 * t_gql6d
-        t_pa2bf = t_rg2rj * t_6dtnj + t_gousg * t_jzkve_4 + t_gousg_2 * t_gql6d
+        t_gql6d = (t_gousg_2 * t_rg2rj - (t_z5auc_4 + t_pcorj) - K_L32 * t_azifs) * t_6dtnj_6
+        t_jzkve_4 = t_azifs * t_6dtnj_5 - K_L32 * t_gql6d
+        t_pa2bf = t_rg2rj * t_6dtnj_4 + t_gousg * t_jzkve_4 + t_gousg_2 * t_gql6d
         t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_o7cco_4 + np.where(m_uklky, t_irojk_2 * t_wmzoo_4, 0.0))
         t_ycqju_4 = t_ilple_4 - t_s7ixe_4
         t_bac74_4 = np.where(m_el4yy, t_ycqju_4, 0.0) + t_gousg * t_cgxsm_4
         t_pdzxe_4 = F * t_5pi5x_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4)
-        t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_3
-        t_2gufb_4 = t_bac74_4 * t_6dtnj_2 - K_L32 * t_5aqsz_4
-        t_zws6c_4 = t_cgxsm_4 * t_6dtnj + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4
+        t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_6
+        t_2gufb_4 = t_bac74_4 * t_6dtnj_5 - K_L32 * t_5aqsz_4
+        t_zws6c_4 = t_cgxsm_4 * t_6dtnj_4 + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4
         t_dtryt = (
             t_3y7x4
             + K54 * t_tbqgd
             + K64 * t_kicd6
-            - t_hig3c_6 * t_to6do
-            - t_hig3c_6 * t_pa2bf
+            - t_hig3c_3 * t_to6do
+            - t_hig3c_3 * t_pa2bf
             - t_belws * t_apqzv
             - t_belws * t_jzkve_4
             + K43 * t_cipmd
             + K43 * t_gql6d
             - K44 * t_hnr3a
-            - t_hig3c_6 * t_zws6c_4
+            - t_hig3c_3 * t_zws6c_4
             - t_belws * t_2gufb_4
             + K43 * t_5aqsz_4
             - t_3y7x4
@@ -26291,14 +26291,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_kicd6
             + t_6iku5_2 * t_to6do
             + t_6iku5_2 * t_pa2bf
-            + t_edvw3_2 * t_apqzv
-            + t_edvw3_2 * t_jzkve_4
+            + t_edvw3 * t_apqzv
+            + t_edvw3 * t_jzkve_4
             - K63 * t_cipmd
             - K63 * t_gql6d
             + K64 * t_hnr3a
             - t_bknng * t_pdzxe_4
             + t_6iku5_2 * t_zws6c_4
-            + t_edvw3_2 * t_2gufb_4
+            + t_edvw3 * t_2gufb_4
             - K63 * t_5aqsz_4
             + t_v43pb
         )
@@ -26312,18 +26312,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_oejuy
         )
         t_6xtj5 = t_vwymi * t_6dtnj_9
-        t_bydsh = t_oejuy * t_6dtnj_5 - K_L65 * t_6xtj5
-        t_inudb = t_dtryt * t_6dtnj_4 - K_L54 * t_bydsh - K_L64 * t_6xtj5
-        t_n4ngd = t_36kq5 * t_6dtnj_3 - K_L43 * t_inudb - K_L53 * t_bydsh - K_L63 * t_6xtj5
+        t_bydsh = t_oejuy * t_6dtnj_8 - K_L65 * t_6xtj5
+        t_inudb = t_dtryt * t_6dtnj_7 - K_L54 * t_bydsh - K_L64 * t_6xtj5
+        t_n4ngd = t_36kq5 * t_6dtnj_6 - K_L43 * t_inudb - K_L53 * t_bydsh - K_L63 * t_6xtj5
         t_nlzla = (
-            t_yvz7v * t_6dtnj_2
+            t_yvz7v * t_6dtnj_5
             - K_L32 * t_n4ngd
             + t_ae46j * t_inudb
             - K_L52 * t_bydsh
             + t_o5wmi * t_6xtj5
         )
         t_o4wfi = (
-            t_2dpc6 * t_6dtnj
+            t_2dpc6 * t_6dtnj_4
             + t_gousg * t_nlzla
             + t_gousg_2 * t_n4ngd
             + t_w6lcf * t_inudb
@@ -26363,12 +26363,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh
         t_qzmde = t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz
         t_mwo52 = wx * cos_theta1
-        t_zew4e = t_lgf4h_2 * sin_theta1
+        t_zew4e = t_lgf4h * sin_theta1
         t_r2t7m = (
             t_sxxxk * t_mwo52
             + t_hjux3 * t_zew4e
             + (Wn1 * t_zew4e + t_mgpcw * cos_theta1)
-            - t_lgf4h * t_mwo52
+            - t_lgf4h_2 * t_mwo52
         )
         t_l4ozg_2 = t_l4ozg + t_l4ozg
         t_tbfiw = t_l4ozg_2 * sin_theta1
@@ -26377,7 +26377,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_sxxxk * t_tbfiw
             + t_sxxxk * (t_db6pd * cos_theta1)
             + t_2zkgz * t_zew4e
-            + wx * t_dmccl
+            + wx * t_dmccl_2
         )
         t_sk7gw = (
             m1 * (cos_phi1 * (sin_phi1 * (t_os4zj * t_tbfiw)))
@@ -26387,7 +26387,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_qogn2 = t_doiln_2 * sin_theta2
         t_db6pd_2 = Wn2 + Wn2
-        t_t4mhr = t_6pfo6_2 * sin_theta2
+        t_t4mhr = t_6pfo6 * sin_theta2
         t_c4pkx_3 = t_frp3h * sin_theta2
         t_2vi6g = (
             t_2ys72 * t_qogn2
@@ -26399,7 +26399,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_uuwjq = (
             m2 * (t_nfvux * (cos_phi2 * (sin_phi2 * t_qogn2)))
             - t_2vi6g
-            + m2 * (wx * (t_nfvux * (t_pt6a7_2 * t_kscnj)))
+            + m2 * (wx * (t_nfvux * (t_pt6a7 * t_kscnj)))
             + m2 * (l2 * (wx * (h2 * t_2m4cx_2)))
         )
         t_rxj5u = wx * cos_theta2
@@ -26408,12 +26408,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + Wn2 * t_t4mhr
             + t_2ys72 * t_rxj5u
             + t_mw75j * t_t4mhr
-            - t_6pfo6 * t_rxj5u
+            - t_6pfo6_2 * t_rxj5u
         )
         t_b57ke = (
-            t_wdxch * (t_lgf4h_2 * t_r2t7m)
+            t_wdxch * (t_lgf4h * t_r2t7m)
             - (t_hyv47 * (I1 * t_sk7gw) + t_pi35k * (I2 * t_uuwjq))
-            + t_iyr6v * (t_6pfo6_2 * t_js54m)
+            + t_iyr6v * (t_6pfo6 * t_js54m)
         )
         t_poq2d = (
             t_hyv47 * (cz_phi1 * t_sk7gw)
@@ -26428,9 +26428,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_iyr6v * (cy_theta2 * t_js54m)
         )
         t_5n64v = f_v1_L21 * t_b57ke - (w4 + t_3ay67)
-        t_sow5m = (f_v1_L31 * t_b57ke + t_poq2d - f_v1_L32 * t_5n64v) * t_6dtnj_7
+        t_sow5m = (f_v1_L31 * t_b57ke + t_poq2d - f_v1_L32 * t_5n64v) * t_6dtnj_2
         t_qkevn = wx + t_sow5m
-        t_aets4 = t_5n64v * t_6dtnj_6 - f_v1_L32 * t_sow5m
+        t_aets4 = t_5n64v * t_6dtnj - f_v1_L32 * t_sow5m
         t_padhp = w1 * (gy_phi1 * t_m2xao + gy_phi2 * t_fgpdt - gy_theta1 * t_nacmc - gy_theta2 * t_47hyg)
         t_yq7z3 = x_C * t_qkevn - t_padhp
         t_rmal7 = w2 * (gz_phi1 * t_m2xao + gz_phi2 * t_fgpdt + t_iouus * t_nacmc + t_cfuim * t_47hyg)
@@ -26439,7 +26439,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_obgq7 = (
             t_qzmde
             + K52 * t_qkevn
-            + t_edvw3_2 * t_aets4
+            + t_edvw3 * t_aets4
             + K22 * t_yq7z3
             - K32 * t_7qgql
             + t_belws * t_kvhhx
@@ -26449,10 +26449,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_fpn55
             + t_6iku5 * t_qkevn
             - t_6iku5_2 * t_aets4
-            + t_f2nhc * t_yq7z3
-            - t_f2nhc_2 * t_7qgql
+            + t_f2nhc_2 * t_yq7z3
+            - t_f2nhc * t_7qgql
         )
-        t_vorhk = t_hig3c_6 * t_kvhhx - t_4evxh
+        t_vorhk = t_hig3c_3 * t_kvhhx - t_4evxh
         t_lhpev_2 = sin_theta1 * t_5podz
         t_dev2l_2 = sin_theta2 * t_jsutt
         t_qzmde_2 = cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz
@@ -26464,19 +26464,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K33 * t_7qgql
             - K43 * t_kvhhx
         )
-        t_sbh4n = K11 * t_vorhk - t_f2nhc * t_obgq7 - t_f2nhc_2 * t_wcegr
+        t_sbh4n = K11 * t_vorhk - t_f2nhc_2 * t_obgq7 - t_f2nhc * t_wcegr
         t_322lc = (
             t_2qjkk * t_sbh4n
             - PP_v1 * (t_w22j3 * t_vorhk + t_w22j3_2 * t_obgq7 + t_w22j3_3 * t_wcegr)
         )
-        t_to6do_2 = (np.where(m_nsst6, t_x2afy * t_322lc * t_kntxo, 0.0) - t_sbh4n) * t_6dtnj_8
-        t_f3yup = t_obgq7 - t_f2nhc * t_to6do_2
+        t_to6do_2 = (np.where(m_nsst6, t_x2afy * t_322lc * t_kntxo, 0.0) - t_sbh4n) * t_6dtnj_3
+        t_f3yup = t_obgq7 - t_f2nhc_2 * t_to6do_2
         t_vzyb5_2 = t_q2hfz * (t_5x4sb * (t_f3yup * t_y7rm6))
         t_oesw4_5 = t_vzyb5_2 * t_nwsjf
         t_iubif_5 = t_bw2jd * (t_3iu34 * t_oesw4_5)
         t_27ev7_5 = F * (sin_t_6qa42 * t_iubif_5)
         t_wzmp3_5 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_5), 0.0)
-        t_fhfnz = t_wcegr - t_f2nhc_2 * t_to6do_2
+        t_fhfnz = t_wcegr - t_f2nhc * t_to6do_2
         t_axqir_2 = (
             t_fhfnz * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_vzyb5_2 * t_nwsjf_2)), 0.0)
@@ -26506,28 +26506,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_5 = F * (cos_t_wuiya * t_oesw4_5)
         t_azifs_2 = np.where(m_el4yy, t_s7ixe_5, 0.0) - t_f3yup + t_gousg * t_rg2rj_2
         t_z5auc_5 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_5), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_5), 0.0)
-        t_gql6d_2 = (t_gousg_2 * t_rg2rj_2 - (t_z5auc_5 + t_fhfnz) - K_L32 * t_azifs_2) * t_6dtnj_3
-        t_jzkve_5 = t_azifs_2 * t_6dtnj_2 - K_L32 * t_gql6d_2
-        t_pa2bf_2 = t_rg2rj_2 * t_6dtnj + t_gousg * t_jzkve_5 + t_gousg_2 * t_gql6d_2
+        t_gql6d_2 = (t_gousg_2 * t_rg2rj_2 - (t_z5auc_5 + t_fhfnz) - K_L32 * t_azifs_2) * t_6dtnj_6
+        t_jzkve_5 = t_azifs_2 * t_6dtnj_5 - K_L32 * t_gql6d_2
+        t_pa2bf_2 = t_rg2rj_2 * t_6dtnj_4 + t_gousg * t_jzkve_5 + t_gousg_2 * t_gql6d_2
         t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_o7cco_5 + np.where(m_uklky, t_irojk_2 * t_wmzoo_5, 0.0))
         t_ycqju_5 = t_ilple_5 - t_s7ixe_5
         t_bac74_5 = np.where(m_el4yy, t_ycqju_5, 0.0) + t_gousg * t_cgxsm_5
         t_pdzxe_5 = F * t_5pi5x_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5)
-        t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_3
-        t_2gufb_5 = t_bac74_5 * t_6dtnj_2 - K_L32 * t_5aqsz_5
-        t_zws6c_5 = t_cgxsm_5 * t_6dtnj + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5
+        t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_6
+        t_2gufb_5 = t_bac74_5 * t_6dtnj_5 - K_L32 * t_5aqsz_5
+        t_zws6c_5 = t_cgxsm_5 * t_6dtnj_4 + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5
         t_xes5d = (
             t_nphmx
             + K54 * t_qkevn
             - K64 * t_aets4
-            - t_hig3c_6 * t_to6do_2
-            - t_hig3c_6 * t_pa2bf_2
+            - t_hig3c_3 * t_to6do_2
+            - t_hig3c_3 * t_pa2bf_2
             - t_belws * t_yq7z3
             - t_belws * t_jzkve_5
             - K43 * t_7qgql
             + K43 * t_gql6d_2
             - K44 * t_kvhhx
-            - t_hig3c_6 * t_zws6c_5
+            - t_hig3c_3 * t_zws6c_5
             - t_belws * t_2gufb_5
             + K43 * t_5aqsz_5
             - t_nphmx
@@ -26578,14 +26578,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K66 * t_aets4
             + t_6iku5_2 * t_to6do_2
             + t_6iku5_2 * t_pa2bf_2
-            + t_edvw3_2 * t_yq7z3
-            + t_edvw3_2 * t_jzkve_5
+            + t_edvw3 * t_yq7z3
+            + t_edvw3 * t_jzkve_5
             + K63 * t_7qgql
             - K63 * t_gql6d_2
             + K64 * t_kvhhx
             - t_bknng * t_pdzxe_5
             + t_6iku5_2 * t_zws6c_5
-            + t_edvw3_2 * t_2gufb_5
+            + t_edvw3 * t_2gufb_5
             - K63 * t_5aqsz_5
             + t_zci7z
         )
@@ -26599,18 +26599,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_3o2gs
         )
         t_6xtj5_2 = t_vdnbf * t_6dtnj_9
-        t_rtpbs = t_3o2gs * t_6dtnj_5 - K_L65 * t_6xtj5_2
-        t_m6ijb = t_xes5d * t_6dtnj_4 - K_L54 * t_rtpbs - K_L64 * t_6xtj5_2
-        t_n4ngd_2 = t_472i2 * t_6dtnj_3 - K_L43 * t_m6ijb - K_L53 * t_rtpbs - K_L63 * t_6xtj5_2
+        t_rtpbs = t_3o2gs * t_6dtnj_8 - K_L65 * t_6xtj5_2
+        t_m6ijb = t_xes5d * t_6dtnj_7 - K_L54 * t_rtpbs - K_L64 * t_6xtj5_2
+        t_n4ngd_2 = t_472i2 * t_6dtnj_6 - K_L43 * t_m6ijb - K_L53 * t_rtpbs - K_L63 * t_6xtj5_2
         t_nlzla_2 = (
-            t_icxiv * t_6dtnj_2
+            t_icxiv * t_6dtnj_5
             - K_L32 * t_n4ngd_2
             + t_ae46j * t_m6ijb
             - K_L52 * t_rtpbs
             + t_o5wmi * t_6xtj5_2
         )
         t_rx6ib = (
-            t_wlxmt * t_6dtnj
+            t_wlxmt * t_6dtnj_4
             + t_gousg * t_nlzla_2
             + t_gousg_2 * t_n4ngd_2
             + t_w6lcf * t_m6ijb
@@ -26639,26 +26639,26 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_u7woh_2 = B_2 * t_j4oea_2
         t_kfbmz_2 = sin_phi2 * t_4rnat - cos_phi2 * t_u7woh_2
         t_qzmde_3 = t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2
-        t_zew4e_2 = t_lgf4h_2 * cos_theta1
+        t_zew4e_2 = t_lgf4h * cos_theta1
         t_mwo52_2 = wx * sin_theta1
         t_r2t7m_2 = (
             t_hjux3 * t_zew4e_2
             - t_sxxxk * t_mwo52_2
             + (Wn1 * t_zew4e_2 - t_mgpcw * sin_theta1)
-            + t_lgf4h * t_mwo52_2
+            + t_lgf4h_2 * t_mwo52_2
         )
         t_tbfiw_2 = t_l4ozg_2 * cos_theta1
         t_xxliz = (
             t_sxxxk * (t_db6pd * sin_theta1)
             - t_sxxxk * t_tbfiw_2
             - t_2zkgz * t_zew4e_2
-            - wx * t_dmccl_2
+            - wx * t_dmccl
             + m1 * (cos_phi1 * (sin_phi1 * (t_os4zj * t_tbfiw_2)))
             + m1 * (wx * (t_sakwz * cos_theta1))
             + m1 * (l1 * (wx * (h1 * t_7fukq_4)))
         )
         t_qogn2_2 = t_doiln_2 * cos_theta2
-        t_t4mhr_2 = t_6pfo6_2 * cos_theta2
+        t_t4mhr_2 = t_6pfo6 * cos_theta2
         t_c4pkx_4 = t_frp3h * cos_theta2
         t_yjspi = (
             t_2ys72 * (t_db6pd_2 * sin_theta2)
@@ -26666,7 +26666,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_m7bta * t_t4mhr_2
             - wx * t_c4pkx_4
             + m2 * (t_nfvux * (cos_phi2 * (sin_phi2 * t_qogn2_2)))
-            + m2 * (wx * (t_nfvux * (t_pt6a7_2 * (cos_theta2 + cos_theta2))))
+            + m2 * (wx * (t_nfvux * (t_pt6a7 * (cos_theta2 + cos_theta2))))
             + m2 * (l2 * (wx * (h2 * t_2m4cx_4)))
         )
         t_rxj5u_2 = wx * sin_theta2
@@ -26675,12 +26675,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_n7l2g * sin_theta2
             - t_2ys72 * t_rxj5u_2
             + t_mw75j * t_t4mhr_2
-            + t_6pfo6 * t_rxj5u_2
+            + t_6pfo6_2 * t_rxj5u_2
         )
         t_a6vnh = (
-            t_wdxch * (t_lgf4h_2 * t_r2t7m_2)
+            t_wdxch * (t_lgf4h * t_r2t7m_2)
             - (t_hyv47 * (I1 * t_xxliz) + t_pi35k * (I2 * t_yjspi))
-            + t_iyr6v * (t_6pfo6_2 * t_js54m_2)
+            + t_iyr6v * (t_6pfo6 * t_js54m_2)
         )
         t_fzrvi = (
             t_hyv47 * (cz_phi1 * t_xxliz)
@@ -26695,8 +26695,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_iyr6v * (cy_theta2 * t_js54m_2)
         )
         t_2faya = f_v1_L21 * t_a6vnh - t_svqry
-        t_g2ixm = (f_v1_L31 * t_a6vnh - (w5 - t_fzrvi) - f_v1_L32 * t_2faya) * t_6dtnj_7
-        t_dvkjv = t_2faya * t_6dtnj_6 - f_v1_L32 * t_g2ixm
+        t_g2ixm = (f_v1_L31 * t_a6vnh - (w5 - t_fzrvi) - f_v1_L32 * t_2faya) * t_6dtnj_2
+        t_dvkjv = t_2faya * t_6dtnj - f_v1_L32 * t_g2ixm
         t_xww34 = wx - t_dvkjv
         t_3chjw = t_hyv47 * cz_phi1
         t_iochg = t_pi35k * cz_phi2
@@ -26710,7 +26710,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_ksd26 = (
             t_qzmde_3
             + K52 * t_g2ixm
-            - t_edvw3_2 * t_xww34
+            - t_edvw3 * t_xww34
             + K22 * t_zdl46
             + K32 * t_7xx34
             + t_belws * t_r6fwq
@@ -26720,10 +26720,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_fpn55_2
             + t_6iku5 * t_g2ixm
             + t_6iku5_2 * t_xww34
-            + t_f2nhc * t_zdl46
-            + t_f2nhc_2 * t_7xx34
+            + t_f2nhc_2 * t_zdl46
+            + t_f2nhc * t_7xx34
         )
-        t_wkyrz = t_hig3c_6 * t_r6fwq - t_ejm2a
+        t_wkyrz = t_hig3c_3 * t_r6fwq - t_ejm2a
         t_lok4o_2 = sin_theta1 * t_dpd5l
         t_biccq_2 = sin_theta2 * t_hsipp
         t_qzmde_4 = cos_theta1 * t_tbgkc_2 - (t_lok4o_2 + t_biccq_2) + cos_theta2 * t_kfbmz_2
@@ -26735,19 +26735,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_7xx34
             - K43 * t_r6fwq
         )
-        t_n2cd5 = K11 * t_wkyrz - t_f2nhc * t_ksd26 - t_f2nhc_2 * t_imzpc
+        t_n2cd5 = K11 * t_wkyrz - t_f2nhc_2 * t_ksd26 - t_f2nhc * t_imzpc
         t_g2da4 = (
             t_2qjkk * t_n2cd5
             - PP_v1 * (t_w22j3 * t_wkyrz + t_w22j3_2 * t_ksd26 + t_w22j3_3 * t_imzpc)
         )
-        t_jixut = (np.where(m_nsst6, t_x2afy * t_g2da4 * t_kntxo, 0.0) - t_n2cd5) * t_6dtnj_8
-        t_mrgby = t_ksd26 - t_f2nhc * t_jixut
+        t_jixut = (np.where(m_nsst6, t_x2afy * t_g2da4 * t_kntxo, 0.0) - t_n2cd5) * t_6dtnj_3
+        t_mrgby = t_ksd26 - t_f2nhc_2 * t_jixut
         t_fzkuf = t_q2hfz * (t_5x4sb * (t_mrgby * t_y7rm6))
         t_oesw4_6 = t_fzkuf * t_nwsjf
         t_iubif_6 = t_bw2jd * (t_3iu34 * t_oesw4_6)
         t_27ev7_6 = F * (sin_t_6qa42 * t_iubif_6)
         t_wzmp3_6 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_6), 0.0)
-        t_vrp4j = t_imzpc - t_f2nhc_2 * t_jixut
+        t_vrp4j = t_imzpc - t_f2nhc * t_jixut
         t_aqnqi = (
             t_vrp4j * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf * t_nwsjf_2)), 0.0)
@@ -26777,28 +26777,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_6 = F * (cos_t_wuiya * t_oesw4_6)
         t_iz4zu = np.where(m_el4yy, t_s7ixe_6, 0.0) - t_mrgby + t_gousg * t_hsftr
         t_z5auc_6 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_6), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_6), 0.0)
-        t_24yiu = (t_gousg_2 * t_hsftr - (t_z5auc_6 + t_vrp4j) - K_L32 * t_iz4zu) * t_6dtnj_3
-        t_jzkve_6 = t_iz4zu * t_6dtnj_2 - K_L32 * t_24yiu
-        t_pa2bf_3 = t_hsftr * t_6dtnj + t_gousg * t_jzkve_6 + t_gousg_2 * t_24yiu
+        t_24yiu = (t_gousg_2 * t_hsftr - (t_z5auc_6 + t_vrp4j) - K_L32 * t_iz4zu) * t_6dtnj_6
+        t_jzkve_6 = t_iz4zu * t_6dtnj_5 - K_L32 * t_24yiu
+        t_pa2bf_3 = t_hsftr * t_6dtnj_4 + t_gousg * t_jzkve_6 + t_gousg_2 * t_24yiu
         t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_o7cco_6 + np.where(m_uklky, t_irojk_2 * t_wmzoo_6, 0.0))
         t_ycqju_6 = t_ilple_6 - t_s7ixe_6
         t_bac74_6 = np.where(m_el4yy, t_ycqju_6, 0.0) + t_gousg * t_cgxsm_6
         t_pdzxe_6 = F * t_5pi5x_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6)
-        t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_3
-        t_2gufb_6 = t_bac74_6 * t_6dtnj_2 - K_L32 * t_5aqsz_6
-        t_zws6c_6 = t_cgxsm_6 * t_6dtnj + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6
+        t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_6
+        t_2gufb_6 = t_bac74_6 * t_6dtnj_5 - K_L32 * t_5aqsz_6
+        t_zws6c_6 = t_cgxsm_6 * t_6dtnj_4 + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6
         t_djvqz = (
             t_now5h
             + K54 * t_g2ixm
             + K64 * t_xww34
-            - t_hig3c_6 * t_jixut
-            - t_hig3c_6 * t_pa2bf_3
+            - t_hig3c_3 * t_jixut
+            - t_hig3c_3 * t_pa2bf_3
             - t_belws * t_zdl46
             - t_belws * t_jzkve_6
             + K43 * t_7xx34
             + K43 * t_24yiu
             - K44 * t_r6fwq
-            - t_hig3c_6 * t_zws6c_6
+            - t_hig3c_3 * t_zws6c_6
             - t_belws * t_2gufb_6
             + K43 * t_5aqsz_6
             - t_now5h
@@ -26854,14 +26854,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_xww34
             + t_6iku5_2 * t_jixut
             + t_6iku5_2 * t_pa2bf_3
-            + t_edvw3_2 * t_zdl46
-            + t_edvw3_2 * t_jzkve_6
+            + t_edvw3 * t_zdl46
+            + t_edvw3 * t_jzkve_6
             - K63 * t_7xx34
             - K63 * t_24yiu
             + K64 * t_r6fwq
             - t_bknng * t_pdzxe_6
             + t_6iku5_2 * t_zws6c_6
-            + t_edvw3_2 * t_2gufb_6
+            + t_edvw3 * t_2gufb_6
             - K63 * t_5aqsz_6
             + t_3m5c4
         )
@@ -26875,18 +26875,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_7n633
         )
         t_2wnxs = t_juyaj * t_6dtnj_9
-        t_kucq3 = t_7n633 * t_6dtnj_5 - K_L65 * t_2wnxs
-        t_wiqmu = t_djvqz * t_6dtnj_4 - K_L54 * t_kucq3 - K_L64 * t_2wnxs
-        t_swpvc = t_472i2_2 * t_6dtnj_3 - K_L43 * t_wiqmu - K_L53 * t_kucq3 - K_L63 * t_2wnxs
+        t_kucq3 = t_7n633 * t_6dtnj_8 - K_L65 * t_2wnxs
+        t_wiqmu = t_djvqz * t_6dtnj_7 - K_L54 * t_kucq3 - K_L64 * t_2wnxs
+        t_swpvc = t_472i2_2 * t_6dtnj_6 - K_L43 * t_wiqmu - K_L53 * t_kucq3 - K_L63 * t_2wnxs
         t_twu2h = (
-            t_icxiv_2 * t_6dtnj_2
+            t_icxiv_2 * t_6dtnj_5
             - K_L32 * t_swpvc
             + t_ae46j * t_wiqmu
             - K_L52 * t_kucq3
             + t_o5wmi * t_2wnxs
         )
         t_xwzro = (
-            t_wlxmt_2 * t_6dtnj
+            t_wlxmt_2 * t_6dtnj_4
             + t_gousg * t_twu2h
             + t_gousg_2 * t_swpvc
             + t_w6lcf * t_wiqmu
@@ -26894,21 +26894,21 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_thnvm_2 * t_2wnxs
         )
         t_l4zsv = f_v1_L21 * r3
-        t_htryl = (f_v1_L31 * r3 - f_v1_L32 * t_l4zsv) * t_6dtnj_7
-        t_3uh2q = t_l4zsv * t_6dtnj_6 - f_v1_L32 * t_htryl
+        t_htryl = (f_v1_L31 * r3 - f_v1_L32 * t_l4zsv) * t_6dtnj_2
+        t_3uh2q = t_l4zsv * t_6dtnj - f_v1_L32 * t_htryl
         t_rtewd = x_C * t_htryl
         t_g5ive = x_C * t_3uh2q
         t_dm4kc = r3 * t_a2lgz + f_v1_L21 * t_3uh2q + f_v1_L31 * t_htryl
         t_4jurt = (
             K52 * t_htryl
-            + t_edvw3_2 * t_3uh2q
+            + t_edvw3 * t_3uh2q
             + K22 * t_rtewd
             - K32 * t_g5ive
             + t_belws * t_dm4kc
         )
         t_uyjyp = (
-            t_hig3c_6 * t_dm4kc
-            - (t_6iku5 * t_htryl - t_6iku5_2 * t_3uh2q + t_f2nhc * t_rtewd - t_f2nhc_2 * t_g5ive)
+            t_hig3c_3 * t_dm4kc
+            - (t_6iku5 * t_htryl - t_6iku5_2 * t_3uh2q + t_f2nhc_2 * t_rtewd - t_f2nhc * t_g5ive)
         )
         t_an4bv = (
             K53 * t_htryl
@@ -26917,19 +26917,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K33 * t_g5ive
             - K43 * t_dm4kc
         )
-        t_u2h2q = K11 * t_uyjyp - t_f2nhc * t_4jurt - t_f2nhc_2 * t_an4bv
+        t_u2h2q = K11 * t_uyjyp - t_f2nhc_2 * t_4jurt - t_f2nhc * t_an4bv
         t_757oc = (
             t_2qjkk * t_u2h2q
             - PP_v1 * (t_w22j3 * t_uyjyp + t_w22j3_2 * t_4jurt + t_w22j3_3 * t_an4bv)
         )
-        t_swglb_2 = (np.where(m_nsst6, t_x2afy * t_757oc * t_kntxo, 0.0) - t_u2h2q) * t_6dtnj_8
-        t_nrerg = t_4jurt - t_f2nhc * t_swglb_2
+        t_swglb_2 = (np.where(m_nsst6, t_x2afy * t_757oc * t_kntxo, 0.0) - t_u2h2q) * t_6dtnj_3
+        t_nrerg = t_4jurt - t_f2nhc_2 * t_swglb_2
         t_yjieb_2 = t_q2hfz * (t_5x4sb * (t_nrerg * t_y7rm6))
         t_oesw4_7 = t_yjieb_2 * t_nwsjf
         t_iubif_7 = t_bw2jd * (t_3iu34 * t_oesw4_7)
         t_27ev7_7 = F * (sin_t_6qa42 * t_iubif_7)
         t_wzmp3_7 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_7), 0.0)
-        t_z76dl = t_an4bv - t_f2nhc_2 * t_swglb_2
+        t_z76dl = t_an4bv - t_f2nhc * t_swglb_2
         t_f7lty_2 = (
             t_z76dl * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_yjieb_2 * t_nwsjf_2)), 0.0)
@@ -26955,27 +26955,27 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_7 = F * (cos_t_wuiya * t_oesw4_7)
         t_a45m5_2 = np.where(m_el4yy, t_s7ixe_7, 0.0) - t_nrerg + t_gousg * t_beujg
         t_z5auc_7 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_7), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_7), 0.0)
-        t_7yrbe_2 = (t_gousg_2 * t_beujg - (t_z5auc_7 + t_z76dl) - K_L32 * t_a45m5_2) * t_6dtnj_3
-        t_jzkve_7 = t_a45m5_2 * t_6dtnj_2 - K_L32 * t_7yrbe_2
-        t_bxhep_2 = t_beujg * t_6dtnj + t_gousg * t_jzkve_7 + t_gousg_2 * t_7yrbe_2
+        t_7yrbe_2 = (t_gousg_2 * t_beujg - (t_z5auc_7 + t_z76dl) - K_L32 * t_a45m5_2) * t_6dtnj_6
+        t_jzkve_7 = t_a45m5_2 * t_6dtnj_5 - K_L32 * t_7yrbe_2
+        t_bxhep_2 = t_beujg * t_6dtnj_4 + t_gousg * t_jzkve_7 + t_gousg_2 * t_7yrbe_2
         t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_o7cco_7 + np.where(m_uklky, t_irojk_2 * t_wmzoo_7, 0.0))
         t_ycqju_7 = t_ilple_7 - t_s7ixe_7
         t_bac74_7 = np.where(m_el4yy, t_ycqju_7, 0.0) + t_gousg * t_cgxsm_7
         t_pdzxe_7 = F * t_5pi5x_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7)
-        t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_3
-        t_2gufb_7 = t_bac74_7 * t_6dtnj_2 - K_L32 * t_5aqsz_7
-        t_zws6c_7 = t_cgxsm_7 * t_6dtnj + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7
+        t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_6
+        t_2gufb_7 = t_bac74_7 * t_6dtnj_5 - K_L32 * t_5aqsz_7
+        t_zws6c_7 = t_cgxsm_7 * t_6dtnj_4 + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7
         t_y4jvf = (
             K54 * t_htryl
             - K64 * t_3uh2q
-            - t_hig3c_6 * t_swglb_2
-            - t_hig3c_6 * t_bxhep_2
+            - t_hig3c_3 * t_swglb_2
+            - t_hig3c_3 * t_bxhep_2
             - t_belws * t_rtewd
             - t_belws * t_jzkve_7
             - K43 * t_g5ive
             + K43 * t_7yrbe_2
             - K44 * t_dm4kc
-            - t_hig3c_6 * t_zws6c_7
+            - t_hig3c_3 * t_zws6c_7
             - t_belws * t_2gufb_7
             + K43 * t_5aqsz_7
             + t_w6lcf * t_ke372_4
@@ -27009,14 +27009,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K66 * t_3uh2q
             + t_6iku5_2 * t_swglb_2
             + t_6iku5_2 * t_bxhep_2
-            + t_edvw3_2 * t_rtewd
-            + t_edvw3_2 * t_jzkve_7
+            + t_edvw3 * t_rtewd
+            + t_edvw3 * t_jzkve_7
             + K63 * t_g5ive
             - K63 * t_7yrbe_2
             + K64 * t_dm4kc
             - t_bknng * t_pdzxe_7
             + t_6iku5_2 * t_zws6c_7
-            + t_edvw3_2 * t_2gufb_7
+            + t_edvw3 * t_2gufb_7
             - K63 * t_5aqsz_7
         )
         t_75kqc = (
@@ -27029,39 +27029,39 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_elq4v
         )
         t_x7pmp_2 = t_75kqc * t_6dtnj_9
-        t_7k2fu = t_elq4v * t_6dtnj_5 - K_L65 * t_x7pmp_2
-        t_g4uwm = t_y4jvf * t_6dtnj_4 - K_L54 * t_7k2fu - K_L64 * t_x7pmp_2
-        t_2cs7o_2 = t_uf3i2_4 * t_6dtnj_3 - K_L43 * t_g4uwm - K_L53 * t_7k2fu - K_L63 * t_x7pmp_2
+        t_7k2fu = t_elq4v * t_6dtnj_8 - K_L65 * t_x7pmp_2
+        t_g4uwm = t_y4jvf * t_6dtnj_7 - K_L54 * t_7k2fu - K_L64 * t_x7pmp_2
+        t_2cs7o_2 = t_uf3i2_4 * t_6dtnj_6 - K_L43 * t_g4uwm - K_L53 * t_7k2fu - K_L63 * t_x7pmp_2
         t_7wo2a_2 = (
-            t_eokqz_4 * t_6dtnj_2
+            t_eokqz_4 * t_6dtnj_5
             - K_L32 * t_2cs7o_2
             + t_ae46j * t_g4uwm
             - K_L52 * t_7k2fu
             + t_o5wmi * t_x7pmp_2
         )
         t_ybvqd_2 = (
-            t_ke372_4 * t_6dtnj
+            t_ke372_4 * t_6dtnj_4
             + t_gousg * t_7wo2a_2
             + t_gousg_2 * t_2cs7o_2
             + t_w6lcf * t_g4uwm
             + t_thnvm * t_7k2fu
             + t_thnvm_2 * t_x7pmp_2
         )
-        t_mwlgk = f_v1_L32 * r5 * t_6dtnj_7
-        t_qdsor = r5 * t_6dtnj_6 + f_v1_L32 * t_mwlgk
+        t_mwlgk = f_v1_L32 * r5 * t_6dtnj_2
+        t_qdsor = r5 * t_6dtnj + f_v1_L32 * t_mwlgk
         t_s2k4l = x_C * t_mwlgk
         t_cnqpv = x_C * t_qdsor
         t_tmrxp = f_v1_L31 * t_mwlgk - f_v1_L21 * t_qdsor
         t_6revy = (
             K52 * t_mwlgk
-            - t_edvw3_2 * t_qdsor
+            - t_edvw3 * t_qdsor
             + K22 * t_s2k4l
             + K32 * t_cnqpv
             + t_belws * t_tmrxp
         )
         t_fxood = (
-            t_hig3c_6 * t_tmrxp
-            - (t_6iku5 * t_mwlgk + t_6iku5_2 * t_qdsor + t_f2nhc * t_s2k4l + t_f2nhc_2 * t_cnqpv)
+            t_hig3c_3 * t_tmrxp
+            - (t_6iku5 * t_mwlgk + t_6iku5_2 * t_qdsor + t_f2nhc_2 * t_s2k4l + t_f2nhc * t_cnqpv)
         )
         t_ye66p = (
             K53 * t_mwlgk
@@ -27070,19 +27070,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_cnqpv
             - K43 * t_tmrxp
         )
-        t_6faqs = K11 * t_fxood - t_f2nhc * t_6revy - t_f2nhc_2 * t_ye66p
+        t_6faqs = K11 * t_fxood - t_f2nhc_2 * t_6revy - t_f2nhc * t_ye66p
         t_qxdxu = (
             t_2qjkk * t_6faqs
             - PP_v1 * (t_w22j3 * t_fxood + t_w22j3_2 * t_6revy + t_w22j3_3 * t_ye66p)
         )
-        t_swglb_3 = (np.where(m_nsst6, t_x2afy * t_qxdxu * t_kntxo, 0.0) - t_6faqs) * t_6dtnj_8
-        t_3cdhj = t_6revy - t_f2nhc * t_swglb_3
+        t_swglb_3 = (np.where(m_nsst6, t_x2afy * t_qxdxu * t_kntxo, 0.0) - t_6faqs) * t_6dtnj_3
+        t_3cdhj = t_6revy - t_f2nhc_2 * t_swglb_3
         t_yjieb_3 = t_q2hfz * (t_5x4sb * (t_3cdhj * t_y7rm6))
         t_oesw4_8 = t_yjieb_3 * t_nwsjf
         t_iubif_8 = t_bw2jd * (t_3iu34 * t_oesw4_8)
         t_27ev7_8 = F * (sin_t_6qa42 * t_iubif_8)
         t_wzmp3_8 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_8), 0.0)
-        t_ui7d2 = t_ye66p - t_f2nhc_2 * t_swglb_3
+        t_ui7d2 = t_ye66p - t_f2nhc * t_swglb_3
         t_f7lty_3 = (
             t_ui7d2 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_yjieb_3 * t_nwsjf_2)), 0.0)
@@ -27108,27 +27108,27 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_8 = F * (cos_t_wuiya * t_oesw4_8)
         t_a45m5_3 = np.where(m_el4yy, t_s7ixe_8, 0.0) - t_3cdhj + t_gousg * t_rd5nq
         t_z5auc_8 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_8), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_8), 0.0)
-        t_7yrbe_3 = (t_gousg_2 * t_rd5nq - (t_z5auc_8 + t_ui7d2) - K_L32 * t_a45m5_3) * t_6dtnj_3
-        t_jzkve_8 = t_a45m5_3 * t_6dtnj_2 - K_L32 * t_7yrbe_3
-        t_bxhep_3 = t_rd5nq * t_6dtnj + t_gousg * t_jzkve_8 + t_gousg_2 * t_7yrbe_3
+        t_7yrbe_3 = (t_gousg_2 * t_rd5nq - (t_z5auc_8 + t_ui7d2) - K_L32 * t_a45m5_3) * t_6dtnj_6
+        t_jzkve_8 = t_a45m5_3 * t_6dtnj_5 - K_L32 * t_7yrbe_3
+        t_bxhep_3 = t_rd5nq * t_6dtnj_4 + t_gousg * t_jzkve_8 + t_gousg_2 * t_7yrbe_3
         t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_o7cco_8 + np.where(m_uklky, t_irojk_2 * t_wmzoo_8, 0.0))
         t_ycqju_8 = t_ilple_8 - t_s7ixe_8
         t_bac74_8 = np.where(m_el4yy, t_ycqju_8, 0.0) + t_gousg * t_cgxsm_8
         t_pdzxe_8 = F * t_5pi5x_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8)
-        t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_3
-        t_2gufb_8 = t_bac74_8 * t_6dtnj_2 - K_L32 * t_5aqsz_8
-        t_zws6c_8 = t_cgxsm_8 * t_6dtnj + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8
+        t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_6
+        t_2gufb_8 = t_bac74_8 * t_6dtnj_5 - K_L32 * t_5aqsz_8
+        t_zws6c_8 = t_cgxsm_8 * t_6dtnj_4 + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8
         t_ikj36 = (
             K54 * t_mwlgk
             + K64 * t_qdsor
-            - t_hig3c_6 * t_swglb_3
-            - t_hig3c_6 * t_bxhep_3
+            - t_hig3c_3 * t_swglb_3
+            - t_hig3c_3 * t_bxhep_3
             - t_belws * t_s2k4l
             - t_belws * t_jzkve_8
             + K43 * t_cnqpv
             + K43 * t_7yrbe_3
             - K44 * t_tmrxp
-            - t_hig3c_6 * t_zws6c_8
+            - t_hig3c_3 * t_zws6c_8
             - t_belws * t_2gufb_8
             + K43 * t_5aqsz_8
             + t_w6lcf * t_ke372_5
@@ -27162,14 +27162,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_qdsor
             + t_6iku5_2 * t_swglb_3
             + t_6iku5_2 * t_bxhep_3
-            + t_edvw3_2 * t_s2k4l
-            + t_edvw3_2 * t_jzkve_8
+            + t_edvw3 * t_s2k4l
+            + t_edvw3 * t_jzkve_8
             - K63 * t_cnqpv
             - K63 * t_7yrbe_3
             + K64 * t_tmrxp
             - t_bknng * t_pdzxe_8
             + t_6iku5_2 * t_zws6c_8
-            + t_edvw3_2 * t_2gufb_8
+            + t_edvw3 * t_2gufb_8
             - K63 * t_5aqsz_8
         )
         t_t5i4q = (
@@ -27182,39 +27182,39 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_hgijf
         )
         t_x7pmp_3 = t_t5i4q * t_6dtnj_9
-        t_j2m6l = t_hgijf * t_6dtnj_5 - K_L65 * t_x7pmp_3
-        t_quoxi = t_ikj36 * t_6dtnj_4 - K_L54 * t_j2m6l - K_L64 * t_x7pmp_3
-        t_2cs7o_3 = t_uf3i2_5 * t_6dtnj_3 - K_L43 * t_quoxi - K_L53 * t_j2m6l - K_L63 * t_x7pmp_3
+        t_j2m6l = t_hgijf * t_6dtnj_8 - K_L65 * t_x7pmp_3
+        t_quoxi = t_ikj36 * t_6dtnj_7 - K_L54 * t_j2m6l - K_L64 * t_x7pmp_3
+        t_2cs7o_3 = t_uf3i2_5 * t_6dtnj_6 - K_L43 * t_quoxi - K_L53 * t_j2m6l - K_L63 * t_x7pmp_3
         t_7wo2a_3 = (
-            t_eokqz_5 * t_6dtnj_2
+            t_eokqz_5 * t_6dtnj_5
             - K_L32 * t_2cs7o_3
             + t_ae46j * t_quoxi
             - K_L52 * t_j2m6l
             + t_o5wmi * t_x7pmp_3
         )
         t_ybvqd_3 = (
-            t_ke372_5 * t_6dtnj
+            t_ke372_5 * t_6dtnj_4
             + t_gousg * t_7wo2a_3
             + t_gousg_2 * t_2cs7o_3
             + t_w6lcf * t_quoxi
             + t_thnvm * t_j2m6l
             + t_thnvm_2 * t_x7pmp_3
         )
-        t_jy5ka = r7 * t_6dtnj_7
+        t_jy5ka = r7 * t_6dtnj_2
         t_3jlkn = f_v1_L32 * t_jy5ka
         t_odnql = x_C * t_jy5ka
         t_vzqik = x_C * t_3jlkn
         t_zir4r = f_v1_L21 * t_3jlkn - f_v1_L31 * t_jy5ka
         t_fiep3 = (
-            t_edvw3_2 * t_3jlkn
+            t_edvw3 * t_3jlkn
             - K52 * t_jy5ka
             - K22 * t_odnql
             - K32 * t_vzqik
             + t_belws * t_zir4r
         )
         t_2iu5w = (
-            t_hig3c_6 * t_zir4r
-            + (t_6iku5 * t_jy5ka + t_6iku5_2 * t_3jlkn + t_f2nhc * t_odnql + t_f2nhc_2 * t_vzqik)
+            t_hig3c_3 * t_zir4r
+            + (t_6iku5 * t_jy5ka + t_6iku5_2 * t_3jlkn + t_f2nhc_2 * t_odnql + t_f2nhc * t_vzqik)
         )
         t_6kbkm = (
             K53 * t_jy5ka
@@ -27223,19 +27223,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_vzqik
             + K43 * t_zir4r
         )
-        t_2n6tj = K11 * t_2iu5w - t_f2nhc * t_fiep3 + t_f2nhc_2 * t_6kbkm
+        t_2n6tj = K11 * t_2iu5w - t_f2nhc_2 * t_fiep3 + t_f2nhc * t_6kbkm
         t_ixn2v = (
             t_2qjkk * t_2n6tj
             - PP_v1 * (t_w22j3 * t_2iu5w + t_w22j3_2 * t_fiep3 - t_w22j3_3 * t_6kbkm)
         )
-        t_i7c3b = (np.where(m_nsst6, t_x2afy * t_ixn2v * t_kntxo, 0.0) - t_2n6tj) * t_6dtnj_8
-        t_v24bf = t_fiep3 - t_f2nhc * t_i7c3b
+        t_i7c3b = (np.where(m_nsst6, t_x2afy * t_ixn2v * t_kntxo, 0.0) - t_2n6tj) * t_6dtnj_3
+        t_v24bf = t_fiep3 - t_f2nhc_2 * t_i7c3b
         t_j5pkq = t_q2hfz * (t_5x4sb * (t_v24bf * t_y7rm6))
         t_oesw4_9 = t_j5pkq * t_nwsjf
         t_iubif_9 = t_bw2jd * (t_3iu34 * t_oesw4_9)
         t_27ev7_9 = F * (sin_t_6qa42 * t_iubif_9)
         t_wzmp3_9 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_9), 0.0)
-        t_pbobs = t_6kbkm + t_f2nhc_2 * t_i7c3b
+        t_pbobs = t_6kbkm + t_f2nhc * t_i7c3b
         t_zldok = (
             np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_j5pkq * t_nwsjf_2)), 0.0)
             - t_pbobs * t_y7rm6 * t_v2nh3
@@ -27261,24 +27261,24 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_9 = F * (cos_t_wuiya * t_oesw4_9)
         t_ikbay = np.where(m_el4yy, t_s7ixe_9, 0.0) - t_v24bf + t_gousg * t_fu2xa
         t_z5auc_9 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_9), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_9), 0.0)
-        t_vtclj = (t_gousg_2 * t_fu2xa - (t_z5auc_9 - t_pbobs) - K_L32 * t_ikbay) * t_6dtnj_3
-        t_jzkve_9 = t_ikbay * t_6dtnj_2 - K_L32 * t_vtclj
-        t_eg24p = t_fu2xa * t_6dtnj + t_gousg * t_jzkve_9 + t_gousg_2 * t_vtclj
+        t_vtclj = (t_gousg_2 * t_fu2xa - (t_z5auc_9 - t_pbobs) - K_L32 * t_ikbay) * t_6dtnj_6
+        t_jzkve_9 = t_ikbay * t_6dtnj_5 - K_L32 * t_vtclj
+        t_eg24p = t_fu2xa * t_6dtnj_4 + t_gousg * t_jzkve_9 + t_gousg_2 * t_vtclj
         t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_o7cco_9 + np.where(m_uklky, t_irojk_2 * t_wmzoo_9, 0.0))
         t_ycqju_9 = t_ilple_9 - t_s7ixe_9
         t_bac74_9 = np.where(m_el4yy, t_ycqju_9, 0.0) + t_gousg * t_cgxsm_9
         t_pdzxe_9 = F * t_5pi5x_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9)
-        t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_3
-        t_2gufb_9 = t_bac74_9 * t_6dtnj_2 - K_L32 * t_5aqsz_9
-        t_zws6c_9 = t_cgxsm_9 * t_6dtnj + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9
+        t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_6
+        t_2gufb_9 = t_bac74_9 * t_6dtnj_5 - K_L32 * t_5aqsz_9
+        t_zws6c_9 = t_cgxsm_9 * t_6dtnj_4 + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9
         t_jaaaz = (
             t_belws * t_odnql
-            - (K54 * t_jy5ka + K64 * t_3jlkn + t_hig3c_6 * t_i7c3b + t_hig3c_6 * t_eg24p)
+            - (K54 * t_jy5ka + K64 * t_3jlkn + t_hig3c_3 * t_i7c3b + t_hig3c_3 * t_eg24p)
             - t_belws * t_jzkve_9
             - K43 * t_vzqik
             + K43 * t_vtclj
             - K44 * t_zir4r
-            - t_hig3c_6 * t_zws6c_9
+            - t_hig3c_3 * t_zws6c_9
             - t_belws * t_2gufb_9
             + K43 * t_5aqsz_9
             + t_w6lcf * t_ke372_6
@@ -27315,14 +27315,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K66 * t_3jlkn
             + t_6iku5_2 * t_i7c3b
             + t_6iku5_2 * t_eg24p
-            - t_edvw3_2 * t_odnql
-            + t_edvw3_2 * t_jzkve_9
+            - t_edvw3 * t_odnql
+            + t_edvw3 * t_jzkve_9
             + K63 * t_vzqik
             - K63 * t_vtclj
             + K64 * t_zir4r
             - t_bknng * t_pdzxe_9
             + t_6iku5_2 * t_zws6c_9
-            + t_edvw3_2 * t_2gufb_9
+            + t_edvw3 * t_2gufb_9
             - K63 * t_5aqsz_9
         )
         t_gh3tt = (
@@ -27335,18 +27335,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_hcrw6
         )
         t_6xi3r = t_gh3tt * t_6dtnj_9
-        t_ua4mm = t_hcrw6 * t_6dtnj_5 - K_L65 * t_6xi3r
-        t_i5i3p = t_jaaaz * t_6dtnj_4 - K_L54 * t_ua4mm - K_L64 * t_6xi3r
-        t_4ej2p = t_uf3i2_6 * t_6dtnj_3 - K_L43 * t_i5i3p - K_L53 * t_ua4mm - K_L63 * t_6xi3r
+        t_ua4mm = t_hcrw6 * t_6dtnj_8 - K_L65 * t_6xi3r
+        t_i5i3p = t_jaaaz * t_6dtnj_7 - K_L54 * t_ua4mm - K_L64 * t_6xi3r
+        t_4ej2p = t_uf3i2_6 * t_6dtnj_6 - K_L43 * t_i5i3p - K_L53 * t_ua4mm - K_L63 * t_6xi3r
         t_6pl6n = (
-            t_eokqz_6 * t_6dtnj_2
+            t_eokqz_6 * t_6dtnj_5
             - K_L32 * t_4ej2p
             + t_ae46j * t_i5i3p
             - K_L52 * t_ua4mm
             + t_o5wmi * t_6xi3r
         )
         t_yswql = (
-            t_ke372_6 * t_6dtnj
+            t_ke372_6 * t_6dtnj_4
             + t_gousg * t_6pl6n
             + t_gousg_2 * t_4ej2p
             + t_w6lcf * t_i5i3p
@@ -27354,12 +27354,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_thnvm_2 * t_6xi3r
         )
         t_rcy73_2 = l1 * sin_phi1
-        t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo_2
+        t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo
         t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (l1 * t_fyz6s_3)
         t_ffhbv = th_1 * t_d2zbw * (m1 * ((q_1 + q_1) * t_rcy73))
         t_mbiwq = th_1 * (I1 * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv
         t_2btv3 = cos_theta1 * t_mbiwq
-        t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo
+        t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo_2
         t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_4)
         t_vfk7p = chi1 * t_fyz6s_4 - t_fyz6s * t_fyz6s_3
         t_a7om6 = B_1 * t_vfk7p
@@ -27368,18 +27368,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_hjphj_4 = (sin_phi1 + sin_phi1) * cos_phi1
         t_lgf4h_3 = t_yx2kz * t_hjphj_4
         t_xxmph = t_wdxch * t_rsijc * ((D_theta1 + D_theta1) * t_lgf4h_3)
-        t_5f3mp = t_wdxch * t_lgf4h_3 - t_lgf4h_2 * t_xxmph
+        t_5f3mp = t_wdxch * t_lgf4h_3 - t_lgf4h * t_xxmph
         t_l6pvj = t_6nwd2 * cos_phi1
         t_zsccx = cos_theta1 * t_l6pvj
         t_kd2zw = h1 * t_zsccx
-        t_yrvjy = t_hjphj_3 - t_hjphj_2
-        t_4o523 = t_kd2zw - t_dmccl_2 * t_yrvjy
+        t_yrvjy = t_hjphj_3 - t_hjphj
+        t_4o523 = t_kd2zw - t_dmccl * t_yrvjy
         t_4jgtu = m1 * t_rcy73_2
         t_ktd7c = sin_theta1 * t_4jgtu
         t_zgwlq = h1 * t_ktd7c
         t_zkocl = cz_theta1 * t_5f3mp + t_al3x7 * t_4o523 + t_if7mv * t_zgwlq
         t_ngwiu = f_v1_L31 * t_a2lgz
-        t_aqlg5 = t_wdxch * ((t_lgf4h_2 + t_lgf4h_2) * t_lgf4h_3) - t_6dxqs * t_xxmph
+        t_aqlg5 = t_wdxch * ((t_lgf4h + t_lgf4h) * t_lgf4h_3) - t_6dxqs * t_xxmph
         t_vnivv = t_zkocl * t_a2lgz + t_ngwiu * t_aqlg5
         t_yrq7x = ax_eq * t_l6pvj
         t_ypnmh = h1 * t_l6pvj
@@ -27413,7 +27413,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_orkcq = (
             Dd_theta1 * t_hl4xe
             + t_4maxk * t_iukcq
-            - (t_lgf4h_2 * t_bshno + t_7xuxq * t_lgf4h_3 + (k_theta1 * t_lgf4h_3 + t_lgf4h_2 * t_idohm))
+            - (t_lgf4h * t_bshno + t_7xuxq * t_lgf4h_3 + (k_theta1 * t_lgf4h_3 + t_lgf4h * t_idohm))
         )
         t_34eed = (
             t_hyv47 * (I1 * t_yrq7x + I1 * t_v2iqb)
@@ -27430,8 +27430,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_4pqij * (theta1_dot * t_zgwlq_2 + phi1_dot * t_kd2zw_2)
         )
         t_hjphj_5 = (cos_phi1 + cos_phi1) * sin_phi1
-        t_4o523_2 = t_kd2zw_2 - t_dmccl * t_yrvjy
-        t_xcuyj = t_4maxk * (phi1_dot * (t_dmccl_2 * t_hjphj_4 - t_zgwlq_2 + t_dmccl_2 * t_hjphj_5) - theta1_dot * t_4o523_2)
+        t_4o523_2 = t_kd2zw_2 - t_dmccl_2 * t_yrvjy
+        t_xcuyj = t_4maxk * (phi1_dot * (t_dmccl * t_hjphj_4 - t_zgwlq_2 + t_dmccl * t_hjphj_5) - theta1_dot * t_4o523_2)
         t_xrjj2 = (
             cz_theta1 * t_bshno
             + t_7xuxq * t_4o523
@@ -27447,7 +27447,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_2ksfs * t_v2iqb - k_phi1 * t_zgwlq_2)
             + t_4pqij * (phi1_dot * t_kd2zw - theta1_dot * t_zgwlq)
         )
-        t_xcuyj_2 = t_4maxk * (theta1_dot * t_4o523 + phi1_dot * (t_dmccl * t_hjphj_4 - t_zgwlq + t_dmccl * t_hjphj_5))
+        t_xcuyj_2 = t_4maxk * (theta1_dot * t_4o523 + phi1_dot * (t_dmccl_2 * t_hjphj_4 - t_zgwlq + t_dmccl_2 * t_hjphj_5))
         t_snloo = (
             cy_theta1 * t_bshno
             + t_7xuxq * t_4o523_2
@@ -27465,7 +27465,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (cz_theta1 * (t_wdxch * t_4o523_2 - cy_theta1 * t_xxmph) + t_nacmc * t_4o523)
             + (f_v1_L31 * t_avnqp + f21_v1 * t_vnivv)
         )
-        t_bintu = f_v1_L32 * t_6dtnj_6
+        t_bintu = f_v1_L32 * t_6dtnj
         t_2ksfs_2 = t_2ksfs + t_2ksfs
         t_q5pus = cy_theta1 + cy_theta1
         t_k32xe = (
@@ -27473,14 +27473,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_wdxch * (t_q5pus * t_4o523_2) - t_yo2ei * t_xxmph)
             - (f_v1_L21 * t_avnqp + f21_v1 * t_hvznm)
         )
-        t_ktizf = t_kcwwz * t_6dtnj_6 + t_bintu * t_k32xe
+        t_ktizf = t_kcwwz * t_6dtnj + t_bintu * t_k32xe
         t_oexwn = (
             t_y6t4t * t_vnivv
             - f_v1_L31 * t_34eed
             + (t_hyv47 * t_bl5el + (t_wdxch * t_xrjj2 - t_skje5 * t_xxmph))
             - (f_v1_L32 * t_mzjvi - u_v1_y2 * t_ktizf)
         )
-        t_bintu_2 = u_v1_x3 * t_6dtnj_7
+        t_bintu_2 = u_v1_x3 * t_6dtnj_2
         t_q5pus_2 = cz_phi1 + cz_phi1
         t_igsg2 = cz_theta1 + cz_theta1
         t_jpjv6 = (
@@ -27489,7 +27489,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (f_v1_L32 * t_kcwwz + t_vk4eg * t_ktizf)
             - (f_v1_L31 * t_zkocl + f31_v1 * t_vnivv)
         )
-        t_i3t3d = t_oexwn * t_6dtnj_7 - t_bintu_2 * t_jpjv6
+        t_i3t3d = t_oexwn * t_6dtnj_2 - t_bintu_2 * t_jpjv6
         t_sc6lg = I1 * t_ffhbv
         t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg
         t_h4wyb = mv1 * cos_phi1
@@ -27502,8 +27502,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_g72bf = cos_theta1 * t_mpdlr
         t_5rn7a = t_ltffx - t_kamdk - t_g72bf
         t_kamdk_2 = SC1 * t_5ayhw
-        t_pnxx6 = t_texm7 * t_6dtnj_6
-        t_7sb3c = t_mzjvi * t_6dtnj_6 - t_pnxx6 * t_k32xe - (f_v1_L32 * t_i3t3d - u_v1_x3 * t_ktizf)
+        t_pnxx6 = t_texm7 * t_6dtnj
+        t_7sb3c = t_mzjvi * t_6dtnj - t_pnxx6 * t_k32xe - (f_v1_L32 * t_i3t3d - u_v1_x3 * t_ktizf)
         t_4ldxn = t_c3bgc + t_sc6lg
         t_pqupo = S_sq1 * t_4ldxn
         t_p3fiz = t_pqupo - t_sc6lg
@@ -27528,7 +27528,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_prlnv = (
             t_tbc4a
             + (K52 * t_i3t3d + G2_v1 * t_5rn7a)
-            - (G3_v1 * t_kamdk_2 - t_edvw3_2 * t_7sb3c)
+            - (G3_v1 * t_kamdk_2 - t_edvw3 * t_7sb3c)
             + (a2_v1 * t_p3fiz + K22 * t_4car4)
             + (a3_v1 * t_pqupo_2 - K32 * t_stj4x)
             + (t_bewoy * t_dpewl + t_belws * t_2i4nw)
@@ -27544,10 +27544,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_m6622_2
             + (t_6iku5 * t_i3t3d + G2_v1 * t_f4z55)
             + (G3_v1 * t_f4z55_2 - t_6iku5_2 * t_7sb3c)
-            + (a2_v1 * t_ptemu + t_f2nhc * t_4car4)
-            + (a3_v1 * t_ptemu_2 - t_f2nhc_2 * t_stj4x)
+            + (a2_v1 * t_ptemu + t_f2nhc_2 * t_4car4)
+            + (a3_v1 * t_ptemu_2 - t_f2nhc * t_stj4x)
         )
-        t_3g2fb = t_bewoy * Bc_1 + t_hig3c_6 * t_2i4nw - t_h5zin
+        t_3g2fb = t_bewoy * Bc_1 + t_hig3c_3 * t_2i4nw - t_h5zin
         t_2btv3_2 = sin_theta1 * t_mbiwq
         t_tbc4a_2 = cos_theta1 * t_m6622 - t_2btv3_2
         t_g72bf_2 = sin_theta1 * t_mpdlr
@@ -27566,29 +27566,29 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_6dm26 = (
             K11 * t_3g2fb
             - q1_v1 * t_c3bgc
-            - (q2_v1 * t_ptemu + t_f2nhc * t_prlnv)
-            - (q3_v1 * t_ptemu_2 + t_f2nhc_2 * t_vl4zu)
+            - (q2_v1 * t_ptemu + t_f2nhc_2 * t_prlnv)
+            - (q3_v1 * t_ptemu_2 + t_f2nhc * t_vl4zu)
         )
-        t_f2nhc_3 = t_f2nhc + t_f2nhc
+        t_f2nhc_3 = t_f2nhc_2 + t_f2nhc_2
         t_2qjkk_2 = K11 + K11
-        t_f2nhc_4 = t_f2nhc_2 + t_f2nhc_2
+        t_f2nhc_4 = t_f2nhc + t_f2nhc
         t_bxkhr = t_f2nhc_3 * t_ptemu - t_2qjkk_2 * t_c3bgc + t_f2nhc_4 * t_ptemu_2
         t_zmaj6 = (
             t_teqv5 * t_bxkhr
             + PP_v1 * (t_w22j3 * t_3g2fb + t_w22j3_2 * t_prlnv + t_w22j3_3 * t_vl4zu)
         )
-        t_3wdoe = t_arpa7 * t_6dtnj_8
+        t_3wdoe = t_arpa7 * t_6dtnj_3
         t_sj2v6 = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_6dm26 - t_zmaj6) * t_kntxo, 0.0) - t_6dm26) * t_6dtnj_8
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_6dm26 - t_zmaj6) * t_kntxo, 0.0) - t_6dm26) * t_6dtnj_3
             - t_3wdoe * t_bxkhr
         )
-        t_7576r = t_prlnv - (t_arpa7 * t_ptemu + t_f2nhc * t_sj2v6)
+        t_7576r = t_prlnv - (t_arpa7 * t_ptemu + t_f2nhc_2 * t_sj2v6)
         t_r2hk5 = t_q2hfz * (t_5x4sb * (t_7576r * t_y7rm6))
         t_7vxmt = t_r2hk5 * t_nwsjf
         t_iubif_10 = t_bw2jd * (t_3iu34 * t_7vxmt)
         t_27ev7_10 = F * (sin_t_6qa42 * t_iubif_10)
         t_wzmp3_10 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_10), 0.0)
-        t_mvmaw = t_vl4zu - (t_arpa7 * t_ptemu_2 + t_f2nhc_2 * t_sj2v6)
+        t_mvmaw = t_vl4zu - (t_arpa7 * t_ptemu_2 + t_f2nhc * t_sj2v6)
         t_uqm5u = (
             t_mvmaw * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_r2hk5 * t_nwsjf_2)), 0.0)
@@ -27602,44 +27602,44 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
         t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
-        t_sjhta = t_njixh * t_6dtnj
-        t_5ewry = t_sjhta * t_6dtnj
+        t_sjhta = t_njixh * t_6dtnj_4
+        t_5ewry = t_sjhta * t_6dtnj_4
         t_b4c42 = sin_t_6qa42 * F
         t_ycskf = t_b4c42 - n2 + t_gousg * t_njixh
-        t_e3z3n = t_ycskf * t_6dtnj_2
+        t_e3z3n = t_ycskf * t_6dtnj_5
         t_gyv2s = t_zmkrd * sin_t_kl6tx
         t_vhcjl = t_gousg_2 * t_njixh - (t_gyv2s + n3) - K_L32 * t_ycskf
-        t_n2a4t = t_vhcjl * t_6dtnj_3
+        t_n2a4t = t_vhcjl * t_6dtnj_6
         t_4z6my = t_irojk * cos_t_vuw2a - (q1_v1 + K11 * t_arpa7)
-        t_spwqr = t_4z6my * t_6dtnj
+        t_spwqr = t_4z6my * t_6dtnj_4
         t_56r2w = F * sin_t_wuiya
         t_oez3j = t_56r2w - t_j4iq4 + t_gousg * t_4z6my
-        t_pjalt = t_oez3j * t_6dtnj_2
+        t_pjalt = t_oez3j * t_6dtnj_5
         t_rc6ns = t_irojk * sin_t_vuw2a
-        t_wrgts = (t_gousg_2 * t_4z6my - (t_rc6ns + t_j4iq4_2) - K_L32 * t_oez3j) * t_6dtnj_3
+        t_wrgts = (t_gousg_2 * t_4z6my - (t_rc6ns + t_j4iq4_2) - K_L32 * t_oez3j) * t_6dtnj_6
         t_z4go7 = t_pjalt - K_L32 * t_wrgts
         t_5a3aj = t_spwqr + t_gousg * t_z4go7 + t_gousg_2 * t_wrgts
         t_lurhj = t_zmkrd_2 * cos_t_kl6tx - t_irojk_2 * cos_t_vuw2a
-        t_aqadx = t_lurhj * t_6dtnj
+        t_aqadx = t_lurhj * t_6dtnj_4
         t_76oy7 = F * sin_t_6qa42 - t_56r2w
         t_zoi3s = t_76oy7 + t_gousg * t_lurhj
-        t_7o25l = t_zoi3s * t_6dtnj_2
+        t_7o25l = t_zoi3s * t_6dtnj_5
         t_qfukh = t_a7hee * F - t_zmkrd_2 * sin_t_kl6tx
-        t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_3
+        t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_6
         t_37lel = t_7o25l - K_L32 * t_g54r5
         t_6kh3y = t_aqadx + t_gousg * t_37lel + t_gousg_2 * t_g54r5
         t_54heb = (
             n4
             + G2_v1 * K54
             + G3_v1 * K64
-            - t_hig3c_6 * t_arpa7
-            - t_hig3c_6 * t_5a3aj
+            - t_hig3c_3 * t_arpa7
+            - t_hig3c_3 * t_5a3aj
             - t_belws * a2_v1
             - t_belws * t_z4go7
             + K43 * a3_v1
             + K43 * t_wrgts
             - K44 * t_bewoy
-            - t_hig3c_6 * t_6kh3y
+            - t_hig3c_3 * t_6kh3y
             - t_belws * t_37lel
             + K43 * t_g54r5
             - n4
@@ -27647,7 +27647,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_ae46j * t_ycskf
             - K_L43 * t_vhcjl
         )
-        t_ja64b = t_54heb * t_6dtnj_4
+        t_ja64b = t_54heb * t_6dtnj_7
         t_bizo5 = (
             n5
             + G2_v1 * K55
@@ -27671,7 +27671,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L53 * t_vhcjl
             - K_L54 * t_54heb
         )
-        t_h4twy = t_bizo5 * t_6dtnj_5
+        t_h4twy = t_bizo5 * t_6dtnj_8
         t_u2bc4 = (
             t_rc6ns * t_bknng
             - n6
@@ -27679,14 +27679,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - G3_v1 * K66
             + t_6iku5_2 * t_arpa7
             + t_6iku5_2 * t_5a3aj
-            + t_edvw3_2 * a2_v1
-            + t_edvw3_2 * t_z4go7
+            + t_edvw3 * a2_v1
+            + t_edvw3 * t_z4go7
             - K63 * a3_v1
             - K63 * t_wrgts
             + K64 * t_bewoy
             - t_qfukh * t_bknng
             + t_6iku5_2 * t_6kh3y
-            + t_edvw3_2 * t_37lel
+            + t_edvw3 * t_37lel
             - K63 * t_g54r5
             + n6
         )
@@ -27710,17 +27710,17 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L52 * t_uddr7
             + t_o5wmi * t_dcknb
         )
-        t_jza4m = t_gousg * t_6dtnj
-        t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc
+        t_jza4m = t_gousg * t_6dtnj_4
+        t_zczsz = t_ptemu * t_6dtnj_4 + t_jza4m * t_c3bgc
         t_ilple_10 = F * (cos_t_6qa42 * t_iubif_10)
         t_te25h = np.where(m_el4yy, t_ilple_10, 0.0) - t_tbc4a + (t_njixh * t_zczsz + t_gousg * t_hvdh4)
-        t_2did4 = t_e3z3n * t_6dtnj_2
-        t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc * t_zczsz)
-        t_jza4m_2 = t_gousg_2 * t_6dtnj
-        t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc
-        t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2)
-        t_bintu_3 = K_L32 * t_6dtnj_2
-        t_3qaii = t_af7ak * t_6dtnj_2 - t_bintu_3 * t_7kvzm
+        t_2did4 = t_e3z3n * t_6dtnj_5
+        t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc_2 * t_zczsz)
+        t_jza4m_2 = t_gousg_2 * t_6dtnj_4
+        t_zczsz_2 = t_ptemu_2 * t_6dtnj_4 + t_jza4m_2 * t_c3bgc
+        t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc_2 * t_zczsz_2)
+        t_bintu_3 = K_L32 * t_6dtnj_5
+        t_3qaii = t_af7ak * t_6dtnj_5 - t_bintu_3 * t_7kvzm
         t_ooljq_10 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_10), 0.0)
         t_lqx5z_10 = cos_t_kl6tx * t_swjde_10
         t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10
@@ -27730,24 +27730,24 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_mvrqf_10 + t_tbc4a_2)
             - (t_ycskf * t_3qaii + K_L32 * t_te25h)
         )
-        t_y267s = t_n2a4t * t_6dtnj_3
+        t_y267s = t_n2a4t * t_6dtnj_6
         t_etwy6 = (
             t_2zhno
             - (K_L32 * t_af7ak + t_7exg5 * t_3qaii)
-            - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2)
+            - (t_gousg_2 * t_ptemu_2 + t_f2nhc * t_zczsz_2)
         )
-        t_4pum4 = t_w6lcf * t_6dtnj
-        t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc
-        t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6)
-        t_l3pbw = t_ae46j * t_6dtnj_2
-        t_m5omm = t_sxhu6 * t_6dtnj_2 - t_l3pbw * t_7kvzm
+        t_4pum4 = t_w6lcf * t_6dtnj_4
+        t_aqch6 = Bc_1 * t_6dtnj_4 + t_4pum4 * t_c3bgc
+        t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc_2 * t_aqch6)
+        t_l3pbw = t_ae46j * t_6dtnj_5
+        t_m5omm = t_sxhu6 * t_6dtnj_5 - t_l3pbw * t_7kvzm
         t_tfhej = (
             t_dpewl_2
             + (t_ae46j * t_af7ak + t_7exg5 * t_m5omm)
-            - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6)
+            - (t_w6lcf * t_ptemu_2 + t_f2nhc * t_aqch6)
         )
-        t_bintu_4 = K_L43 * t_6dtnj_3
-        t_xc35z = t_tfhej * t_6dtnj_3 - t_bintu_4 * t_etwy6
+        t_bintu_4 = K_L43 * t_6dtnj_6
+        t_xc35z = t_tfhej * t_6dtnj_6 - t_bintu_4 * t_etwy6
         t_kktyp = t_aqrn5 * Bc_1 + l1 * t_a7om6
         t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73
         t_2ihny = t_kktyp - t_wuzra
@@ -27766,10 +27766,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + np.where(m_uklky, t_irojk * t_wmzoo_10, 0.0)
             - (t_3g2fb + (K11 * t_sj2v6 - t_arpa7 * t_c3bgc))
         )
-        t_bbkmr = t_spwqr * t_6dtnj
+        t_bbkmr = t_spwqr * t_6dtnj_4
         t_s7ixe_10 = F * (cos_t_wuiya * t_7vxmt)
         t_nfrvk = np.where(m_el4yy, t_s7ixe_10, 0.0) - t_7576r + (t_4z6my * t_zczsz + t_gousg * t_i6ani)
-        t_5umxj = t_pjalt * t_6dtnj_2
+        t_5umxj = t_pjalt * t_6dtnj_5
         t_z5auc_10 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_10), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_10), 0.0)
         t_pibkw = (
             t_4z6my * t_zczsz_2
@@ -27777,31 +27777,31 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_z5auc_10 + t_mvmaw)
             - (t_oez3j * t_3qaii + K_L32 * t_nfrvk)
         )
-        t_knagq = t_wrgts * t_6dtnj_3
-        t_gwjoz = t_pibkw * t_6dtnj_3 - t_knagq * t_etwy6
-        t_doo5h = t_nfrvk * t_6dtnj_2 - t_5umxj * t_7kvzm - (t_wrgts * t_3qaii + K_L32 * t_gwjoz)
+        t_knagq = t_wrgts * t_6dtnj_6
+        t_gwjoz = t_pibkw * t_6dtnj_6 - t_knagq * t_etwy6
+        t_doo5h = t_nfrvk * t_6dtnj_5 - t_5umxj * t_7kvzm - (t_wrgts * t_3qaii + K_L32 * t_gwjoz)
         t_2kaei = (
-            t_i6ani * t_6dtnj
+            t_i6ani * t_6dtnj_4
             + t_bbkmr * t_c3bgc
             + (t_z4go7 * t_zczsz + t_gousg * t_doo5h)
             + (t_wrgts * t_zczsz_2 + t_gousg_2 * t_gwjoz)
         )
         t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_o7cco_10 + np.where(m_uklky, t_irojk_2 * t_wmzoo_10, 0.0))
-        t_3eyvc = t_aqadx * t_6dtnj
+        t_3eyvc = t_aqadx * t_6dtnj_4
         t_ycqju_10 = t_ilple_10 - t_s7ixe_10
         t_nopke = np.where(m_el4yy, t_ycqju_10, 0.0) + (t_lurhj * t_zczsz + t_gousg * t_cgxsm_10)
-        t_l3pbw_2 = t_7o25l * t_6dtnj_2
+        t_l3pbw_2 = t_7o25l * t_6dtnj_5
         t_pdzxe_10 = F * t_5pi5x_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10)
         t_m2f6l = (
             t_pdzxe_10
             + (t_lurhj * t_zczsz_2 + t_gousg_2 * t_cgxsm_10)
             - (t_zoi3s * t_3qaii + K_L32 * t_nopke)
         )
-        t_e4fqd = t_g54r5 * t_6dtnj_3
-        t_7i5di = t_m2f6l * t_6dtnj_3 - t_e4fqd * t_etwy6
-        t_tg72k = t_nopke * t_6dtnj_2 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di)
+        t_e4fqd = t_g54r5 * t_6dtnj_6
+        t_7i5di = t_m2f6l * t_6dtnj_6 - t_e4fqd * t_etwy6
+        t_tg72k = t_nopke * t_6dtnj_5 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di)
         t_6vhdn = (
-            t_cgxsm_10 * t_6dtnj
+            t_cgxsm_10 * t_6dtnj_4
             + t_3eyvc * t_c3bgc
             + (t_37lel * t_zczsz + t_gousg * t_tg72k)
             + (t_g54r5 * t_zczsz_2 + t_gousg_2 * t_7i5di)
@@ -27810,14 +27810,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_2ihny
             + (K54 * t_i3t3d + G2_v1 * t_ngye2)
             + (G3_v1 * t_e4pgh - K64 * t_7sb3c)
-            - (t_arpa7 * Bc_1 + t_hig3c_6 * t_sj2v6)
-            - (t_5a3aj * Bc_1 + t_hig3c_6 * t_2kaei)
+            - (t_arpa7 * Bc_1 + t_hig3c_3 * t_sj2v6)
+            - (t_5a3aj * Bc_1 + t_hig3c_3 * t_2kaei)
             - (a2_v1 * t_dpewl + t_belws * t_4car4)
             - (t_z4go7 * t_dpewl + t_belws * t_doo5h)
             + (a3_v1 * t_dpewl_2 - K43 * t_stj4x)
             + (t_wrgts * t_dpewl_2 + K43 * t_gwjoz)
             - (t_bewoy * t_wa7jk + K44 * t_2i4nw)
-            - (t_6kh3y * Bc_1 + t_hig3c_6 * t_6vhdn)
+            - (t_6kh3y * Bc_1 + t_hig3c_3 * t_6vhdn)
             - (t_37lel * t_dpewl + t_belws * t_tg72k)
             + (t_g54r5 * t_dpewl_2 + K43 * t_7i5di)
             - t_2ihny
@@ -27825,35 +27825,35 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_ycskf * t_m5omm + t_ae46j * t_te25h)
             - (t_vhcjl * t_xc35z + K_L43 * t_72zjd)
         )
-        t_a6l3v = t_ja64b * t_6dtnj_4
+        t_a6l3v = t_ja64b * t_6dtnj_7
         t_hlysv = (
             t_wa7jk
             - (t_ae46j * t_sxhu6 + t_cawlo * t_m5omm)
             - (K_L43 * t_tfhej + t_e6q5b * t_xc35z)
-            - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6)
+            - (t_w6lcf * Bc_1 + t_hig3c_3 * t_aqch6)
         )
-        t_jza4m_3 = t_thnvm * t_6dtnj
-        t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc
-        t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6)
-        t_bintu_5 = K_L52 * t_6dtnj_2
-        t_q77ke = t_2r7fn * t_6dtnj_2 - t_bintu_5 * t_7kvzm
+        t_jza4m_3 = t_thnvm * t_6dtnj_4
+        t_zjzn6 = t_f4z55 * t_6dtnj_4 + t_jza4m_3 * t_c3bgc
+        t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc_2 * t_zjzn6)
+        t_bintu_5 = K_L52 * t_6dtnj_5
+        t_q77ke = t_2r7fn * t_6dtnj_5 - t_bintu_5 * t_7kvzm
         t_7ohr3 = (
             t_orzyl
             - (K_L52 * t_af7ak + t_7exg5 * t_q77ke)
-            - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6)
+            - (t_thnvm * t_ptemu_2 + t_f2nhc * t_zjzn6)
         )
-        t_bintu_6 = K_L53 * t_6dtnj_3
-        t_yah2x = t_7ohr3 * t_6dtnj_3 - t_bintu_6 * t_etwy6
+        t_bintu_6 = K_L53 * t_6dtnj_6
+        t_yah2x = t_7ohr3 * t_6dtnj_6 - t_bintu_6 * t_etwy6
         t_pc6oe = (
             t_ngye2
             + (K_L52 * t_sxhu6 + t_cawlo * t_q77ke)
             - (K_L53 * t_tfhej + t_e6q5b * t_yah2x)
-            - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6)
+            - (t_thnvm * Bc_1 + t_hig3c_3 * t_zjzn6)
         )
-        t_bintu_7 = K_L54 * t_6dtnj_4
-        t_qxlw6 = t_pc6oe * t_6dtnj_4 - t_bintu_7 * t_hlysv
+        t_bintu_7 = K_L54 * t_6dtnj_7
+        t_qxlw6 = t_pc6oe * t_6dtnj_7 - t_bintu_7 * t_hlysv
         t_uccau = t_kktyp + e1 * t_m6622
-        t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2)
+        t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh_2 * t_rcy73_2)
         t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx
         t_23glo = e1 * t_ke4iu - -2.0 * t_xqm52
         t_a22y5 = t_23glo - t_zpvnv
@@ -27883,7 +27883,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_vhcjl * t_yah2x + K_L53 * t_72zjd)
             - (t_54heb * t_qxlw6 + K_L54 * t_uroqq)
         )
-        t_zt5qz = t_h4twy * t_6dtnj_5
+        t_zt5qz = t_h4twy * t_6dtnj_8
         t_ciywh = (
             t_3l3ff
             - (K_L52 * t_2r7fn + t_7exg5_2 * t_q77ke)
@@ -27891,26 +27891,26 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L54 * t_pc6oe + t_sjdff * t_qxlw6)
             - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6)
         )
-        t_jza4m_4 = t_thnvm_2 * t_6dtnj
-        t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc
-        t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2)
-        t_l3pbw_3 = t_o5wmi * t_6dtnj_2
-        t_x2b36 = t_c2yzs * t_6dtnj_2 - t_l3pbw_3 * t_7kvzm
+        t_jza4m_4 = t_thnvm_2 * t_6dtnj_4
+        t_zjzn6_2 = t_f4z55_2 * t_6dtnj_4 + t_jza4m_4 * t_c3bgc
+        t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc_2 * t_zjzn6_2)
+        t_l3pbw_3 = t_o5wmi * t_6dtnj_5
+        t_x2b36 = t_c2yzs * t_6dtnj_5 - t_l3pbw_3 * t_7kvzm
         t_r2rgw = (
             t_xa2rj
             + (t_o5wmi * t_af7ak + t_7exg5 * t_x2b36)
-            - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2)
+            - (t_thnvm_2 * t_ptemu_2 + t_f2nhc * t_zjzn6_2)
         )
-        t_bintu_8 = K_L63 * t_6dtnj_3
-        t_ta3hy = t_r2rgw * t_6dtnj_3 - t_bintu_8 * t_etwy6
+        t_bintu_8 = K_L63 * t_6dtnj_6
+        t_ta3hy = t_r2rgw * t_6dtnj_6 - t_bintu_8 * t_etwy6
         t_77h32 = (
             t_e4pgh
             - (t_o5wmi * t_sxhu6 + t_cawlo * t_x2b36)
             - (K_L63 * t_tfhej + t_e6q5b * t_ta3hy)
-            - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2)
+            - (t_thnvm_2 * Bc_1 + t_hig3c_3 * t_zjzn6_2)
         )
-        t_bintu_9 = K_L64 * t_6dtnj_4
-        t_c6em4 = t_77h32 * t_6dtnj_4 - t_bintu_9 * t_hlysv
+        t_bintu_9 = K_L64 * t_6dtnj_7
+        t_c6em4 = t_77h32 * t_6dtnj_7 - t_bintu_9 * t_hlysv
         t_egoqk = (
             t_xzf5j
             + (t_o5wmi * t_2r7fn + t_7exg5_2 * t_x2b36)
@@ -27918,9 +27918,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L64 * t_pc6oe + t_sjdff * t_c6em4)
             - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2)
         )
-        t_bintu_10 = K_L65 * t_6dtnj_5
-        t_b2ljk = t_egoqk * t_6dtnj_5 - t_bintu_10 * t_ciywh
-        t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2)
+        t_bintu_10 = K_L65 * t_6dtnj_8
+        t_b2ljk = t_egoqk * t_6dtnj_8 - t_bintu_10 * t_ciywh
+        t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh * t_rcy73_2)
         t_dfedx = t_23glo - t_envft
         t_vjiv6 = (
             t_bknng * t_z5auc_10
@@ -27929,14 +27929,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (G3_v1 * t_dfedx - K66 * t_7sb3c)
             + (t_arpa7 * t_f4z55_2 + t_6iku5_2 * t_sj2v6)
             + (t_5a3aj * t_f4z55_2 + t_6iku5_2 * t_2kaei)
-            + (a2_v1 * t_kamdk_2 + t_edvw3_2 * t_4car4)
-            + (t_z4go7 * t_kamdk_2 + t_edvw3_2 * t_doo5h)
+            + (a2_v1 * t_kamdk_2 + t_edvw3 * t_4car4)
+            + (t_z4go7 * t_kamdk_2 + t_edvw3 * t_doo5h)
             - (a3_v1 * t_xa2rj - K63 * t_stj4x)
             - (t_wrgts * t_xa2rj + K63 * t_gwjoz)
             + (t_bewoy * t_e4pgh + K64 * t_2i4nw)
             - t_bknng * t_pdzxe_10
             + (t_6kh3y * t_f4z55_2 + t_6iku5_2 * t_6vhdn)
-            + (t_37lel * t_kamdk_2 + t_edvw3_2 * t_tg72k)
+            + (t_37lel * t_kamdk_2 + t_edvw3 * t_tg72k)
             - (t_g54r5 * t_xa2rj + K63 * t_7i5di)
             + t_tphaw
         )
@@ -27959,22 +27959,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2)
         )
         t_gna4y = t_4ave5 * t_6dtnj_9 - t_itqoj * t_6ipne
-        t_heqyc = t_3tveu * t_6dtnj_5 - t_zt5qz * t_ciywh - (t_dcknb * t_b2ljk + K_L65 * t_gna4y)
+        t_heqyc = t_3tveu * t_6dtnj_8 - t_zt5qz * t_ciywh - (t_dcknb * t_b2ljk + K_L65 * t_gna4y)
         t_jd5xo = (
-            t_uroqq * t_6dtnj_4
+            t_uroqq * t_6dtnj_7
             - t_a6l3v * t_hlysv
             - (t_uddr7 * t_qxlw6 + K_L54 * t_heqyc)
             - (t_dcknb * t_c6em4 + K_L64 * t_gna4y)
         )
         t_syi2r = (
-            t_72zjd * t_6dtnj_3
+            t_72zjd * t_6dtnj_6
             - t_y267s * t_etwy6
             - (t_qn62h * t_xc35z + K_L43 * t_jd5xo)
             - (t_uddr7 * t_yah2x + K_L53 * t_heqyc)
             - (t_dcknb * t_ta3hy + K_L63 * t_gna4y)
         )
         t_kothi = (
-            t_te25h * t_6dtnj_2
+            t_te25h * t_6dtnj_5
             - t_2did4 * t_7kvzm
             - (t_wkjm3 * t_3qaii + K_L32 * t_syi2r)
             + (t_qn62h * t_m5omm + t_ae46j * t_jd5xo)
@@ -27982,7 +27982,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_dcknb * t_x2b36 + t_o5wmi * t_gna4y)
         )
         t_3o2wg = (
-            t_hvdh4 * t_6dtnj
+            t_hvdh4 * t_6dtnj_4
             + t_5ewry * t_c3bgc
             + (t_qgxvl * t_zczsz + t_gousg * t_kothi)
             + (t_wkjm3 * t_zczsz_2 + t_gousg_2 * t_syi2r)
@@ -27995,28 +27995,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_l4ozg_4 = wy * sin_theta1 + wz * cos_theta1
         t_a3yjd = t_l5lry * (l1 * t_6t73u) + t_plqy5 * t_l4ozg_4 - w_x1 * (lc_1 * t_l4ozg_4)
         t_24qbv = th_1 * (I1 * t_a3yjd)
-        t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2
+        t_orsg5 = cos_theta1 * t_24qbv - t_mallh
         t_6t73u_2 = cos_phi1 * t_l4ozg_3
         t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u_2 - t_lcyz4 * t_l4ozg_4)
         t_nqgju = chi1 * t_6t73u_2 - t_fyz6s * t_6t73u - w_x1 * t_l4ozg_3
         t_thekk = B_1 * t_nqgju
         t_vjiiv = sin_phi1 * t_gucob + cos_phi1 * t_thekk
-        t_xwqpn = t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv)
+        t_xwqpn = t_orsg5 + (t_f2pcf - sin_theta1 * t_vjiiv)
         t_iouus_2 = gx_phi1 * sin_theta1
         t_d2e6j_2 = h1 * t_iouus_2
-        t_egxlg = t_ym66j - t_d2e6j_2
+        t_egxlg = t_ym66j_3 - t_d2e6j_2
         t_dg3jz = t_3s3hq * cos_theta1
         t_cfxof = h1 * t_dg3jz
-        t_7s47n = t_cfxof - t_dmccl_2
+        t_7s47n = t_cfxof - t_dmccl
         t_un4mi = t_al3x7 * t_egxlg - t_if7mv * t_7s47n
         t_eslcs = t_un4mi * t_a2lgz
-        t_mgpcw_3 = t_lgf4h_2 * t_l4ozg_3
+        t_mgpcw_3 = t_lgf4h * t_l4ozg_3
         t_hawtx = wx * t_l4ozg_4
         t_vx5y7 = (
             t_hjux3 * t_mgpcw_3
             - t_sxxxk * t_hawtx
             + (Wn1 * t_mgpcw_3 - t_mgpcw * t_l4ozg_4)
-            + t_lgf4h * t_hawtx
+            + t_lgf4h_2 * t_hawtx
         )
         t_esfeh = t_l4ozg_2 * t_l4ozg_3
         t_zgs3t = (
@@ -28028,7 +28028,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + m1 * (wx * (t_sakwz * t_l4ozg_3))
             + m1 * (l1 * (wx * (h1 * t_6t73u_2)))
         )
-        t_sdbpv = t_wdxch * (t_lgf4h_2 * t_vx5y7) - t_hyv47 * (I1 * t_zgs3t)
+        t_sdbpv = t_wdxch * (t_lgf4h * t_vx5y7) - t_hyv47 * (I1 * t_zgs3t)
         t_dg3jz_2 = t_3s3hq * sin_theta1
         t_cfxof_2 = h1 * t_dg3jz_2
         t_s42ya = m1 * (t_os4zj * sin_theta1) - t_cfxof_2
@@ -28039,11 +28039,11 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (k_phi1 * t_7s47n + cz_phi1 * t_zgs3t)
             - t_4pqij * (theta1_dot * t_s42ya - phi1_dot * t_d2e6j_3)
         )
-        t_egxlg_2 = t_d2e6j_3 - t_ym66j_2
+        t_egxlg_2 = t_d2e6j_3 - t_ym66j
         t_j3slj = (
             t_7xuxq * t_egxlg
             + (k_theta1 * t_egxlg + cz_theta1 * t_vx5y7)
-            - t_4maxk * (phi1_dot * (t_ym66j_4 - (t_cfxof_2 + t_ym66j_3)) - theta1_dot * t_egxlg_2)
+            - t_4maxk * (phi1_dot * (t_ym66j_5 - (t_cfxof_2 + t_ym66j_4)) - theta1_dot * t_egxlg_2)
         )
         t_4n4ti = t_if7mv * t_s42ya + t_al3x7 * t_egxlg_2
         t_djppf = (
@@ -28058,7 +28058,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_wdxch * (t_q5pus * t_egxlg_2)
             + (f_v1_L21 * t_4n4ti + f21_v1 * t_h2hnj)
         )
-        t_h264e = t_djppf * t_6dtnj_6 + t_bintu * t_adbim
+        t_h264e = t_djppf * t_6dtnj + t_bintu * t_adbim
         t_b3li7 = (
             t_chbo3 * t_s42ya
             + (k_phi1 * t_s42ya + t_2ksfs * t_zgs3t)
@@ -28067,7 +28067,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_h3vxk = (
             t_7xuxq * t_egxlg_2
             + (k_theta1 * t_egxlg_2 + cy_theta1 * t_vx5y7)
-            - t_4maxk * (theta1_dot * t_egxlg + phi1_dot * (t_cfxof + t_ym66j_5 - t_hjphj_3 * t_dmccl_2))
+            - t_4maxk * (theta1_dot * t_egxlg + phi1_dot * (t_cfxof + t_ym66j_2 - t_hjphj_3 * t_dmccl))
         )
         t_fq7hx = t_y6t4t * t_h2hnj + f_v1_L21 * t_sdbpv - (t_hyv47 * t_b3li7 - t_wdxch * t_h3vxk)
         t_xbv3u = (
@@ -28082,14 +28082,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (f_v1_L32 * t_djppf + t_vk4eg * t_h264e)
             + (f_v1_L31 * t_un4mi + f31_v1 * t_eslcs)
         )
-        t_7d6k6 = t_xbv3u * t_6dtnj_7 + t_bintu_2 * t_doqas
+        t_7d6k6 = t_xbv3u * t_6dtnj_2 + t_bintu_2 * t_doqas
         t_f2pcf_7 = wq_1 * sin_theta1
         t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1
         t_3ugdb = t_vjftl * t_4xedj
         t_bhxcm = t_f2pcf_7 - t_3ugdb
         t_ewvyh = cos_theta1 * cos_theta1 - S_sq1
         t_r33pf = t_vjftl * t_ewvyh
-        t_h45pb = t_fq7hx * t_6dtnj_6 + t_pnxx6 * t_adbim - (u_v1_x3 * t_h264e + f_v1_L32 * t_7d6k6)
+        t_h45pb = t_fq7hx * t_6dtnj + t_pnxx6 * t_adbim - (u_v1_x3 * t_h264e + f_v1_L32 * t_7d6k6)
         t_rcfrh = tn11_1 * t_4xedj
         t_e6kze = t_hyv47 * (wz * t_7s47n - wy * t_s42ya)
         t_2tide = t_wdxch * (wy * t_egxlg_2 + wz * t_egxlg)
@@ -28098,7 +28098,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_m5n2z = tn11_1 * t_ewvyh
         t_fwfo3 = w2 * (t_iouus * t_2tide + t_fcz3l * t_iouus_3 - (gz_phi1 * t_e6kze - t_xlxwl * t_dg3jz_2))
         t_ribbb = x_C * t_h45pb + t_fwfo3
-        t_fdt76 = t_f2pcf - t_f2pcf_7
+        t_fdt76 = t_f2pcf_2 - t_f2pcf_7
         t_xtgzq = (
             t_sdbpv * t_a2lgz
             + (u_v1_x2 * t_h2hnj + f_v1_L21 * t_h45pb)
@@ -28107,7 +28107,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_oofti = (
             t_xwqpn
             + (K52 * t_7d6k6 + G2_v1 * t_bhxcm)
-            - (G3_v1 * t_r33pf - t_edvw3_2 * t_h45pb)
+            - (G3_v1 * t_r33pf - t_edvw3 * t_h45pb)
             + (a2_v1 * t_rcfrh + K22 * t_i7ijo)
             + (a3_v1 * t_m5n2z - K32 * t_ribbb)
             + (t_bewoy * t_fdt76 + t_belws * t_xtgzq)
@@ -28117,14 +28117,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_vjiiv_2
             + (t_6iku5 * t_7d6k6 + G2_v1 * t_rmbl5_2)
             - (t_6iku5_2 * t_h45pb + G3_v1 * t_rmbl5)
-            + (a2_v1 * t_f2pcf_5 + t_f2nhc * t_i7ijo)
-            - (a3_v1 * t_f2pcf_4 + t_f2nhc_2 * t_ribbb)
+            + (a2_v1 * t_f2pcf_3 + t_f2nhc_2 * t_i7ijo)
+            - (a3_v1 * t_f2pcf_4 + t_f2nhc * t_ribbb)
         )
-        t_6n347 = t_hig3c_6 * t_xtgzq - t_qljqq
+        t_6n347 = t_hig3c_3 * t_xtgzq - t_qljqq
         t_f2pcf_8 = wq_1 * cos_theta1
         t_ipp4u = t_f2pcf_8 - t_r33pf
-        t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh
-        t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_2 + t_orsg5_2
+        t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh_2
+        t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_5 + t_orsg5_2
         t_fdt76_2 = t_f2pcf_8 + t_f2pcf_6
         t_a7dhl = (
             K53 * t_7d6k6
@@ -28137,25 +28137,25 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_3rzzb = (
             K11 * t_6n347
-            - (q2_v1 * t_f2pcf_5 + t_f2nhc * t_oofti)
-            - (t_f2nhc_2 * t_a7dhl - q3_v1 * t_f2pcf_4)
+            - (q2_v1 * t_f2pcf_3 + t_f2nhc_2 * t_oofti)
+            - (t_f2nhc * t_a7dhl - q3_v1 * t_f2pcf_4)
         )
-        t_5yzgr = t_f2nhc_3 * t_f2pcf_5 - t_f2nhc_4 * t_f2pcf_4
+        t_5yzgr = t_f2nhc_3 * t_f2pcf_3 - t_f2nhc_4 * t_f2pcf_4
         t_6see5 = (
             t_teqv5 * t_5yzgr
             + PP_v1 * (t_w22j3 * t_6n347 + t_w22j3_2 * t_oofti + t_w22j3_3 * t_a7dhl)
         )
         t_gdk2g = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_3rzzb - t_6see5) * t_kntxo, 0.0) - t_3rzzb) * t_6dtnj_8
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_3rzzb - t_6see5) * t_kntxo, 0.0) - t_3rzzb) * t_6dtnj_3
             - t_3wdoe * t_5yzgr
         )
-        t_5xlzs = t_oofti - (t_arpa7 * t_f2pcf_5 + t_f2nhc * t_gdk2g)
+        t_5xlzs = t_oofti - (t_arpa7 * t_f2pcf_3 + t_f2nhc_2 * t_gdk2g)
         t_zz2af = t_q2hfz * (t_5x4sb * (t_5xlzs * t_y7rm6))
         t_7vxmt_2 = t_zz2af * t_nwsjf
         t_iubif_11 = t_bw2jd * (t_3iu34 * t_7vxmt_2)
         t_27ev7_11 = F * (sin_t_6qa42 * t_iubif_11)
         t_wzmp3_11 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_11), 0.0)
-        t_wnia4 = t_a7dhl - (t_f2nhc_2 * t_gdk2g - t_arpa7 * t_f2pcf_4)
+        t_wnia4 = t_a7dhl - (t_f2nhc * t_gdk2g - t_arpa7 * t_f2pcf_4)
         t_eaalw = (
             t_wnia4 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_zz2af * t_nwsjf_2)), 0.0)
@@ -28168,13 +28168,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_swjde_11 = t_zrb6o * (t_vr3uw * t_3uupj_11)
         t_cxwzz_11 = sin_t_kl6tx * t_swjde_11
         t_jpsjh = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_vjiiv_2
-        t_3l2rq = t_f2pcf_5 * t_6dtnj
+        t_3l2rq = t_f2pcf_3 * t_6dtnj_4
         t_ilple_11 = F * (cos_t_6qa42 * t_iubif_11)
         t_5pci3 = np.where(m_el4yy, t_ilple_11, 0.0) - t_xwqpn + (t_njixh * t_3l2rq + t_gousg * t_jpsjh)
-        t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq)
-        t_3l2rq_2 = t_f2pcf_4 * t_6dtnj
-        t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2)
-        t_jp2fk = t_7egtn * t_6dtnj_2 - t_bintu_3 * t_k4367
+        t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_3 + t_f2nhc_2 * t_3l2rq)
+        t_3l2rq_2 = t_f2pcf_4 * t_6dtnj_4
+        t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_3 - t_f2nhc_2 * t_3l2rq_2)
+        t_jp2fk = t_7egtn * t_6dtnj_5 - t_bintu_3 * t_k4367
         t_ooljq_11 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_11), 0.0)
         t_lqx5z_11 = cos_t_kl6tx * t_swjde_11
         t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11
@@ -28186,13 +28186,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_qwp7a = (
             t_gousg_2 * t_f2pcf_4
-            + t_f2nhc_2 * t_3l2rq_2
+            + t_f2nhc * t_3l2rq_2
             - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_jp2fk))
         )
-        t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_5
-        t_yo4jq = t_bg3dm * t_6dtnj_2 - t_l3pbw * t_k4367
+        t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_3
+        t_yo4jq = t_bg3dm * t_6dtnj_5 - t_l3pbw * t_k4367
         t_gywmn = t_fdt76_2 + (t_ae46j * t_7egtn + t_7exg5 * t_yo4jq) + t_w6lcf * t_f2pcf_4
-        t_gznvd = t_gywmn * t_6dtnj_3 - t_bintu_4 * t_qwp7a
+        t_gznvd = t_gywmn * t_6dtnj_6 - t_bintu_4 * t_qwp7a
         t_r5eou = l1 * t_thekk
         t_pgfgd = q_1 * t_24qbv
         t_5avih = t_r5eou - t_pgfgd
@@ -28213,10 +28213,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_z5auc_11 + t_wnia4)
             - (t_oez3j * t_jp2fk + K_L32 * t_eg5ge)
         )
-        t_mb7xw = t_ar5z2 * t_6dtnj_3 - t_knagq * t_qwp7a
-        t_sj77d = t_eg5ge * t_6dtnj_2 - t_5umxj * t_k4367 - (t_wrgts * t_jp2fk + K_L32 * t_mb7xw)
+        t_mb7xw = t_ar5z2 * t_6dtnj_6 - t_knagq * t_qwp7a
+        t_sj77d = t_eg5ge * t_6dtnj_5 - t_5umxj * t_k4367 - (t_wrgts * t_jp2fk + K_L32 * t_mb7xw)
         t_f46f4 = (
-            t_rdars * t_6dtnj
+            t_rdars * t_6dtnj_4
             + (t_z4go7 * t_3l2rq + t_gousg * t_sj77d)
             + (t_gousg_2 * t_mb7xw - t_wrgts * t_3l2rq_2)
         )
@@ -28229,10 +28229,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_gousg_2 * t_cgxsm_11 - t_lurhj * t_3l2rq_2)
             - (t_zoi3s * t_jp2fk + K_L32 * t_assfc)
         )
-        t_uldkl = t_j2hhv * t_6dtnj_3 - t_e4fqd * t_qwp7a
-        t_fdsef = t_assfc * t_6dtnj_2 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl)
+        t_uldkl = t_j2hhv * t_6dtnj_6 - t_e4fqd * t_qwp7a
+        t_fdsef = t_assfc * t_6dtnj_5 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl)
         t_ncied = (
-            t_cgxsm_11 * t_6dtnj
+            t_cgxsm_11 * t_6dtnj_4
             + (t_37lel * t_3l2rq + t_gousg * t_fdsef)
             + (t_gousg_2 * t_uldkl - t_g54r5 * t_3l2rq_2)
         )
@@ -28240,14 +28240,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_5avih
             + (K54 * t_7d6k6 + G2_v1 * t_vsfmr)
             + (G3_v1 * t_vsfmr_2 - K64 * t_h45pb)
-            - t_hig3c_6 * t_gdk2g
-            - t_hig3c_6 * t_f46f4
+            - t_hig3c_3 * t_gdk2g
+            - t_hig3c_3 * t_f46f4
             - (a2_v1 * t_fdt76 + t_belws * t_i7ijo)
             - (t_z4go7 * t_fdt76 + t_belws * t_sj77d)
             + (a3_v1 * t_fdt76_2 - K43 * t_ribbb)
             + (t_wrgts * t_fdt76_2 + K43 * t_mb7xw)
             - K44 * t_xtgzq
-            - t_hig3c_6 * t_ncied
+            - t_hig3c_3 * t_ncied
             - (t_37lel * t_fdt76 + t_belws * t_fdsef)
             + (t_g54r5 * t_fdt76_2 + K43 * t_uldkl)
             - t_5avih
@@ -28256,22 +28256,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_vhcjl * t_gznvd + K_L43 * t_nfkbw)
         )
         t_xeukz = t_ae46j * t_bg3dm + t_cawlo * t_yo4jq + (K_L43 * t_gywmn + t_e6q5b * t_gznvd)
-        t_oria2 = t_rmbl5_2 * t_6dtnj
-        t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2)
-        t_shygh = t_zaa4w * t_6dtnj_2 - t_bintu_5 * t_k4367
+        t_oria2 = t_rmbl5_2 * t_6dtnj_4
+        t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_3 + t_f2nhc_2 * t_oria2)
+        t_shygh = t_zaa4w * t_6dtnj_5 - t_bintu_5 * t_k4367
         t_g3cf2 = (
             t_ipp4u
             - (K_L52 * t_7egtn + t_7exg5 * t_shygh)
-            - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4)
+            - (t_f2nhc * t_oria2 - t_thnvm * t_f2pcf_4)
         )
-        t_gfugg = t_g3cf2 * t_6dtnj_3 - t_bintu_6 * t_qwp7a
+        t_gfugg = t_g3cf2 * t_6dtnj_6 - t_bintu_6 * t_qwp7a
         t_eutyh = (
             t_vsfmr
             + (K_L52 * t_bg3dm + t_cawlo * t_shygh)
             - (K_L53 * t_gywmn + t_e6q5b * t_gfugg)
-            - t_hig3c_6 * t_oria2
+            - t_hig3c_3 * t_oria2
         )
-        t_4fx56 = t_eutyh * t_6dtnj_4 + t_bintu_7 * t_xeukz
+        t_4fx56 = t_eutyh * t_6dtnj_7 + t_bintu_7 * t_xeukz
         t_dv6i5 = t_r5eou - e1 * t_vjiiv
         t_p7ifm = sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5
         t_rcfrh_2 = tn44_1 * t_4xedj
@@ -28307,22 +28307,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L54 * t_eutyh + t_sjdff * t_4fx56)
             - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2)
         )
-        t_oria2_2 = t_rmbl5 * t_6dtnj
-        t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2)
-        t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw_3 * t_k4367
+        t_oria2_2 = t_rmbl5 * t_6dtnj_4
+        t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_3 - t_f2nhc_2 * t_oria2_2)
+        t_pthet = t_55v76 * t_6dtnj_5 - t_l3pbw_3 * t_k4367
         t_y4hig = (
             t_3ugdb
             + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-            + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2)
+            + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc * t_oria2_2)
         )
-        t_6xfoh = t_y4hig * t_6dtnj_3 - t_bintu_8 * t_qwp7a
+        t_6xfoh = t_y4hig * t_6dtnj_6 - t_bintu_8 * t_qwp7a
         t_i7ohe = (
             t_vsfmr_2
             - (t_o5wmi * t_bg3dm + t_cawlo * t_pthet)
             - (K_L63 * t_gywmn + t_e6q5b * t_6xfoh)
-            + t_hig3c_6 * t_oria2_2
+            + t_hig3c_3 * t_oria2_2
         )
-        t_mczja = t_i7ohe * t_6dtnj_4 + t_bintu_9 * t_xeukz
+        t_mczja = t_i7ohe * t_6dtnj_7 + t_bintu_9 * t_xeukz
         t_w2eil = (
             t_rqzxn
             + (t_o5wmi * t_zaa4w + t_7exg5_2 * t_pthet)
@@ -28330,7 +28330,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L64 * t_eutyh + t_sjdff * t_mczja)
             - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2)
         )
-        t_2fki7 = t_w2eil * t_6dtnj_5 - t_bintu_10 * t_27fzj
+        t_2fki7 = t_w2eil * t_6dtnj_8 - t_bintu_10 * t_27fzj
         t_bowfy = cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2
         t_qiw4a = (
             t_bknng * t_z5auc_11
@@ -28339,14 +28339,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (K66 * t_h45pb + G3_v1 * t_rcfrh_2)
             + (t_6iku5_2 * t_gdk2g - t_arpa7 * t_rmbl5)
             + (t_6iku5_2 * t_f46f4 - t_5a3aj * t_rmbl5)
-            + (a2_v1 * t_r33pf + t_edvw3_2 * t_i7ijo)
-            + (t_z4go7 * t_r33pf + t_edvw3_2 * t_sj77d)
+            + (a2_v1 * t_r33pf + t_edvw3 * t_i7ijo)
+            + (t_z4go7 * t_r33pf + t_edvw3 * t_sj77d)
             - (a3_v1 * t_3ugdb - K63 * t_ribbb)
             - (t_wrgts * t_3ugdb + K63 * t_mb7xw)
             + (t_bewoy * t_vsfmr_2 + K64 * t_xtgzq)
             - t_bknng * t_pdzxe_11
             + (t_6iku5_2 * t_ncied - t_6kh3y * t_rmbl5)
-            + (t_37lel * t_r33pf + t_edvw3_2 * t_fdsef)
+            + (t_37lel * t_r33pf + t_edvw3 * t_fdsef)
             - (t_g54r5 * t_3ugdb + K63 * t_uldkl)
             + t_bowfy
         )
@@ -28367,22 +28367,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (K_L65 * t_w2eil + t_eq4wy * t_2fki7)
         )
         t_7vhbq = t_fdmp6 * t_6dtnj_9 - t_itqoj * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_obv5t)
-        t_mvtnt = t_mgil5 * t_6dtnj_5 - t_zt5qz * t_27fzj - (t_dcknb * t_2fki7 + K_L65 * t_7vhbq)
+        t_mvtnt = t_mgil5 * t_6dtnj_8 - t_zt5qz * t_27fzj - (t_dcknb * t_2fki7 + K_L65 * t_7vhbq)
         t_f5qiz = (
-            t_er7s4 * t_6dtnj_4
+            t_er7s4 * t_6dtnj_7
             + t_a6l3v * t_xeukz
             - (t_uddr7 * t_4fx56 + K_L54 * t_mvtnt)
             - (t_dcknb * t_mczja + K_L64 * t_7vhbq)
         )
         t_sfdpi = (
-            t_nfkbw * t_6dtnj_3
+            t_nfkbw * t_6dtnj_6
             - t_y267s * t_qwp7a
             - (t_qn62h * t_gznvd + K_L43 * t_f5qiz)
             - (t_uddr7 * t_gfugg + K_L53 * t_mvtnt)
             - (t_dcknb * t_6xfoh + K_L63 * t_7vhbq)
         )
         t_ab4p7 = (
-            t_5pci3 * t_6dtnj_2
+            t_5pci3 * t_6dtnj_5
             - t_2did4 * t_k4367
             - (t_wkjm3 * t_jp2fk + K_L32 * t_sfdpi)
             + (t_qn62h * t_yo4jq + t_ae46j * t_f5qiz)
@@ -28390,7 +28390,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_dcknb * t_pthet + t_o5wmi * t_7vhbq)
         )
         t_iiu7u = (
-            t_jpsjh * t_6dtnj
+            t_jpsjh * t_6dtnj_4
             + (t_qgxvl * t_3l2rq + t_gousg * t_ab4p7)
             + (t_gousg_2 * t_sfdpi - t_wkjm3 * t_3l2rq_2)
             + t_w6lcf * t_f5qiz
@@ -28414,14 +28414,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_snzhu = h2 * t_nsdzq
         t_6pfo6_3 = t_frp3h * t_pt6a7_3
         t_75sr7 = t_iyr6v * t_e7iwk * ((D_theta2 + D_theta2) * t_6pfo6_3)
-        t_5pbwu = t_iyr6v * t_6pfo6_3 - t_6pfo6_2 * t_75sr7
+        t_5pbwu = t_iyr6v * t_6pfo6_3 - t_6pfo6 * t_75sr7
         t_pnfzp = t_popww * cos_phi2
         t_hr7xl = cos_theta2 * t_pnfzp
         t_ty7oe = h2 * t_hr7xl
-        t_352gi = t_pt6a7_4 - t_pt6a7_2
+        t_352gi = t_pt6a7_4 - t_pt6a7
         t_bwglk = t_ty7oe - t_c4pkx_2 * t_352gi
         t_6wwkn = t_tmzpj * t_snzhu + (cz_theta2 * t_5pbwu + t_fre5h * t_bwglk)
-        t_ixk7q = t_iyr6v * ((t_6pfo6_2 + t_6pfo6_2) * t_6pfo6_3) - t_ggxz2 * t_75sr7
+        t_ixk7q = t_iyr6v * ((t_6pfo6 + t_6pfo6) * t_6pfo6_3) - t_ggxz2 * t_75sr7
         t_g5z3s = t_6wwkn * t_a2lgz + t_ngwiu * t_ixk7q
         t_chpis = ax_eq * t_pnfzp
         t_zsrez = t_frp3h * t_352gi
@@ -28456,7 +28456,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_egkzl = (
             Dd_theta2 * t_ymjg4
             + t_qu7qb * t_yagwy
-            - (t_6pfo6_2 * t_kv43k + t_5f4es * t_6pfo6_3 + (k_theta2 * t_6pfo6_3 + t_6pfo6_2 * t_54svw))
+            - (t_6pfo6 * t_kv43k + t_5f4es * t_6pfo6_3 + (k_theta2 * t_6pfo6_3 + t_6pfo6 * t_54svw))
         )
         t_hbvi5 = (
             t_pi35k * (I2 * t_chpis + I2 * t_uqp67)
@@ -28514,7 +28514,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_iyr6v * (t_c3tha * t_bwglk_2) - t_tkz7a * t_75sr7)
             - (f_v1_L21 * t_shafu + f21_v1 * t_gszrq)
         )
-        t_wspl4 = t_ntpj2 * t_6dtnj_6 + t_bintu * t_uwcs5
+        t_wspl4 = t_ntpj2 * t_6dtnj + t_bintu * t_uwcs5
         t_gc7be = (
             t_y6t4t * t_g5z3s
             - f_v1_L31 * t_hbvi5
@@ -28529,7 +28529,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (f_v1_L32 * t_ntpj2 + t_vk4eg * t_wspl4)
             - (f_v1_L31 * t_6wwkn + f31_v1 * t_g5z3s)
         )
-        t_6afn7 = t_gc7be * t_6dtnj_7 - t_bintu_2 * t_tcq7p
+        t_6afn7 = t_gc7be * t_6dtnj_2 - t_bintu_2 * t_tcq7p
         t_wxz3r = I2 * t_ruxfo
         t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r
         t_mnzjt = mv2 * cos_phi2
@@ -28542,7 +28542,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_764jb = cos_theta2 * t_qzymo
         t_yobe7 = t_qqpow - t_jqvng - t_764jb
         t_jqvng_2 = SC2 * t_2ws67
-        t_u2omf = t_jqunm * t_6dtnj_6 - t_pnxx6 * t_uwcs5 - (f_v1_L32 * t_6afn7 - u_v1_x3 * t_wspl4)
+        t_u2omf = t_jqunm * t_6dtnj - t_pnxx6 * t_uwcs5 - (f_v1_L32 * t_6afn7 - u_v1_x3 * t_wspl4)
         t_d7y7v = t_skjof + t_wxz3r
         t_3jnxd = S_sq2 * t_d7y7v
         t_5z6e2 = t_3jnxd - t_wxz3r
@@ -28566,7 +28566,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_c5xb6 = (
             t_kpxu6
             + (K52 * t_6afn7 + G2_v1 * t_yobe7)
-            - (G3_v1 * t_jqvng_2 - t_edvw3_2 * t_u2omf)
+            - (G3_v1 * t_jqvng_2 - t_edvw3 * t_u2omf)
             + (a2_v1 * t_5z6e2 + K22 * t_j7rqb)
             + (a3_v1 * t_3jnxd_2 - K32 * t_vsyis)
             + (t_bewoy * t_s44po + t_belws * t_ibzye)
@@ -28582,10 +28582,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_kizhr_2
             + (t_6iku5 * t_6afn7 + G2_v1 * t_jiaxv)
             + (G3_v1 * t_jiaxv_2 - t_6iku5_2 * t_u2omf)
-            + (a2_v1 * t_qh7lx + t_f2nhc * t_j7rqb)
-            + (a3_v1 * t_qh7lx_2 - t_f2nhc_2 * t_vsyis)
+            + (a2_v1 * t_qh7lx + t_f2nhc_2 * t_j7rqb)
+            + (a3_v1 * t_qh7lx_2 - t_f2nhc * t_vsyis)
         )
-        t_6e66o = t_bewoy * Bc_2 + t_hig3c_6 * t_ibzye - t_hauf5
+        t_6e66o = t_bewoy * Bc_2 + t_hig3c_3 * t_ibzye - t_hauf5
         t_c7w7r_2 = sin_theta2 * t_mcl5q
         t_kpxu6_2 = cos_theta2 * t_kizhr - t_c7w7r_2
         t_764jb_2 = sin_theta2 * t_qzymo
@@ -28604,8 +28604,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_x377x = (
             K11 * t_6e66o
             - q1_v1 * t_skjof
-            - (q2_v1 * t_qh7lx + t_f2nhc * t_c5xb6)
-            - (q3_v1 * t_qh7lx_2 + t_f2nhc_2 * t_wb6oy)
+            - (q2_v1 * t_qh7lx + t_f2nhc_2 * t_c5xb6)
+            - (q3_v1 * t_qh7lx_2 + t_f2nhc * t_wb6oy)
         )
         t_tzw5a = t_f2nhc_3 * t_qh7lx - t_2qjkk_2 * t_skjof + t_f2nhc_4 * t_qh7lx_2
         t_jqmyt = (
@@ -28613,16 +28613,16 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + PP_v1 * (t_w22j3 * t_6e66o + t_w22j3_2 * t_c5xb6 + t_w22j3_3 * t_wb6oy)
         )
         t_uennl = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_x377x - t_jqmyt) * t_kntxo, 0.0) - t_x377x) * t_6dtnj_8
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_x377x - t_jqmyt) * t_kntxo, 0.0) - t_x377x) * t_6dtnj_3
             - t_3wdoe * t_tzw5a
         )
-        t_ulb3e = t_c5xb6 - (t_arpa7 * t_qh7lx + t_f2nhc * t_uennl)
+        t_ulb3e = t_c5xb6 - (t_arpa7 * t_qh7lx + t_f2nhc_2 * t_uennl)
         t_mqfzg = t_q2hfz * (t_5x4sb * (t_ulb3e * t_y7rm6))
         t_7vxmt_3 = t_mqfzg * t_nwsjf
         t_iubif_12 = t_bw2jd * (t_3iu34 * t_7vxmt_3)
         t_27ev7_12 = F * (sin_t_6qa42 * t_iubif_12)
         t_wzmp3_12 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_12), 0.0)
-        t_7uyxy = t_wb6oy - (t_arpa7 * t_qh7lx_2 + t_f2nhc_2 * t_uennl)
+        t_7uyxy = t_wb6oy - (t_arpa7 * t_qh7lx_2 + t_f2nhc * t_uennl)
         t_74fik = (
             t_7uyxy * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_mqfzg * t_nwsjf_2)), 0.0)
@@ -28635,13 +28635,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_swjde_12 = t_zrb6o * (t_vr3uw * t_3uupj_12)
         t_cxwzz_12 = sin_t_kl6tx * t_swjde_12
         t_w57th = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_kizhr_2
-        t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof
+        t_5vgja = t_qh7lx * t_6dtnj_4 + t_jza4m * t_skjof
         t_ilple_12 = F * (cos_t_6qa42 * t_iubif_12)
         t_lxcgp = np.where(m_el4yy, t_ilple_12, 0.0) - t_kpxu6 + (t_njixh * t_5vgja + t_gousg * t_w57th)
-        t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja)
-        t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof
-        t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2)
-        t_6q3ip = t_lo4sj * t_6dtnj_2 - t_bintu_3 * t_7uvyw
+        t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc_2 * t_5vgja)
+        t_5vgja_2 = t_qh7lx_2 * t_6dtnj_4 + t_jza4m_2 * t_skjof
+        t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc_2 * t_5vgja_2)
+        t_6q3ip = t_lo4sj * t_6dtnj_5 - t_bintu_3 * t_7uvyw
         t_ooljq_12 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_12), 0.0)
         t_lqx5z_12 = cos_t_kl6tx * t_swjde_12
         t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12
@@ -28654,17 +28654,17 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_ekvd2 = (
             t_qdwhy
             - (K_L32 * t_lo4sj + t_7exg5 * t_6q3ip)
-            - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2)
+            - (t_gousg_2 * t_qh7lx_2 + t_f2nhc * t_5vgja_2)
         )
-        t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof
-        t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt)
-        t_5gny6 = t_ex3ue * t_6dtnj_2 - t_l3pbw * t_7uvyw
+        t_k2jbt = Bc_2 * t_6dtnj_4 + t_4pum4 * t_skjof
+        t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc_2 * t_k2jbt)
+        t_5gny6 = t_ex3ue * t_6dtnj_5 - t_l3pbw * t_7uvyw
         t_vxniq = (
             t_s44po_2
             + (t_ae46j * t_lo4sj + t_7exg5 * t_5gny6)
-            - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt)
+            - (t_w6lcf * t_qh7lx_2 + t_f2nhc * t_k2jbt)
         )
-        t_25qco = t_vxniq * t_6dtnj_3 - t_bintu_4 * t_ekvd2
+        t_25qco = t_vxniq * t_6dtnj_6 - t_bintu_4 * t_ekvd2
         t_atr6g = t_3hay7 * Bc_2 + l2 * t_utpdc
         t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau
         t_t7elp = t_atr6g - t_ubbzk
@@ -28692,10 +28692,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_z5auc_12 + t_7uyxy)
             - (t_oez3j * t_6q3ip + K_L32 * t_vt3fq)
         )
-        t_qexhy = t_qif4y * t_6dtnj_3 - t_knagq * t_ekvd2
-        t_7qi4m = t_vt3fq * t_6dtnj_2 - t_5umxj * t_7uvyw - (t_wrgts * t_6q3ip + K_L32 * t_qexhy)
+        t_qexhy = t_qif4y * t_6dtnj_6 - t_knagq * t_ekvd2
+        t_7qi4m = t_vt3fq * t_6dtnj_5 - t_5umxj * t_7uvyw - (t_wrgts * t_6q3ip + K_L32 * t_qexhy)
         t_3nln2 = (
-            t_gkc2v * t_6dtnj
+            t_gkc2v * t_6dtnj_4
             + t_bbkmr * t_skjof
             + (t_z4go7 * t_5vgja + t_gousg * t_7qi4m)
             + (t_wrgts * t_5vgja_2 + t_gousg_2 * t_qexhy)
@@ -28709,10 +28709,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_lurhj * t_5vgja_2 + t_gousg_2 * t_cgxsm_12)
             - (t_zoi3s * t_6q3ip + K_L32 * t_ai6ro)
         )
-        t_avpof = t_45mkx * t_6dtnj_3 - t_e4fqd * t_ekvd2
-        t_jgdl3 = t_ai6ro * t_6dtnj_2 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof)
+        t_avpof = t_45mkx * t_6dtnj_6 - t_e4fqd * t_ekvd2
+        t_jgdl3 = t_ai6ro * t_6dtnj_5 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof)
         t_a3ckq = (
-            t_cgxsm_12 * t_6dtnj
+            t_cgxsm_12 * t_6dtnj_4
             + t_3eyvc * t_skjof
             + (t_37lel * t_5vgja + t_gousg * t_jgdl3)
             + (t_g54r5 * t_5vgja_2 + t_gousg_2 * t_avpof)
@@ -28721,14 +28721,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_t7elp
             + (K54 * t_6afn7 + G2_v1 * t_lcw2f)
             + (G3_v1 * t_cs2ja - K64 * t_u2omf)
-            - (t_arpa7 * Bc_2 + t_hig3c_6 * t_uennl)
-            - (t_5a3aj * Bc_2 + t_hig3c_6 * t_3nln2)
+            - (t_arpa7 * Bc_2 + t_hig3c_3 * t_uennl)
+            - (t_5a3aj * Bc_2 + t_hig3c_3 * t_3nln2)
             - (a2_v1 * t_s44po + t_belws * t_j7rqb)
             - (t_z4go7 * t_s44po + t_belws * t_7qi4m)
             + (a3_v1 * t_s44po_2 - K43 * t_vsyis)
             + (t_wrgts * t_s44po_2 + K43 * t_qexhy)
             - (t_bewoy * t_r343y + K44 * t_ibzye)
-            - (t_6kh3y * Bc_2 + t_hig3c_6 * t_a3ckq)
+            - (t_6kh3y * Bc_2 + t_hig3c_3 * t_a3ckq)
             - (t_37lel * t_s44po + t_belws * t_jgdl3)
             + (t_g54r5 * t_s44po_2 + K43 * t_avpof)
             - t_t7elp
@@ -28740,26 +28740,26 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_r343y
             - (t_ae46j * t_ex3ue + t_cawlo * t_5gny6)
             - (K_L43 * t_vxniq + t_e6q5b * t_25qco)
-            - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt)
+            - (t_w6lcf * Bc_2 + t_hig3c_3 * t_k2jbt)
         )
-        t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof
-        t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx)
-        t_bemnw = t_l5xsr * t_6dtnj_2 - t_bintu_5 * t_7uvyw
+        t_ccnzx = t_jiaxv * t_6dtnj_4 + t_jza4m_3 * t_skjof
+        t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc_2 * t_ccnzx)
+        t_bemnw = t_l5xsr * t_6dtnj_5 - t_bintu_5 * t_7uvyw
         t_ivbeq = (
             t_zr242
             - (K_L52 * t_lo4sj + t_7exg5 * t_bemnw)
-            - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx)
+            - (t_thnvm * t_qh7lx_2 + t_f2nhc * t_ccnzx)
         )
-        t_rzspp = t_ivbeq * t_6dtnj_3 - t_bintu_6 * t_ekvd2
+        t_rzspp = t_ivbeq * t_6dtnj_6 - t_bintu_6 * t_ekvd2
         t_gt666 = (
             t_lcw2f
             + (K_L52 * t_ex3ue + t_cawlo * t_bemnw)
             - (K_L53 * t_vxniq + t_e6q5b * t_rzspp)
-            - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx)
+            - (t_thnvm * Bc_2 + t_hig3c_3 * t_ccnzx)
         )
-        t_m3l6t = t_gt666 * t_6dtnj_4 - t_bintu_7 * t_7kmgl
+        t_m3l6t = t_gt666 * t_6dtnj_7 - t_bintu_7 * t_7kmgl
         t_risdx = t_atr6g + e2 * t_kizhr
-        t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2)
+        t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o_2 * t_uvqau_2)
         t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow
         t_cc4zp = e2 * t_6zvid - -2.0 * t_xm3he
         t_ku6ce = t_cc4zp - t_v6ktv
@@ -28796,22 +28796,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L54 * t_gt666 + t_sjdff * t_m3l6t)
             - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx)
         )
-        t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof
-        t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2)
-        t_d3dwj = t_vvhbc * t_6dtnj_2 - t_l3pbw_3 * t_7uvyw
+        t_ccnzx_2 = t_jiaxv_2 * t_6dtnj_4 + t_jza4m_4 * t_skjof
+        t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc_2 * t_ccnzx_2)
+        t_d3dwj = t_vvhbc * t_6dtnj_5 - t_l3pbw_3 * t_7uvyw
         t_wmkcv = (
             t_d5nl2
             + (t_o5wmi * t_lo4sj + t_7exg5 * t_d3dwj)
-            - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2)
+            - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc * t_ccnzx_2)
         )
-        t_ds26d = t_wmkcv * t_6dtnj_3 - t_bintu_8 * t_ekvd2
+        t_ds26d = t_wmkcv * t_6dtnj_6 - t_bintu_8 * t_ekvd2
         t_rhacf = (
             t_cs2ja
             - (t_o5wmi * t_ex3ue + t_cawlo * t_d3dwj)
             - (K_L63 * t_vxniq + t_e6q5b * t_ds26d)
-            - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2)
+            - (t_thnvm_2 * Bc_2 + t_hig3c_3 * t_ccnzx_2)
         )
-        t_thtgx = t_rhacf * t_6dtnj_4 - t_bintu_9 * t_7kmgl
+        t_thtgx = t_rhacf * t_6dtnj_7 - t_bintu_9 * t_7kmgl
         t_wft6l = (
             t_uqamo
             + (t_o5wmi * t_l5xsr + t_7exg5_2 * t_d3dwj)
@@ -28819,8 +28819,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L64 * t_gt666 + t_sjdff * t_thtgx)
             - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2)
         )
-        t_cfvj3 = t_wft6l * t_6dtnj_5 - t_bintu_10 * t_jmcu4
-        t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2)
+        t_cfvj3 = t_wft6l * t_6dtnj_8 - t_bintu_10 * t_jmcu4
+        t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o * t_uvqau_2)
         t_dzkws = t_cc4zp - t_4jhiy
         t_kvlvt = (
             t_bknng * t_z5auc_12
@@ -28829,14 +28829,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (G3_v1 * t_dzkws - K66 * t_u2omf)
             + (t_arpa7 * t_jiaxv_2 + t_6iku5_2 * t_uennl)
             + (t_5a3aj * t_jiaxv_2 + t_6iku5_2 * t_3nln2)
-            + (a2_v1 * t_jqvng_2 + t_edvw3_2 * t_j7rqb)
-            + (t_z4go7 * t_jqvng_2 + t_edvw3_2 * t_7qi4m)
+            + (a2_v1 * t_jqvng_2 + t_edvw3 * t_j7rqb)
+            + (t_z4go7 * t_jqvng_2 + t_edvw3 * t_7qi4m)
             - (a3_v1 * t_d5nl2 - K63 * t_vsyis)
             - (t_wrgts * t_d5nl2 + K63 * t_qexhy)
             + (t_bewoy * t_cs2ja + K64 * t_ibzye)
             - t_bknng * t_pdzxe_12
             + (t_6kh3y * t_jiaxv_2 + t_6iku5_2 * t_a3ckq)
-            + (t_37lel * t_jqvng_2 + t_edvw3_2 * t_jgdl3)
+            + (t_37lel * t_jqvng_2 + t_edvw3 * t_jgdl3)
             - (t_g54r5 * t_d5nl2 + K63 * t_avpof)
             + t_ccq7c
         )
@@ -28858,22 +28858,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2)
         )
         t_6l64e = t_2ehdd * t_6dtnj_9 - t_itqoj * t_ppeo4
-        t_xyxru = t_t7t4j * t_6dtnj_5 - t_zt5qz * t_jmcu4 - (t_dcknb * t_cfvj3 + K_L65 * t_6l64e)
+        t_xyxru = t_t7t4j * t_6dtnj_8 - t_zt5qz * t_jmcu4 - (t_dcknb * t_cfvj3 + K_L65 * t_6l64e)
         t_ufe5y = (
-            t_xp6hc * t_6dtnj_4
+            t_xp6hc * t_6dtnj_7
             - t_a6l3v * t_7kmgl
             - (t_uddr7 * t_m3l6t + K_L54 * t_xyxru)
             - (t_dcknb * t_thtgx + K_L64 * t_6l64e)
         )
         t_5nxra = (
-            t_ls35t * t_6dtnj_3
+            t_ls35t * t_6dtnj_6
             - t_y267s * t_ekvd2
             - (t_qn62h * t_25qco + K_L43 * t_ufe5y)
             - (t_uddr7 * t_rzspp + K_L53 * t_xyxru)
             - (t_dcknb * t_ds26d + K_L63 * t_6l64e)
         )
         t_65tig = (
-            t_lxcgp * t_6dtnj_2
+            t_lxcgp * t_6dtnj_5
             - t_2did4 * t_7uvyw
             - (t_wkjm3 * t_6q3ip + K_L32 * t_5nxra)
             + (t_qn62h * t_5gny6 + t_ae46j * t_ufe5y)
@@ -28881,7 +28881,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_dcknb * t_d3dwj + t_o5wmi * t_6l64e)
         )
         t_lftal = (
-            t_w57th * t_6dtnj
+            t_w57th * t_6dtnj_4
             + t_5ewry * t_skjof
             + (t_qgxvl * t_5vgja + t_gousg * t_65tig)
             + (t_wkjm3 * t_5vgja_2 + t_gousg_2 * t_5nxra)
@@ -28894,27 +28894,27 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_doiln_4 = wy * sin_theta2 + wz * cos_theta2
         t_jrazf = t_dkl52 * (l2 * t_b6zig) + t_a3tjf * t_doiln_4 - w_x2 * (lc_2 * t_doiln_4)
         t_tdjwy = th_2 * (I2 * t_jrazf)
-        t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2
+        t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o
         t_b6zig_2 = cos_phi2 * t_doiln_3
         t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig_2 - t_jsckv * t_doiln_4)
         t_b76zd = chi2 * t_b6zig_2 - t_2t7vh * t_b6zig - w_x2 * t_doiln_3
         t_tewqk = B_2 * t_b76zd
         t_iwtfp = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk
-        t_gl4us = t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp)
+        t_gl4us = t_o4t3p + (t_u5rk4 - sin_theta2 * t_iwtfp)
         t_ipyra_2 = h2 * t_cfuim
-        t_2y3dj = t_pt6a7 * t_c4pkx_3 - t_ipyra_2
+        t_2y3dj = t_pt6a7_2 * t_c4pkx_3 - t_ipyra_2
         t_tkdjn_3 = h2 * gz_phi2
         t_yym4s = t_tkdjn_3 - t_c4pkx_4
         t_ynb57 = t_fre5h * t_2y3dj - t_tmzpj * t_yym4s
         t_s44ic = t_ynb57 * t_a2lgz
-        t_n7l2g_2 = t_6pfo6_2 * t_doiln_3
+        t_n7l2g_2 = t_6pfo6 * t_doiln_3
         t_go56f = wx * t_doiln_4
         t_nn6gt = (
             Wn2 * t_n7l2g_2
             - t_n7l2g * t_doiln_4
             - t_2ys72 * t_go56f
             + t_mw75j * t_n7l2g_2
-            + t_6pfo6 * t_go56f
+            + t_6pfo6_2 * t_go56f
         )
         t_m5inr = t_doiln_2 * t_doiln_3
         t_7ikon = (
@@ -28923,10 +28923,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - t_m7bta * t_n7l2g_2
             - wx * (t_frp3h * t_doiln_3)
             + m2 * (t_nfvux * (cos_phi2 * (sin_phi2 * t_m5inr)))
-            + m2 * (wx * (t_nfvux * (t_pt6a7_2 * (t_doiln_3 + t_doiln_3))))
+            + m2 * (wx * (t_nfvux * (t_pt6a7 * (t_doiln_3 + t_doiln_3))))
             + m2 * (l2 * (wx * (h2 * t_b6zig_2)))
         )
-        t_3c2rc = t_iyr6v * (t_6pfo6_2 * t_nn6gt) - t_pi35k * (I2 * t_7ikon)
+        t_3c2rc = t_iyr6v * (t_6pfo6 * t_nn6gt) - t_pi35k * (I2 * t_7ikon)
         t_tkdjn_4 = h2 * gy_phi2
         t_zshn6_3 = m2 * (t_nfvux * sin_theta2) - t_tkdjn_4
         t_epql5_2 = h2 * gy_theta2
@@ -28935,8 +28935,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (k_phi2 * t_yym4s + cz_phi2 * t_7ikon)
             - t_lzacu * (theta2_dot * t_zshn6_3 - phi2_dot * t_epql5_2)
         )
-        t_rdvkg_2 = t_epql5_2 - t_pt6a7 * t_c4pkx_4
-        t_kktbx = t_qu7qb * (phi2_dot * (t_pt6a7_4 * t_c4pkx_3 - (t_tkdjn_4 + t_pt6a7_2 * t_c4pkx_3)) - theta2_dot * t_rdvkg_2)
+        t_rdvkg_2 = t_epql5_2 - t_pt6a7_2 * t_c4pkx_4
+        t_kktbx = t_qu7qb * (phi2_dot * (t_pt6a7_4 * t_c4pkx_3 - (t_tkdjn_4 + t_pt6a7 * t_c4pkx_3)) - theta2_dot * t_rdvkg_2)
         t_yhvyz = (
             t_pi35k * t_cshm4
             + t_iyr6v * (t_5f4es * t_2y3dj + (k_theta2 * t_2y3dj + cz_theta2 * t_nn6gt) - t_kktbx)
@@ -28954,13 +28954,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + t_iyr6v * (t_c3tha * t_rdvkg_2)
             + (f_v1_L21 * t_kwpdj + f21_v1 * t_rn4rv)
         )
-        t_4ta4h = t_gac2h * t_6dtnj_6 + t_bintu * t_ewunn
+        t_4ta4h = t_gac2h * t_6dtnj + t_bintu * t_ewunn
         t_nywts = (
             t_o6h5x * t_zshn6_3
             + (k_phi2 * t_zshn6_3 + t_zshn6 * t_7ikon)
             + t_lzacu * (theta2_dot * t_yym4s - phi2_dot * t_ipyra_2)
         )
-        t_wxdul = t_qu7qb * (theta2_dot * t_2y3dj + phi2_dot * (t_tkdjn_3 + t_pt6a7_2 * t_c4pkx_4 - t_pt6a7_4 * t_c4pkx_4))
+        t_wxdul = t_qu7qb * (theta2_dot * t_2y3dj + phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_4 - t_pt6a7_4 * t_c4pkx_4))
         t_b2por = (
             t_pi35k * t_nywts
             - t_iyr6v * (t_5f4es * t_rdvkg_2 + (k_theta2 * t_rdvkg_2 + cy_theta2 * t_nn6gt) - t_wxdul)
@@ -28978,14 +28978,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (f_v1_L32 * t_gac2h + t_vk4eg * t_4ta4h)
             + (f_v1_L31 * t_ynb57 + f31_v1 * t_s44ic)
         )
-        t_g3zv7 = t_tomzu * t_6dtnj_7 + t_bintu_2 * t_xhbew
+        t_g3zv7 = t_tomzu * t_6dtnj_2 + t_bintu_2 * t_xhbew
         t_u5rk4_7 = wq_2 * sin_theta2
         t_so6aj = t_kscnj * cos_theta2
         t_yjwot = t_vsqil * t_so6aj
         t_77nhz = t_u5rk4_7 - t_yjwot
         t_le4xr = cos_theta2 * cos_theta2 - S_sq2
         t_pwjew = t_vsqil * t_le4xr
-        t_h432d = t_zxav7 * t_6dtnj_6 + t_pnxx6 * t_ewunn - (u_v1_x3 * t_4ta4h + f_v1_L32 * t_g3zv7)
+        t_h432d = t_zxav7 * t_6dtnj + t_pnxx6 * t_ewunn - (u_v1_x3 * t_4ta4h + f_v1_L32 * t_g3zv7)
         t_bu6uv = tn11_2 * t_so6aj
         t_jg3za = t_pi35k * (wz * t_yym4s - wy * t_zshn6_3)
         t_fntib = t_iyr6v * (wy * t_rdvkg_2 + wz * t_2y3dj)
@@ -28998,7 +28998,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             x_C * t_h432d
             + w2 * (t_cfuim * t_fntib + t_vfq4r - (gz_phi2 * t_jg3za - t_qjlib))
         )
-        t_dnnxk = t_u5rk4 - t_u5rk4_7
+        t_dnnxk = t_u5rk4_2 - t_u5rk4_7
         t_cviki = (
             t_3c2rc * t_a2lgz
             + (u_v1_x2 * t_rn4rv + f_v1_L21 * t_h432d)
@@ -29007,7 +29007,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_uekvm = (
             t_gl4us
             + (K52 * t_g3zv7 + G2_v1 * t_77nhz)
-            - (G3_v1 * t_pwjew - t_edvw3_2 * t_h432d)
+            - (G3_v1 * t_pwjew - t_edvw3 * t_h432d)
             + (a2_v1 * t_bu6uv + K22 * t_yxsnq)
             + (a3_v1 * t_6um6d - K32 * t_i3b73)
             + (t_bewoy * t_dnnxk + t_belws * t_cviki)
@@ -29017,14 +29017,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_iwtfp_2
             + (t_6iku5 * t_g3zv7 + G2_v1 * t_oja3l_2)
             - (t_6iku5_2 * t_h432d + G3_v1 * t_oja3l)
-            + (a2_v1 * t_u5rk4_5 + t_f2nhc * t_yxsnq)
-            - (a3_v1 * t_u5rk4_4 + t_f2nhc_2 * t_i3b73)
+            + (a2_v1 * t_u5rk4_3 + t_f2nhc_2 * t_yxsnq)
+            - (a3_v1 * t_u5rk4_4 + t_f2nhc * t_i3b73)
         )
-        t_4trbo = t_hig3c_6 * t_cviki - t_imbro
+        t_4trbo = t_hig3c_3 * t_cviki - t_imbro
         t_u5rk4_8 = wq_2 * cos_theta2
         t_mma3c = t_u5rk4_8 - t_pwjew
-        t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o
-        t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_2)
+        t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o_2
+        t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_5)
         t_dnnxk_2 = t_u5rk4_8 + t_u5rk4_6
         t_osfpb = (
             K53 * t_g3zv7
@@ -29037,25 +29037,25 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_vjqm4 = (
             K11 * t_4trbo
-            - (q2_v1 * t_u5rk4_5 + t_f2nhc * t_uekvm)
-            - (t_f2nhc_2 * t_osfpb - q3_v1 * t_u5rk4_4)
+            - (q2_v1 * t_u5rk4_3 + t_f2nhc_2 * t_uekvm)
+            - (t_f2nhc * t_osfpb - q3_v1 * t_u5rk4_4)
         )
-        t_osu6m = t_f2nhc_3 * t_u5rk4_5 - t_f2nhc_4 * t_u5rk4_4
+        t_osu6m = t_f2nhc_3 * t_u5rk4_3 - t_f2nhc_4 * t_u5rk4_4
         t_cwno5 = (
             t_teqv5 * t_osu6m
             + PP_v1 * (t_w22j3 * t_4trbo + t_w22j3_2 * t_uekvm + t_w22j3_3 * t_osfpb)
         )
         t_3pr4v = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_vjqm4 - t_cwno5) * t_kntxo, 0.0) - t_vjqm4) * t_6dtnj_8
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_vjqm4 - t_cwno5) * t_kntxo, 0.0) - t_vjqm4) * t_6dtnj_3
             - t_3wdoe * t_osu6m
         )
-        t_bhewf = t_uekvm - (t_arpa7 * t_u5rk4_5 + t_f2nhc * t_3pr4v)
+        t_bhewf = t_uekvm - (t_arpa7 * t_u5rk4_3 + t_f2nhc_2 * t_3pr4v)
         t_boghu = t_q2hfz * (t_5x4sb * (t_bhewf * t_y7rm6))
         t_7vxmt_4 = t_boghu * t_nwsjf
         t_iubif_13 = t_bw2jd * (t_3iu34 * t_7vxmt_4)
         t_27ev7_13 = F * (sin_t_6qa42 * t_iubif_13)
         t_wzmp3_13 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_13), 0.0)
-        t_suo76 = t_osfpb - (t_f2nhc_2 * t_3pr4v - t_arpa7 * t_u5rk4_4)
+        t_suo76 = t_osfpb - (t_f2nhc * t_3pr4v - t_arpa7 * t_u5rk4_4)
         t_57cqj = (
             t_suo76 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_boghu * t_nwsjf_2)), 0.0)
@@ -29068,13 +29068,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_swjde_13 = t_zrb6o * (t_vr3uw * t_3uupj_13)
         t_cxwzz_13 = sin_t_kl6tx * t_swjde_13
         t_bgade = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_iwtfp_2
-        t_yrmpr = t_u5rk4_5 * t_6dtnj
+        t_yrmpr = t_u5rk4_3 * t_6dtnj_4
         t_ilple_13 = F * (cos_t_6qa42 * t_iubif_13)
         t_wmigc = np.where(m_el4yy, t_ilple_13, 0.0) - t_gl4us + (t_njixh * t_yrmpr + t_gousg * t_bgade)
-        t_ztgih = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr)
-        t_yrmpr_2 = t_u5rk4_4 * t_6dtnj
-        t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2)
-        t_b7jjc = t_xocma * t_6dtnj_2 - t_bintu_3 * t_ztgih
+        t_ztgih = t_bu6uv - (t_gousg * t_u5rk4_3 + t_f2nhc_2 * t_yrmpr)
+        t_yrmpr_2 = t_u5rk4_4 * t_6dtnj_4
+        t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_3 - t_f2nhc_2 * t_yrmpr_2)
+        t_b7jjc = t_xocma * t_6dtnj_5 - t_bintu_3 * t_ztgih
         t_ooljq_13 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_13), 0.0)
         t_lqx5z_13 = cos_t_kl6tx * t_swjde_13
         t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13
@@ -29086,13 +29086,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         )
         t_nmm6d = (
             t_gousg_2 * t_u5rk4_4
-            + t_f2nhc_2 * t_yrmpr_2
+            + t_f2nhc * t_yrmpr_2
             - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_b7jjc))
         )
-        t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_5
-        t_o3gyj = t_tlnp4 * t_6dtnj_2 - t_l3pbw * t_ztgih
+        t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_3
+        t_o3gyj = t_tlnp4 * t_6dtnj_5 - t_l3pbw * t_ztgih
         t_65yvy = t_dnnxk_2 + (t_ae46j * t_xocma + t_7exg5 * t_o3gyj) + t_w6lcf * t_u5rk4_4
-        t_afo5h = t_65yvy * t_6dtnj_3 - t_bintu_4 * t_nmm6d
+        t_afo5h = t_65yvy * t_6dtnj_6 - t_bintu_4 * t_nmm6d
         t_e3pd3 = l2 * t_tewqk
         t_pxzgl = q_2 * t_tdjwy
         t_v4o5s = t_e3pd3 - t_pxzgl
@@ -29113,10 +29113,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_z5auc_13 + t_suo76)
             - (t_oez3j * t_b7jjc + K_L32 * t_453b2)
         )
-        t_h6nsv = t_rthgh * t_6dtnj_3 - t_knagq * t_nmm6d
-        t_htizu = t_453b2 * t_6dtnj_2 - t_5umxj * t_ztgih - (t_wrgts * t_b7jjc + K_L32 * t_h6nsv)
+        t_h6nsv = t_rthgh * t_6dtnj_6 - t_knagq * t_nmm6d
+        t_htizu = t_453b2 * t_6dtnj_5 - t_5umxj * t_ztgih - (t_wrgts * t_b7jjc + K_L32 * t_h6nsv)
         t_qdddz = (
-            t_rdars_2 * t_6dtnj
+            t_rdars_2 * t_6dtnj_4
             + (t_z4go7 * t_yrmpr + t_gousg * t_htizu)
             + (t_gousg_2 * t_h6nsv - t_wrgts * t_yrmpr_2)
         )
@@ -29129,10 +29129,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_gousg_2 * t_cgxsm_13 - t_lurhj * t_yrmpr_2)
             - (t_zoi3s * t_b7jjc + K_L32 * t_mfpen)
         )
-        t_rrgqa = t_gjpyk * t_6dtnj_3 - t_e4fqd * t_nmm6d
-        t_izkjb = t_mfpen * t_6dtnj_2 - t_l3pbw_2 * t_ztgih - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa)
+        t_rrgqa = t_gjpyk * t_6dtnj_6 - t_e4fqd * t_nmm6d
+        t_izkjb = t_mfpen * t_6dtnj_5 - t_l3pbw_2 * t_ztgih - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa)
         t_tduzp = (
-            t_cgxsm_13 * t_6dtnj
+            t_cgxsm_13 * t_6dtnj_4
             + (t_37lel * t_yrmpr + t_gousg * t_izkjb)
             + (t_gousg_2 * t_rrgqa - t_g54r5 * t_yrmpr_2)
         )
@@ -29140,14 +29140,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_v4o5s
             + (K54 * t_g3zv7 + G2_v1 * t_izs7f)
             + (G3_v1 * t_izs7f_2 - K64 * t_h432d)
-            - t_hig3c_6 * t_3pr4v
-            - t_hig3c_6 * t_qdddz
+            - t_hig3c_3 * t_3pr4v
+            - t_hig3c_3 * t_qdddz
             - (a2_v1 * t_dnnxk + t_belws * t_yxsnq)
             - (t_z4go7 * t_dnnxk + t_belws * t_htizu)
             + (a3_v1 * t_dnnxk_2 - K43 * t_i3b73)
             + (t_wrgts * t_dnnxk_2 + K43 * t_h6nsv)
             - K44 * t_cviki
-            - t_hig3c_6 * t_tduzp
+            - t_hig3c_3 * t_tduzp
             - (t_37lel * t_dnnxk + t_belws * t_izkjb)
             + (t_g54r5 * t_dnnxk_2 + K43 * t_rrgqa)
             - t_v4o5s
@@ -29156,22 +29156,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (t_vhcjl * t_afo5h + K_L43 * t_w6fea)
         )
         t_r6h7w = t_ae46j * t_tlnp4 + t_cawlo * t_o3gyj + (K_L43 * t_65yvy + t_e6q5b * t_afo5h)
-        t_gsxk4 = t_oja3l_2 * t_6dtnj
-        t_uhy5w = t_77nhz - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4)
-        t_svdpp = t_uhy5w * t_6dtnj_2 - t_bintu_5 * t_ztgih
+        t_gsxk4 = t_oja3l_2 * t_6dtnj_4
+        t_uhy5w = t_77nhz - (t_thnvm * t_u5rk4_3 + t_f2nhc_2 * t_gsxk4)
+        t_svdpp = t_uhy5w * t_6dtnj_5 - t_bintu_5 * t_ztgih
         t_sxzpu = (
             t_mma3c
             - (K_L52 * t_xocma + t_7exg5 * t_svdpp)
-            - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4)
+            - (t_f2nhc * t_gsxk4 - t_thnvm * t_u5rk4_4)
         )
-        t_dgo5i = t_sxzpu * t_6dtnj_3 - t_bintu_6 * t_nmm6d
+        t_dgo5i = t_sxzpu * t_6dtnj_6 - t_bintu_6 * t_nmm6d
         t_rbbr3 = (
             t_izs7f
             + (K_L52 * t_tlnp4 + t_cawlo * t_svdpp)
             - (K_L53 * t_65yvy + t_e6q5b * t_dgo5i)
-            - t_hig3c_6 * t_gsxk4
+            - t_hig3c_3 * t_gsxk4
         )
-        t_4fx56_2 = t_rbbr3 * t_6dtnj_4 + t_bintu_7 * t_r6h7w
+        t_4fx56_2 = t_rbbr3 * t_6dtnj_7 + t_bintu_7 * t_r6h7w
         t_juk4v = t_e3pd3 - e2 * t_iwtfp
         t_ugfpt = sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p
         t_bu6uv_2 = tn44_2 * t_so6aj
@@ -29207,22 +29207,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L54 * t_rbbr3 + t_sjdff * t_4fx56_2)
             - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4)
         )
-        t_gsxk4_2 = t_oja3l * t_6dtnj
-        t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2)
-        t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw_3 * t_ztgih
+        t_gsxk4_2 = t_oja3l * t_6dtnj_4
+        t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_3 - t_f2nhc_2 * t_gsxk4_2)
+        t_qcwbd = t_dshy3 * t_6dtnj_5 - t_l3pbw_3 * t_ztgih
         t_a4laa = (
             t_yjwot
             + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-            + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2)
+            + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc * t_gsxk4_2)
         )
-        t_zz2lj = t_a4laa * t_6dtnj_3 - t_bintu_8 * t_nmm6d
+        t_zz2lj = t_a4laa * t_6dtnj_6 - t_bintu_8 * t_nmm6d
         t_e4xza = (
             t_izs7f_2
             - (t_o5wmi * t_tlnp4 + t_cawlo * t_qcwbd)
             - (K_L63 * t_65yvy + t_e6q5b * t_zz2lj)
-            + t_hig3c_6 * t_gsxk4_2
+            + t_hig3c_3 * t_gsxk4_2
         )
-        t_mczja_2 = t_e4xza * t_6dtnj_4 + t_bintu_9 * t_r6h7w
+        t_mczja_2 = t_e4xza * t_6dtnj_7 + t_bintu_9 * t_r6h7w
         t_nfsm4 = (
             t_t7pet
             + (t_o5wmi * t_uhy5w + t_7exg5_2 * t_qcwbd)
@@ -29230,7 +29230,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - (K_L64 * t_rbbr3 + t_sjdff * t_mczja_2)
             - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2)
         )
-        t_ea4g2 = t_nfsm4 * t_6dtnj_5 - t_bintu_10 * t_eql56
+        t_ea4g2 = t_nfsm4 * t_6dtnj_8 - t_bintu_10 * t_eql56
         t_maktp = cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2
         t_ojutn = (
             t_bknng * t_z5auc_13
@@ -29239,14 +29239,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (K66 * t_h432d + G3_v1 * t_bu6uv_2)
             + (t_6iku5_2 * t_3pr4v - t_arpa7 * t_oja3l)
             + (t_6iku5_2 * t_qdddz - t_5a3aj * t_oja3l)
-            + (a2_v1 * t_pwjew + t_edvw3_2 * t_yxsnq)
-            + (t_z4go7 * t_pwjew + t_edvw3_2 * t_htizu)
+            + (a2_v1 * t_pwjew + t_edvw3 * t_yxsnq)
+            + (t_z4go7 * t_pwjew + t_edvw3 * t_htizu)
             - (a3_v1 * t_yjwot - K63 * t_i3b73)
             - (t_wrgts * t_yjwot + K63 * t_h6nsv)
             + (t_bewoy * t_izs7f_2 + K64 * t_cviki)
             - t_bknng * t_pdzxe_13
             + (t_6iku5_2 * t_tduzp - t_6kh3y * t_oja3l)
-            + (t_37lel * t_pwjew + t_edvw3_2 * t_izkjb)
+            + (t_37lel * t_pwjew + t_edvw3 * t_izkjb)
             - (t_g54r5 * t_yjwot + K63 * t_rrgqa)
             + t_maktp
         )
@@ -29267,22 +29267,22 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (K_L65 * t_nfsm4 + t_eq4wy * t_ea4g2)
         )
         t_fcxeq = t_zbebr * t_6dtnj_9 - t_itqoj * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_6bwri)
-        t_vl4d6 = t_5nxpu * t_6dtnj_5 - t_zt5qz * t_eql56 - (t_dcknb * t_ea4g2 + K_L65 * t_fcxeq)
+        t_vl4d6 = t_5nxpu * t_6dtnj_8 - t_zt5qz * t_eql56 - (t_dcknb * t_ea4g2 + K_L65 * t_fcxeq)
         t_entta = (
-            t_sxalm * t_6dtnj_4
+            t_sxalm * t_6dtnj_7
             + t_a6l3v * t_r6h7w
             - (t_uddr7 * t_4fx56_2 + K_L54 * t_vl4d6)
             - (t_dcknb * t_mczja_2 + K_L64 * t_fcxeq)
         )
         t_qk6t4 = (
-            t_w6fea * t_6dtnj_3
+            t_w6fea * t_6dtnj_6
             - t_y267s * t_nmm6d
             - (t_qn62h * t_afo5h + K_L43 * t_entta)
             - (t_uddr7 * t_dgo5i + K_L53 * t_vl4d6)
             - (t_dcknb * t_zz2lj + K_L63 * t_fcxeq)
         )
         t_ve5hq = (
-            t_wmigc * t_6dtnj_2
+            t_wmigc * t_6dtnj_5
             - t_2did4 * t_ztgih
             - (t_wkjm3 * t_b7jjc + K_L32 * t_qk6t4)
             + (t_qn62h * t_o3gyj + t_ae46j * t_entta)
@@ -29290,20 +29290,20 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + (t_dcknb * t_qcwbd + t_o5wmi * t_fcxeq)
         )
         t_pzu4a = (
-            t_bgade * t_6dtnj
+            t_bgade * t_6dtnj_4
             + (t_qgxvl * t_yrmpr + t_gousg * t_ve5hq)
             + (t_gousg_2 * t_qk6t4 - t_wkjm3 * t_yrmpr_2)
             + t_w6lcf * t_entta
             + (t_uddr7 * t_gsxk4 + t_thnvm * t_vl4d6)
             + (t_thnvm_2 * t_fcxeq - t_dcknb * t_gsxk4_2)
         )
-        t_v2rui = t_lgf4h + t_lgf4h
+        t_v2rui = t_lgf4h_2 + t_lgf4h_2
         t_ipold = theta1_dot * t_v2rui
         t_angoh = t_mgpcw + t_mgpcw
         t_5ctpc = t_angoh + t_ipold - wx * t_v2rui
         t_3wwg6 = (
             t_hyv47 * (I1 * eps1)
-            + t_wdxch * (t_4maxk * t_v2rui - (t_lgf4h_2 * t_ipold + t_lgf4h_2 * t_5ctpc))
+            + t_wdxch * (t_4maxk * t_v2rui - (t_lgf4h * t_ipold + t_lgf4h * t_5ctpc))
         )
         t_utm3f = (
             t_hyv47 * (t_2ksfs * eps1 + (cdy_phi1 * D1 + t_4pqij * t_n4yir))
@@ -29316,7 +29316,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - f_v1_L31 * t_3wwg6
             + f_v1_L32 * t_ie7ec
         )
-        t_m7qln = t_7yzal * t_6dtnj_7
+        t_m7qln = t_7yzal * t_6dtnj_2
         t_plqy5_2 = t_plqy5 + t_plqy5
         t_chz6j = th_1 * (I1 * t_plqy5_2)
         t_5y6gd = cos_theta1 * t_chz6j
@@ -29324,7 +29324,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_333yc = k1 * eps1
         t_rkxcf = sin_phi1 * t_77voe + cos_phi1 * t_333yc
         t_r76ai = t_5y6gd + sin_theta1 * t_rkxcf
-        t_2jedw = t_ie7ec * t_6dtnj_6 + f_v1_L32 * t_m7qln
+        t_2jedw = t_ie7ec * t_6dtnj + f_v1_L32 * t_m7qln
         t_rn2c5 = t_hyv47 * D1
         t_qv367 = x_C * t_m7qln + w1 * (gy_phi1 * t_rn2c5)
         t_5xnle = x_C * t_2jedw + w2 * (gz_phi1 * t_rn2c5)
@@ -29332,7 +29332,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_lakzj = (
             K52 * t_m7qln
             - t_r76ai
-            - t_edvw3_2 * t_2jedw
+            - t_edvw3 * t_2jedw
             + K22 * t_qv367
             + K32 * t_5xnle
             + t_belws * t_g7phx
@@ -29342,10 +29342,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_rkxcf_2
             + t_6iku5 * t_m7qln
             + t_6iku5_2 * t_2jedw
-            + t_f2nhc * t_qv367
-            + t_f2nhc_2 * t_5xnle
+            + t_f2nhc_2 * t_qv367
+            + t_f2nhc * t_5xnle
         )
-        t_sgble = t_hig3c_6 * t_g7phx - t_wr7dp
+        t_sgble = t_hig3c_3 * t_g7phx - t_wr7dp
         t_5y6gd_2 = sin_theta1 * t_chz6j
         t_r76ai_2 = t_5y6gd_2 - cos_theta1 * t_rkxcf
         t_h3ber = (
@@ -29356,19 +29356,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_5xnle
             - K43 * t_g7phx
         )
-        t_7gdfv = K11 * t_sgble - t_f2nhc * t_lakzj - t_f2nhc_2 * t_h3ber
+        t_7gdfv = K11 * t_sgble - t_f2nhc_2 * t_lakzj - t_f2nhc * t_h3ber
         t_iurpc = (
             t_2qjkk * t_7gdfv
             - PP_v1 * (t_w22j3 * t_sgble + t_w22j3_2 * t_lakzj + t_w22j3_3 * t_h3ber)
         )
-        t_jixut_2 = (np.where(m_nsst6, t_x2afy * t_iurpc * t_kntxo, 0.0) - t_7gdfv) * t_6dtnj_8
-        t_kpntb = t_lakzj - t_f2nhc * t_jixut_2
+        t_jixut_2 = (np.where(m_nsst6, t_x2afy * t_iurpc * t_kntxo, 0.0) - t_7gdfv) * t_6dtnj_3
+        t_kpntb = t_lakzj - t_f2nhc_2 * t_jixut_2
         t_fzkuf_2 = t_q2hfz * (t_5x4sb * (t_kpntb * t_y7rm6))
         t_oesw4_10 = t_fzkuf_2 * t_nwsjf
         t_iubif_14 = t_bw2jd * (t_3iu34 * t_oesw4_10)
         t_27ev7_14 = F * (sin_t_6qa42 * t_iubif_14)
         t_wzmp3_14 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_14), 0.0)
-        t_wiih7 = t_h3ber - t_f2nhc_2 * t_jixut_2
+        t_wiih7 = t_h3ber - t_f2nhc * t_jixut_2
         t_aqnqi_2 = (
             t_wiih7 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_2 * t_nwsjf_2)), 0.0)
@@ -29397,28 +29397,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_14 = F * (cos_t_wuiya * t_oesw4_10)
         t_iz4zu_2 = np.where(m_el4yy, t_s7ixe_14, 0.0) - t_kpntb + t_gousg * t_hsftr_2
         t_z5auc_14 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_14), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_14), 0.0)
-        t_24yiu_2 = (t_gousg_2 * t_hsftr_2 - (t_z5auc_14 + t_wiih7) - K_L32 * t_iz4zu_2) * t_6dtnj_3
-        t_jzkve_10 = t_iz4zu_2 * t_6dtnj_2 - K_L32 * t_24yiu_2
-        t_pa2bf_4 = t_hsftr_2 * t_6dtnj + t_gousg * t_jzkve_10 + t_gousg_2 * t_24yiu_2
+        t_24yiu_2 = (t_gousg_2 * t_hsftr_2 - (t_z5auc_14 + t_wiih7) - K_L32 * t_iz4zu_2) * t_6dtnj_6
+        t_jzkve_10 = t_iz4zu_2 * t_6dtnj_5 - K_L32 * t_24yiu_2
+        t_pa2bf_4 = t_hsftr_2 * t_6dtnj_4 + t_gousg * t_jzkve_10 + t_gousg_2 * t_24yiu_2
         t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_o7cco_14 + np.where(m_uklky, t_irojk_2 * t_wmzoo_14, 0.0))
         t_ycqju_14 = t_ilple_14 - t_s7ixe_14
         t_bac74_10 = np.where(m_el4yy, t_ycqju_14, 0.0) + t_gousg * t_cgxsm_14
         t_pdzxe_14 = F * t_5pi5x_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14)
-        t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_3
-        t_2gufb_10 = t_bac74_10 * t_6dtnj_2 - K_L32 * t_5aqsz_10
-        t_zws6c_10 = t_cgxsm_14 * t_6dtnj + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10
+        t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_6
+        t_2gufb_10 = t_bac74_10 * t_6dtnj_5 - K_L32 * t_5aqsz_10
+        t_zws6c_10 = t_cgxsm_14 * t_6dtnj_4 + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10
         t_5e3jb = (
             t_m5mgy
             + K54 * t_m7qln
             + K64 * t_2jedw
-            - t_hig3c_6 * t_jixut_2
-            - t_hig3c_6 * t_pa2bf_4
+            - t_hig3c_3 * t_jixut_2
+            - t_hig3c_3 * t_pa2bf_4
             - t_belws * t_qv367
             - t_belws * t_jzkve_10
             + K43 * t_5xnle
             + K43 * t_24yiu_2
             - K44 * t_g7phx
-            - t_hig3c_6 * t_zws6c_10
+            - t_hig3c_3 * t_zws6c_10
             - t_belws * t_2gufb_10
             + K43 * t_5aqsz_10
             - t_m5mgy
@@ -29460,14 +29460,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_2jedw
             + t_6iku5_2 * t_jixut_2
             + t_6iku5_2 * t_pa2bf_4
-            + t_edvw3_2 * t_qv367
-            + t_edvw3_2 * t_jzkve_10
+            + t_edvw3 * t_qv367
+            + t_edvw3 * t_jzkve_10
             - K63 * t_5xnle
             - K63 * t_24yiu_2
             + K64 * t_g7phx
             - t_bknng * t_pdzxe_14
             + t_6iku5_2 * t_zws6c_10
-            + t_edvw3_2 * t_2gufb_10
+            + t_edvw3 * t_2gufb_10
             - K63 * t_5aqsz_10
             + t_4lqzh
         )
@@ -29481,18 +29481,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_ttvdw
         )
         t_2wnxs_2 = t_evjw4 * t_6dtnj_9
-        t_dwg3j = t_ttvdw * t_6dtnj_5 - K_L65 * t_2wnxs_2
-        t_jm5dk = t_5e3jb * t_6dtnj_4 - K_L54 * t_dwg3j - K_L64 * t_2wnxs_2
-        t_e3ob7 = t_z55p5 * t_6dtnj_3 - K_L43 * t_jm5dk - K_L53 * t_dwg3j - K_L63 * t_2wnxs_2
+        t_dwg3j = t_ttvdw * t_6dtnj_8 - K_L65 * t_2wnxs_2
+        t_jm5dk = t_5e3jb * t_6dtnj_7 - K_L54 * t_dwg3j - K_L64 * t_2wnxs_2
+        t_e3ob7 = t_z55p5 * t_6dtnj_6 - K_L43 * t_jm5dk - K_L53 * t_dwg3j - K_L63 * t_2wnxs_2
         t_a7sds = (
-            t_ooofu * t_6dtnj_2
+            t_ooofu * t_6dtnj_5
             - K_L32 * t_e3ob7
             + t_ae46j * t_jm5dk
             - K_L52 * t_dwg3j
             + t_o5wmi * t_2wnxs_2
         )
         t_kqcia = (
-            t_5qlyr * t_6dtnj
+            t_5qlyr * t_6dtnj_4
             + t_gousg * t_a7sds
             + t_gousg_2 * t_e3ob7
             + t_w6lcf * t_jm5dk
@@ -29506,12 +29506,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_g4lmd_2 = B_1 * t_7l5ed_2
         t_lmque_2 = t_7ucg7 - cos_phi1 * t_g4lmd_2
         t_5qvf3 = t_mqkrp + sin_theta1 * t_lmque_2
-        t_34aak = m1 * (wx * t_2vtqb) - (t_lgf4h * t_2zkgz + t_angoh)
+        t_34aak = m1 * (wx * t_2vtqb) - (t_lgf4h_2 * t_2zkgz + t_angoh)
         t_4we64 = eps1 + Dd_theta1
         t_cvylk = t_wdxch * (cz_theta1 * Dd_theta1 + cz_theta1 * t_4we64 - (cdz_theta1 * D_theta1 - t_4maxk * cy_theta1))
         t_vamne = (
             t_hyv47 * (I1 * t_34aak)
-            + t_wdxch * (Dd_theta1 * D_theta1 - (t_lgf4h_2 * Dd_theta1 + t_lgf4h_2 * t_4we64))
+            + t_wdxch * (Dd_theta1 * D_theta1 - (t_lgf4h * Dd_theta1 + t_lgf4h * t_4we64))
         )
         t_b64vc = t_wdxch * (cy_theta1 * Dd_theta1 + cy_theta1 * t_4we64 - (cdy_theta1 * D_theta1 + t_4maxk * t_jey6y))
         t_tfk7j = f_v1_L21 * t_vamne + (t_hyv47 * (t_2ksfs * t_34aak + t_4pqij * cz_phi1) - t_b64vc)
@@ -29521,8 +29521,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - f_v1_L31 * t_vamne
             + f_v1_L32 * t_tfk7j
         )
-        t_m6wz3 = t_3ybm6 * t_6dtnj_7
-        t_rtgny = t_tfk7j * t_6dtnj_6 + f_v1_L32 * t_m6wz3
+        t_m6wz3 = t_3ybm6 * t_6dtnj_2
+        t_rtgny = t_tfk7j * t_6dtnj + f_v1_L32 * t_m6wz3
         t_v7kvu = t_wdxch * D_theta1
         t_ij23r = x_C * t_m6wz3 + w1 * (gy_theta1 * t_v7kvu)
         t_s45gg = x_C * t_rtgny - w2 * (t_iouus * t_v7kvu)
@@ -29530,7 +29530,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_kko27 = (
             t_5qvf3
             + K52 * t_m6wz3
-            - t_edvw3_2 * t_rtgny
+            - t_edvw3 * t_rtgny
             + K22 * t_ij23r
             + K32 * t_s45gg
             + t_belws * t_qi5hz
@@ -29540,10 +29540,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_lmque_3
             + t_6iku5 * t_m6wz3
             + t_6iku5_2 * t_rtgny
-            + t_f2nhc * t_ij23r
-            + t_f2nhc_2 * t_s45gg
+            + t_f2nhc_2 * t_ij23r
+            + t_f2nhc * t_s45gg
         )
-        t_z6o7y = t_hig3c_6 * t_qi5hz - t_l3mme
+        t_z6o7y = t_hig3c_3 * t_qi5hz - t_l3mme
         t_mqkrp_2 = sin_theta1 * t_eaygj
         t_5qvf3_2 = cos_theta1 * t_lmque_2 - t_mqkrp_2
         t_lcwjx = (
@@ -29554,19 +29554,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_s45gg
             - K43 * t_qi5hz
         )
-        t_bz24n = K11 * t_z6o7y - t_f2nhc * t_kko27 - t_f2nhc_2 * t_lcwjx
+        t_bz24n = K11 * t_z6o7y - t_f2nhc_2 * t_kko27 - t_f2nhc * t_lcwjx
         t_n2isy = (
             t_2qjkk * t_bz24n
             - PP_v1 * (t_w22j3 * t_z6o7y + t_w22j3_2 * t_kko27 + t_w22j3_3 * t_lcwjx)
         )
-        t_jixut_3 = (np.where(m_nsst6, t_x2afy * t_n2isy * t_kntxo, 0.0) - t_bz24n) * t_6dtnj_8
-        t_itja6 = t_kko27 - t_f2nhc * t_jixut_3
+        t_jixut_3 = (np.where(m_nsst6, t_x2afy * t_n2isy * t_kntxo, 0.0) - t_bz24n) * t_6dtnj_3
+        t_itja6 = t_kko27 - t_f2nhc_2 * t_jixut_3
         t_fzkuf_3 = t_q2hfz * (t_5x4sb * (t_itja6 * t_y7rm6))
         t_oesw4_11 = t_fzkuf_3 * t_nwsjf
         t_iubif_15 = t_bw2jd * (t_3iu34 * t_oesw4_11)
         t_27ev7_15 = F * (sin_t_6qa42 * t_iubif_15)
         t_wzmp3_15 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_15), 0.0)
-        t_bvf5t = t_lcwjx - t_f2nhc_2 * t_jixut_3
+        t_bvf5t = t_lcwjx - t_f2nhc * t_jixut_3
         t_aqnqi_3 = (
             t_bvf5t * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_3 * t_nwsjf_2)), 0.0)
@@ -29595,28 +29595,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_15 = F * (cos_t_wuiya * t_oesw4_11)
         t_iz4zu_3 = np.where(m_el4yy, t_s7ixe_15, 0.0) - t_itja6 + t_gousg * t_hsftr_3
         t_z5auc_15 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_15), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_15), 0.0)
-        t_24yiu_3 = (t_gousg_2 * t_hsftr_3 - (t_z5auc_15 + t_bvf5t) - K_L32 * t_iz4zu_3) * t_6dtnj_3
-        t_jzkve_11 = t_iz4zu_3 * t_6dtnj_2 - K_L32 * t_24yiu_3
-        t_pa2bf_5 = t_hsftr_3 * t_6dtnj + t_gousg * t_jzkve_11 + t_gousg_2 * t_24yiu_3
+        t_24yiu_3 = (t_gousg_2 * t_hsftr_3 - (t_z5auc_15 + t_bvf5t) - K_L32 * t_iz4zu_3) * t_6dtnj_6
+        t_jzkve_11 = t_iz4zu_3 * t_6dtnj_5 - K_L32 * t_24yiu_3
+        t_pa2bf_5 = t_hsftr_3 * t_6dtnj_4 + t_gousg * t_jzkve_11 + t_gousg_2 * t_24yiu_3
         t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_o7cco_15 + np.where(m_uklky, t_irojk_2 * t_wmzoo_15, 0.0))
         t_ycqju_15 = t_ilple_15 - t_s7ixe_15
         t_bac74_11 = np.where(m_el4yy, t_ycqju_15, 0.0) + t_gousg * t_cgxsm_15
         t_pdzxe_15 = F * t_5pi5x_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15)
-        t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_3
-        t_2gufb_11 = t_bac74_11 * t_6dtnj_2 - K_L32 * t_5aqsz_11
-        t_zws6c_11 = t_cgxsm_15 * t_6dtnj + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11
+        t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_6
+        t_2gufb_11 = t_bac74_11 * t_6dtnj_5 - K_L32 * t_5aqsz_11
+        t_zws6c_11 = t_cgxsm_15 * t_6dtnj_4 + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11
         t_r5itf = (
             t_lcopv
             + K54 * t_m6wz3
             + K64 * t_rtgny
-            - t_hig3c_6 * t_jixut_3
-            - t_hig3c_6 * t_pa2bf_5
+            - t_hig3c_3 * t_jixut_3
+            - t_hig3c_3 * t_pa2bf_5
             - t_belws * t_ij23r
             - t_belws * t_jzkve_11
             + K43 * t_s45gg
             + K43 * t_24yiu_3
             - K44 * t_qi5hz
-            - t_hig3c_6 * t_zws6c_11
+            - t_hig3c_3 * t_zws6c_11
             - t_belws * t_2gufb_11
             + K43 * t_5aqsz_11
             - t_lcopv
@@ -29657,14 +29657,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_rtgny
             + t_6iku5_2 * t_jixut_3
             + t_6iku5_2 * t_pa2bf_5
-            + t_edvw3_2 * t_ij23r
-            + t_edvw3_2 * t_jzkve_11
+            + t_edvw3 * t_ij23r
+            + t_edvw3 * t_jzkve_11
             - K63 * t_s45gg
             - K63 * t_24yiu_3
             + K64 * t_qi5hz
             - t_bknng * t_pdzxe_15
             + t_6iku5_2 * t_zws6c_11
-            + t_edvw3_2 * t_2gufb_11
+            + t_edvw3 * t_2gufb_11
             - K63 * t_5aqsz_11
             + t_asqae
         )
@@ -29678,18 +29678,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_27sf7
         )
         t_2wnxs_3 = t_buezg * t_6dtnj_9
-        t_o3ri7 = t_27sf7 * t_6dtnj_5 - K_L65 * t_2wnxs_3
-        t_joc7i = t_r5itf * t_6dtnj_4 - K_L54 * t_o3ri7 - K_L64 * t_2wnxs_3
-        t_e3ob7_2 = t_ptres * t_6dtnj_3 - K_L43 * t_joc7i - K_L53 * t_o3ri7 - K_L63 * t_2wnxs_3
+        t_o3ri7 = t_27sf7 * t_6dtnj_8 - K_L65 * t_2wnxs_3
+        t_joc7i = t_r5itf * t_6dtnj_7 - K_L54 * t_o3ri7 - K_L64 * t_2wnxs_3
+        t_e3ob7_2 = t_ptres * t_6dtnj_6 - K_L43 * t_joc7i - K_L53 * t_o3ri7 - K_L63 * t_2wnxs_3
         t_a7sds_2 = (
-            t_7qxpd * t_6dtnj_2
+            t_7qxpd * t_6dtnj_5
             - K_L32 * t_e3ob7_2
             + t_ae46j * t_joc7i
             - K_L52 * t_o3ri7
             + t_o5wmi * t_2wnxs_3
         )
         t_zaibg = (
-            t_qpgq7 * t_6dtnj
+            t_qpgq7 * t_6dtnj_4
             + t_gousg * t_a7sds_2
             + t_gousg_2 * t_e3ob7_2
             + t_w6lcf * t_joc7i
@@ -29701,20 +29701,20 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_ejlpy = t_angoh_2 + t_gv66t - t_rfj2a
         t_jy26o = (
             t_pi35k * (I2 * eps2)
-            + t_iyr6v * (t_qu7qb * t_4lhcb - (t_6pfo6_2 * t_gv66t + t_6pfo6_2 * t_ejlpy))
+            + t_iyr6v * (t_qu7qb * t_4lhcb - (t_6pfo6 * t_gv66t + t_6pfo6 * t_ejlpy))
         )
         t_gxagu = (
             t_pi35k * (t_zshn6 * eps2 + (cdy_phi2 * D2 + t_lzacu * t_epql5))
-            - t_iyr6v * (cy_theta2 * t_gv66t + cy_theta2 * t_ejlpy - t_qu7qb * t_erw3p)
+            - t_iyr6v * (cy_theta2 * t_gv66t + cy_theta2 * t_ejlpy - t_qu7qb * t_erw3p_2)
         )
         t_confx = f_v1_L21 * t_jy26o + t_gxagu
         t_2ayk7 = (
             t_pi35k * (cz_phi2 * eps2 - (cdz_phi2 * D2 - t_lzacu * t_ipyra))
-            + t_iyr6v * (cz_theta2 * t_gv66t + cz_theta2 * t_ejlpy - t_qu7qb * t_erw3p_2)
+            + t_iyr6v * (cz_theta2 * t_gv66t + cz_theta2 * t_ejlpy - t_qu7qb * t_erw3p)
             - f_v1_L31 * t_jy26o
             + f_v1_L32 * t_confx
         )
-        t_ns2yt = t_2ayk7 * t_6dtnj_7
+        t_ns2yt = t_2ayk7 * t_6dtnj_2
         t_a3tjf_2 = t_a3tjf + t_a3tjf
         t_scpzb = th_2 * (I2 * t_a3tjf_2)
         t_ffhve = cos_theta2 * t_scpzb
@@ -29722,7 +29722,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_wktgs = k2 * eps2
         t_lejiq = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs
         t_twnno = t_ffhve + sin_theta2 * t_lejiq
-        t_jowlf = t_confx * t_6dtnj_6 + f_v1_L32 * t_ns2yt
+        t_jowlf = t_confx * t_6dtnj + f_v1_L32 * t_ns2yt
         t_6ufmn = t_pi35k * D2
         t_npj77 = x_C * t_ns2yt + w1 * (gy_phi2 * t_6ufmn)
         t_b3dll = x_C * t_jowlf + w2 * (gz_phi2 * t_6ufmn)
@@ -29730,7 +29730,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_nkgtc = (
             K52 * t_ns2yt
             - t_twnno
-            - t_edvw3_2 * t_jowlf
+            - t_edvw3 * t_jowlf
             + K22 * t_npj77
             + K32 * t_b3dll
             + t_belws * t_gzqg6
@@ -29740,10 +29740,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_lejiq_2
             + t_6iku5 * t_ns2yt
             + t_6iku5_2 * t_jowlf
-            + t_f2nhc * t_npj77
-            + t_f2nhc_2 * t_b3dll
+            + t_f2nhc_2 * t_npj77
+            + t_f2nhc * t_b3dll
         )
-        t_r6wmy = t_hig3c_6 * t_gzqg6 - t_bahnb
+        t_r6wmy = t_hig3c_3 * t_gzqg6 - t_bahnb
         t_ffhve_2 = sin_theta2 * t_scpzb
         t_twnno_2 = t_ffhve_2 - cos_theta2 * t_lejiq
         t_e4i26 = (
@@ -29754,19 +29754,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_b3dll
             - K43 * t_gzqg6
         )
-        t_gpzhv = K11 * t_r6wmy - t_f2nhc * t_nkgtc - t_f2nhc_2 * t_e4i26
+        t_gpzhv = K11 * t_r6wmy - t_f2nhc_2 * t_nkgtc - t_f2nhc * t_e4i26
         t_l3n56 = (
             t_2qjkk * t_gpzhv
             - PP_v1 * (t_w22j3 * t_r6wmy + t_w22j3_2 * t_nkgtc + t_w22j3_3 * t_e4i26)
         )
-        t_jixut_4 = (np.where(m_nsst6, t_x2afy * t_l3n56 * t_kntxo, 0.0) - t_gpzhv) * t_6dtnj_8
-        t_ubcbm = t_nkgtc - t_f2nhc * t_jixut_4
+        t_jixut_4 = (np.where(m_nsst6, t_x2afy * t_l3n56 * t_kntxo, 0.0) - t_gpzhv) * t_6dtnj_3
+        t_ubcbm = t_nkgtc - t_f2nhc_2 * t_jixut_4
         t_fzkuf_4 = t_q2hfz * (t_5x4sb * (t_ubcbm * t_y7rm6))
         t_oesw4_12 = t_fzkuf_4 * t_nwsjf
         t_iubif_16 = t_bw2jd * (t_3iu34 * t_oesw4_12)
         t_27ev7_16 = F * (sin_t_6qa42 * t_iubif_16)
         t_wzmp3_16 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_16), 0.0)
-        t_i775c = t_e4i26 - t_f2nhc_2 * t_jixut_4
+        t_i775c = t_e4i26 - t_f2nhc * t_jixut_4
         t_aqnqi_4 = (
             t_i775c * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_4 * t_nwsjf_2)), 0.0)
@@ -29795,28 +29795,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_16 = F * (cos_t_wuiya * t_oesw4_12)
         t_iz4zu_4 = np.where(m_el4yy, t_s7ixe_16, 0.0) - t_ubcbm + t_gousg * t_hsftr_4
         t_z5auc_16 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_16), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_16), 0.0)
-        t_24yiu_4 = (t_gousg_2 * t_hsftr_4 - (t_z5auc_16 + t_i775c) - K_L32 * t_iz4zu_4) * t_6dtnj_3
-        t_jzkve_12 = t_iz4zu_4 * t_6dtnj_2 - K_L32 * t_24yiu_4
-        t_pa2bf_6 = t_hsftr_4 * t_6dtnj + t_gousg * t_jzkve_12 + t_gousg_2 * t_24yiu_4
+        t_24yiu_4 = (t_gousg_2 * t_hsftr_4 - (t_z5auc_16 + t_i775c) - K_L32 * t_iz4zu_4) * t_6dtnj_6
+        t_jzkve_12 = t_iz4zu_4 * t_6dtnj_5 - K_L32 * t_24yiu_4
+        t_pa2bf_6 = t_hsftr_4 * t_6dtnj_4 + t_gousg * t_jzkve_12 + t_gousg_2 * t_24yiu_4
         t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_o7cco_16 + np.where(m_uklky, t_irojk_2 * t_wmzoo_16, 0.0))
         t_ycqju_16 = t_ilple_16 - t_s7ixe_16
         t_bac74_12 = np.where(m_el4yy, t_ycqju_16, 0.0) + t_gousg * t_cgxsm_16
         t_pdzxe_16 = F * t_5pi5x_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16)
-        t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_3
-        t_2gufb_12 = t_bac74_12 * t_6dtnj_2 - K_L32 * t_5aqsz_12
-        t_zws6c_12 = t_cgxsm_16 * t_6dtnj + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12
+        t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_6
+        t_2gufb_12 = t_bac74_12 * t_6dtnj_5 - K_L32 * t_5aqsz_12
+        t_zws6c_12 = t_cgxsm_16 * t_6dtnj_4 + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12
         t_jx6mi = (
             t_wzxld
             + K54 * t_ns2yt
             + K64 * t_jowlf
-            - t_hig3c_6 * t_jixut_4
-            - t_hig3c_6 * t_pa2bf_6
+            - t_hig3c_3 * t_jixut_4
+            - t_hig3c_3 * t_pa2bf_6
             - t_belws * t_npj77
             - t_belws * t_jzkve_12
             + K43 * t_b3dll
             + K43 * t_24yiu_4
             - K44 * t_gzqg6
-            - t_hig3c_6 * t_zws6c_12
+            - t_hig3c_3 * t_zws6c_12
             - t_belws * t_2gufb_12
             + K43 * t_5aqsz_12
             - t_wzxld
@@ -29858,14 +29858,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_jowlf
             + t_6iku5_2 * t_jixut_4
             + t_6iku5_2 * t_pa2bf_6
-            + t_edvw3_2 * t_npj77
-            + t_edvw3_2 * t_jzkve_12
+            + t_edvw3 * t_npj77
+            + t_edvw3 * t_jzkve_12
             - K63 * t_b3dll
             - K63 * t_24yiu_4
             + K64 * t_gzqg6
             - t_bknng * t_pdzxe_16
             + t_6iku5_2 * t_zws6c_12
-            + t_edvw3_2 * t_2gufb_12
+            + t_edvw3 * t_2gufb_12
             - K63 * t_5aqsz_12
             + t_cqksd
         )
@@ -29879,18 +29879,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_j6yaj
         )
         t_2wnxs_4 = t_mwqxc * t_6dtnj_9
-        t_aqqn5 = t_j6yaj * t_6dtnj_5 - K_L65 * t_2wnxs_4
-        t_eywvp = t_jx6mi * t_6dtnj_4 - K_L54 * t_aqqn5 - K_L64 * t_2wnxs_4
-        t_xczfr = t_rmh5p * t_6dtnj_3 - K_L43 * t_eywvp - K_L53 * t_aqqn5 - K_L63 * t_2wnxs_4
+        t_aqqn5 = t_j6yaj * t_6dtnj_8 - K_L65 * t_2wnxs_4
+        t_eywvp = t_jx6mi * t_6dtnj_7 - K_L54 * t_aqqn5 - K_L64 * t_2wnxs_4
+        t_xczfr = t_rmh5p * t_6dtnj_6 - K_L43 * t_eywvp - K_L53 * t_aqqn5 - K_L63 * t_2wnxs_4
         t_vps25 = (
-            t_f4zjl * t_6dtnj_2
+            t_f4zjl * t_6dtnj_5
             - K_L32 * t_xczfr
             + t_ae46j * t_eywvp
             - K_L52 * t_aqqn5
             + t_o5wmi * t_2wnxs_4
         )
         t_l7yug = (
-            t_xelyu * t_6dtnj
+            t_xelyu * t_6dtnj_4
             + t_gousg * t_vps25
             + t_gousg_2 * t_xczfr
             + t_w6lcf * t_eywvp
@@ -29904,12 +29904,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_no7he_2 = B_2 * t_2heqs_2
         t_rtokx_2 = t_uxnqa - cos_phi2 * t_no7he_2
         t_rlx3l = t_xdvnw + sin_theta2 * t_rtokx_2
-        t_lkc2a = m2 * (wx * t_nmy6y) - (t_6pfo6 * t_m7bta + t_angoh_2)
+        t_lkc2a = m2 * (wx * t_nmy6y) - (t_6pfo6_2 * t_m7bta + t_angoh_2)
         t_z3l4t = eps2 + Dd_theta2
         t_el6hz = t_iyr6v * (cz_theta2 * Dd_theta2 + cz_theta2 * t_z3l4t - (cdz_theta2 * D_theta2 - t_qu7qb * cy_theta2))
         t_jidxj = (
             t_pi35k * (I2 * t_lkc2a)
-            + t_iyr6v * (Dd_theta2 * D_theta2 - (t_6pfo6_2 * Dd_theta2 + t_6pfo6_2 * t_z3l4t))
+            + t_iyr6v * (Dd_theta2 * D_theta2 - (t_6pfo6 * Dd_theta2 + t_6pfo6 * t_z3l4t))
         )
         t_x6yqe = t_iyr6v * (cy_theta2 * Dd_theta2 + cy_theta2 * t_z3l4t - (cdy_theta2 * D_theta2 + t_qu7qb * t_rdvkg))
         t_dtief = f_v1_L21 * t_jidxj + (t_pi35k * (t_zshn6 * t_lkc2a + t_lzacu * cz_phi2) - t_x6yqe)
@@ -29919,8 +29919,8 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - f_v1_L31 * t_jidxj
             + f_v1_L32 * t_dtief
         )
-        t_3niop = t_4vhse * t_6dtnj_7
-        t_5abkv = t_dtief * t_6dtnj_6 + f_v1_L32 * t_3niop
+        t_3niop = t_4vhse * t_6dtnj_2
+        t_5abkv = t_dtief * t_6dtnj + f_v1_L32 * t_3niop
         t_k2xmq = t_iyr6v * D_theta2
         t_5i4mt = x_C * t_3niop + w1 * (gy_theta2 * t_k2xmq)
         t_mzkkw = x_C * t_5abkv - w2 * (t_cfuim * t_k2xmq)
@@ -29928,7 +29928,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_hqxqm = (
             t_rlx3l
             + K52 * t_3niop
-            - t_edvw3_2 * t_5abkv
+            - t_edvw3 * t_5abkv
             + K22 * t_5i4mt
             + K32 * t_mzkkw
             + t_belws * t_j43tv
@@ -29938,10 +29938,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             t_rtokx_3
             + t_6iku5 * t_3niop
             + t_6iku5_2 * t_5abkv
-            + t_f2nhc * t_5i4mt
-            + t_f2nhc_2 * t_mzkkw
+            + t_f2nhc_2 * t_5i4mt
+            + t_f2nhc * t_mzkkw
         )
-        t_r5qxl = t_hig3c_6 * t_j43tv - t_e77cj
+        t_r5qxl = t_hig3c_3 * t_j43tv - t_e77cj
         t_xdvnw_2 = sin_theta2 * t_p7h4z
         t_rlx3l_2 = cos_theta2 * t_rtokx_2 - t_xdvnw_2
         t_rrxbg = (
@@ -29952,19 +29952,19 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             + K33 * t_mzkkw
             - K43 * t_j43tv
         )
-        t_nqul5 = K11 * t_r5qxl - t_f2nhc * t_hqxqm - t_f2nhc_2 * t_rrxbg
+        t_nqul5 = K11 * t_r5qxl - t_f2nhc_2 * t_hqxqm - t_f2nhc * t_rrxbg
         t_l7bgb = (
             t_2qjkk * t_nqul5
             - PP_v1 * (t_w22j3 * t_r5qxl + t_w22j3_2 * t_hqxqm + t_w22j3_3 * t_rrxbg)
         )
-        t_jixut_5 = (np.where(m_nsst6, t_x2afy * t_l7bgb * t_kntxo, 0.0) - t_nqul5) * t_6dtnj_8
-        t_ev2ow = t_hqxqm - t_f2nhc * t_jixut_5
+        t_jixut_5 = (np.where(m_nsst6, t_x2afy * t_l7bgb * t_kntxo, 0.0) - t_nqul5) * t_6dtnj_3
+        t_ev2ow = t_hqxqm - t_f2nhc_2 * t_jixut_5
         t_fzkuf_5 = t_q2hfz * (t_5x4sb * (t_ev2ow * t_y7rm6))
         t_oesw4_13 = t_fzkuf_5 * t_nwsjf
         t_iubif_17 = t_bw2jd * (t_3iu34 * t_oesw4_13)
         t_27ev7_17 = F * (sin_t_6qa42 * t_iubif_17)
         t_wzmp3_17 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_17), 0.0)
-        t_ocblx = t_rrxbg - t_f2nhc_2 * t_jixut_5
+        t_ocblx = t_rrxbg - t_f2nhc * t_jixut_5
         t_aqnqi_5 = (
             t_ocblx * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_5 * t_nwsjf_2)), 0.0)
@@ -29993,28 +29993,28 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_s7ixe_17 = F * (cos_t_wuiya * t_oesw4_13)
         t_iz4zu_5 = np.where(m_el4yy, t_s7ixe_17, 0.0) - t_ev2ow + t_gousg * t_hsftr_5
         t_z5auc_17 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_17), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_17), 0.0)
-        t_24yiu_5 = (t_gousg_2 * t_hsftr_5 - (t_z5auc_17 + t_ocblx) - K_L32 * t_iz4zu_5) * t_6dtnj_3
-        t_jzkve_13 = t_iz4zu_5 * t_6dtnj_2 - K_L32 * t_24yiu_5
-        t_pa2bf_7 = t_hsftr_5 * t_6dtnj + t_gousg * t_jzkve_13 + t_gousg_2 * t_24yiu_5
+        t_24yiu_5 = (t_gousg_2 * t_hsftr_5 - (t_z5auc_17 + t_ocblx) - K_L32 * t_iz4zu_5) * t_6dtnj_6
+        t_jzkve_13 = t_iz4zu_5 * t_6dtnj_5 - K_L32 * t_24yiu_5
+        t_pa2bf_7 = t_hsftr_5 * t_6dtnj_4 + t_gousg * t_jzkve_13 + t_gousg_2 * t_24yiu_5
         t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_o7cco_17 + np.where(m_uklky, t_irojk_2 * t_wmzoo_17, 0.0))
         t_ycqju_17 = t_ilple_17 - t_s7ixe_17
         t_bac74_13 = np.where(m_el4yy, t_ycqju_17, 0.0) + t_gousg * t_cgxsm_17
         t_pdzxe_17 = F * t_5pi5x_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17)
-        t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_3
-        t_2gufb_13 = t_bac74_13 * t_6dtnj_2 - K_L32 * t_5aqsz_13
-        t_zws6c_13 = t_cgxsm_17 * t_6dtnj + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13
+        t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_6
+        t_2gufb_13 = t_bac74_13 * t_6dtnj_5 - K_L32 * t_5aqsz_13
+        t_zws6c_13 = t_cgxsm_17 * t_6dtnj_4 + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13
         t_dehrs = (
             t_tuxd7
             + K54 * t_3niop
             + K64 * t_5abkv
-            - t_hig3c_6 * t_jixut_5
-            - t_hig3c_6 * t_pa2bf_7
+            - t_hig3c_3 * t_jixut_5
+            - t_hig3c_3 * t_pa2bf_7
             - t_belws * t_5i4mt
             - t_belws * t_jzkve_13
             + K43 * t_mzkkw
             + K43 * t_24yiu_5
             - K44 * t_j43tv
-            - t_hig3c_6 * t_zws6c_13
+            - t_hig3c_3 * t_zws6c_13
             - t_belws * t_2gufb_13
             + K43 * t_5aqsz_13
             - t_tuxd7
@@ -30055,14 +30055,14 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K66 * t_5abkv
             + t_6iku5_2 * t_jixut_5
             + t_6iku5_2 * t_pa2bf_7
-            + t_edvw3_2 * t_5i4mt
-            + t_edvw3_2 * t_jzkve_13
+            + t_edvw3 * t_5i4mt
+            + t_edvw3 * t_jzkve_13
             - K63 * t_mzkkw
             - K63 * t_24yiu_5
             + K64 * t_j43tv
             - t_bknng * t_pdzxe_17
             + t_6iku5_2 * t_zws6c_13
-            + t_edvw3_2 * t_2gufb_13
+            + t_edvw3 * t_2gufb_13
             - K63 * t_5aqsz_13
             + t_xfv6t
         )
@@ -30076,18 +30076,18 @@ def lyapunov_v1_loop_jac(q, r, p, c):
             - K_L65 * t_ujhpr
         )
         t_2wnxs_5 = t_2q75x * t_6dtnj_9
-        t_tna2h = t_ujhpr * t_6dtnj_5 - K_L65 * t_2wnxs_5
-        t_joc7i_2 = t_dehrs * t_6dtnj_4 - K_L54 * t_tna2h - K_L64 * t_2wnxs_5
-        t_xczfr_2 = t_ne6ar * t_6dtnj_3 - K_L43 * t_joc7i_2 - K_L53 * t_tna2h - K_L63 * t_2wnxs_5
+        t_tna2h = t_ujhpr * t_6dtnj_8 - K_L65 * t_2wnxs_5
+        t_joc7i_2 = t_dehrs * t_6dtnj_7 - K_L54 * t_tna2h - K_L64 * t_2wnxs_5
+        t_xczfr_2 = t_ne6ar * t_6dtnj_6 - K_L43 * t_joc7i_2 - K_L53 * t_tna2h - K_L63 * t_2wnxs_5
         t_vps25_2 = (
-            t_ygb7y * t_6dtnj_2
+            t_ygb7y * t_6dtnj_5
             - K_L32 * t_xczfr_2
             + t_ae46j * t_joc7i_2
             - K_L52 * t_tna2h
             + t_o5wmi * t_2wnxs_5
         )
         t_egrc5 = (
-            t_b3yk4 * t_6dtnj
+            t_b3yk4 * t_6dtnj_4
             + t_gousg * t_vps25_2
             + t_gousg_2 * t_xczfr_2
             + t_w6lcf * t_joc7i_2
@@ -30916,20 +30916,229 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         along_theta1_dot = along_x[..., 14]
         along_phi2_dot = along_x[..., 15]
         along_theta2_dot = along_x[..., 16]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        q_1 = sin_phi1 * l1
+        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
+        th_1 = m1 * t_d2zbw
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        t_ownis = Wn1 * lc_1
+        t_plqy5 = chi1 * l1
+        t_l5lry = p1 + phi1_dot
+        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
+        loss_theta1 = eps1 * theta1_dot
+        t_djlym = zeta1 * I1 - loss_theta1 * q_1
+        F_n1 = th_1 * t_djlym
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
+        th_2 = m2 * t_ri6qi
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        t_cmacw = Wn2 * lc_2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        t_a3tjf = chi2 * l2
+        p2 = Wn2 + phi2_dot
+        t_dkl52 = p2 + phi2_dot
+        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
+        loss_theta2 = eps2 * theta2_dot
+        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
+        F_n2 = th_2 * t_c6wyu
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_t6fx5 = 1.0 / r8
+        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        t_yjeu3 = 1.0 / r6
+        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_ma4ro = 1.0 / r4
+        t_7fmkp = (wx * w3 + g1_v2) * t_ma4ro
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_7fmkp
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_7awx3 = (
+            t_pc5rt * sin_phi1
+            + t_63ozv * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v2 * t_6iku5
+            + G3_v2 * t_6iku5_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_edvw3
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_belws * t_7fmkp
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_xyuxl = q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2
+        t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl
+        root_v2 = np.sqrt(np.fmax(0.0, t_xklq7))
+        t_6dtnj = 1.0 / PP_v2
+        ax_v2 = (root_v2 - Pq_v2) * t_6dtnj
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_y7rm6 = 1.0 / F
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        t_whut6 = f2_v2 * t_y7rm6
+        t_yel6o = np.fmin(1.0, t_whut6)
+        sin_d2_v2 = np.fmax(-1.0, t_yel6o)
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        t_n42kg = -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))
+        t_6xn6x = np.fmin(1.0, t_n42kg)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, t_6xn6x))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        m_2qz6z = (t_xklq7 < 0.0)
+        t_arpa7 = (np.where(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj
+        t_jakkp = q2_v2 - t_f2nhc_2 * t_arpa7
+        t_m4lrw = t_jakkp * t_y7rm6
+        t_mt6pf = np.fmin(1.0, t_m4lrw)
+        t_dmbry = np.fmax(-1.0, t_mt6pf)
+        m_ismjq = (t_yel6o < -1.0)
+        m_xniro = (-1.0 < t_yel6o)
+        m_2wilq = (1.0 < t_whut6)
+        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
+        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
+        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
+        t_wuiya = np.where(m_nzov7, delta2_v2, np.arcsin(t_dmbry))
+        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
+        t_jakkp_2 = q3_v2 - t_f2nhc * t_arpa7
+        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
+        t_7wk4r = np.where(m_nzov7, cos_d2_v2, t_v4pjv)
+        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
+        t_de4x5 = t_jakkp_2 * t_y7rm6 * t_v2nh3
+        t_nrwrx = -t_de4x5
+        t_ltztq = np.fmin(1.0, t_nrwrx)
+        t_xb3pe = np.fmax(-1.0, t_ltztq)
+        m_6owgg = (t_6xn6x < -1.0)
+        m_s2see = (-1.0 < t_6xn6x)
+        m_7ozlc = (1.0 < t_n42kg)
+        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
+        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
+        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
+        t_vuw2a = np.where(m_ld5rn, delta1_v2, np.arcsin(t_xb3pe))
+        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -30941,147 +31150,41 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
-        th_1 = m1 * t_d2zbw
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        t_ownis = Wn1 * lc_1
-        t_plqy5 = chi1 * l1
-        t_l5lry = p1 + phi1_dot
-        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
-        t_djlym = zeta1 * I1 - loss_theta1 * q_1
-        F_n1 = th_1 * t_djlym
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
-        th_2 = m2 * t_ri6qi
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        t_cmacw = Wn2 * lc_2
-        t_a3tjf = chi2 * l2
-        t_dkl52 = p2 + phi2_dot
-        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
-        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
-        F_n2 = th_2 * t_c6wyu
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -31090,91 +31193,18 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        t_hig3c_5 = wgS_1 + wgS_2
+        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        t_t6fx5 = 1.0 / r8
-        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
-        t_yjeu3 = 1.0 / r6
-        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_hig3c_5 = Bs_1 + Bs_2
-        t_ma4ro = 1.0 / r4
-        t_7fmkp = (wx * w3 + g1_v2) * t_ma4ro
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_hig3c_5 * t_7fmkp - t_7awx3
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_xyuxl = q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2
-        t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl
-        root_v2 = np.sqrt(np.fmax(0.0, t_xklq7))
-        t_6dtnj_3 = 1.0 / PP_v2
-        ax_v2 = (root_v2 - Pq_v2) * t_6dtnj_3
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        t_y7rm6 = 1.0 / F
-        t_whut6 = f2_v2 * t_y7rm6
-        t_yel6o = np.fmin(1.0, t_whut6)
-        sin_d2_v2 = np.fmax(-1.0, t_yel6o)
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        t_n42kg = -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))
-        t_6xn6x = np.fmin(1.0, t_n42kg)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, t_6xn6x))
-        delta2_v2 = np.arcsin(sin_d2_v2)
+        t_6dtnj_2 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_2
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_2
+        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_3 = 1.0 / K_D2
+        K_L32 = t_upifj * t_6dtnj_3
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
         t_caymt = cos_phi1 * along_phi1
         t_elpoq = B_1 * t_caymt
         t_ph2zw = (wy + wy) * along_wy + (wz + wz) * along_wz
@@ -31276,8 +31306,6 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
             + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
         )
-        m_2qz6z = (t_xklq7 < 0.0)
-        t_arpa7 = (np.where(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj_3
         t_2jney = t_elpoq + t_pz7ut
         m_nsst6 = np.logical_not(m_2qz6z)
         m_fcur6 = (0.0 <= t_xklq7)
@@ -31318,10 +31346,10 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + (cos_phi2 * t_3qzez - tension2 * t_acpzf_2)
             + (t_6iku5 * t_p4h4k + G2_v2 * t_fmlla)
             + (t_6iku5_2 * t_eelrn + G3_v2 * t_fmlla_2)
-            + (a2_v2 * t_6zhlz + t_f2nhc * t_bnq3o)
-            + (a3_v2 * t_6zhlz_2 + t_f2nhc_2 * t_fognk)
+            + (a2_v2 * t_6zhlz + t_f2nhc_2 * t_bnq3o)
+            + (a3_v2 * t_6zhlz_2 + t_f2nhc * t_fognk)
         )
-        t_daqd5 = t_7fmkp * t_2jney + t_hig3c_5 * t_dho77 - t_us6g6
+        t_daqd5 = t_7fmkp * t_2jney + t_hig3c_3 * t_dho77 - t_us6g6
         t_4adkh_2 = sin_phi1 * t_a6n2y + As_1 * t_caymt
         t_ipkuk_2 = sin_phi2 * t_jgxpx + As_2 * t_acpzf
         t_njjnc = t_4adkh_2 + t_ipkuk_2
@@ -31362,7 +31390,7 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
             + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
             + (K52 * t_p4h4k + G2_v2 * t_xmogo)
-            - (t_edvw3_2 * t_eelrn + G3_v2 * t_dqvol)
+            - (t_edvw3 * t_eelrn + G3_v2 * t_dqvol)
             + (a2_v2 * t_xz6vd + K22 * t_bnq3o)
             + (a3_v2 * t_asjie + K32 * t_fognk)
             + (t_7fmkp * t_atv7n + t_belws * t_dho77)
@@ -31394,13 +31422,13 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         t_jkax4 = (
             K11 * t_daqd5
             - q1_v2 * t_njjnc
-            - (q2_v2 * t_6zhlz + t_f2nhc * t_wfgs5)
-            - (q3_v2 * t_6zhlz_2 + t_f2nhc_2 * t_bzufd)
+            - (q2_v2 * t_6zhlz + t_f2nhc_2 * t_wfgs5)
+            - (q3_v2 * t_6zhlz_2 + t_f2nhc * t_bzufd)
         )
         t_nszf3 = (
-            (t_f2nhc + t_f2nhc) * t_6zhlz
+            (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz
             - (K11 + K11) * t_njjnc
-            + (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz_2
+            + (t_f2nhc + t_f2nhc) * t_6zhlz_2
         )
         t_wan7q = (
             (q1_v2 + q1_v2) * t_daqd5
@@ -31409,42 +31437,14 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         )
         t_k7yha = t_bl2rl / (np.where(m_tinut, 1.0, 0.0) + t_bl2rl) * ((Pq_v2 + Pq_v2) * t_jkax4 - (t_xyuxl * t_nszf3 + PP_v2 * t_wan7q))
         t_2w3fj = (
-            (np.where(m_nsst6, t_k7yha / (root_v2 + root_v2), 0.0) - t_jkax4) * t_6dtnj_3
-            - t_arpa7 * t_6dtnj_3 * t_nszf3
+            (np.where(m_nsst6, t_k7yha / (root_v2 + root_v2), 0.0) - t_jkax4) * t_6dtnj
+            - t_arpa7 * t_6dtnj * t_nszf3
         )
-        m_ismjq = (t_yel6o < -1.0)
-        m_xniro = (-1.0 < t_yel6o)
-        m_2wilq = (1.0 < t_whut6)
-        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
-        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
-        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
-        t_jakkp = q2_v2 - t_f2nhc * t_arpa7
-        t_m4lrw = t_jakkp * t_y7rm6
-        t_mt6pf = np.fmin(1.0, t_m4lrw)
-        t_dmbry = np.fmax(-1.0, t_mt6pf)
-        t_wuiya = np.where(m_nzov7, delta2_v2, np.arcsin(t_dmbry))
-        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
         t_irojk = F * cos_t_wuiya
-        m_6owgg = (t_6xn6x < -1.0)
-        m_s2see = (-1.0 < t_6xn6x)
-        m_7ozlc = (1.0 < t_n42kg)
-        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
-        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
-        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
-        t_jakkp_2 = q3_v2 - t_f2nhc_2 * t_arpa7
-        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
-        t_7wk4r = np.where(m_nzov7, cos_d2_v2, t_v4pjv)
-        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
-        t_de4x5 = t_jakkp_2 * t_y7rm6 * t_v2nh3
-        t_nrwrx = -t_de4x5
-        t_ltztq = np.fmin(1.0, t_nrwrx)
-        t_xb3pe = np.fmax(-1.0, t_ltztq)
-        t_vuw2a = np.where(m_ld5rn, delta1_v2, np.arcsin(t_xb3pe))
-        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
         t_w6zvz = t_irojk * cos_t_vuw2a - (q1_v2 + K11 * t_arpa7)
-        t_p4gqh = t_w6zvz * t_6dtnj
+        t_p4gqh = t_w6zvz * t_6dtnj_2
         t_yxar5 = F * sin_t_wuiya - t_jakkp + t_gousg * t_w6zvz
-        t_iqmhz = t_yxar5 * t_6dtnj_2
+        t_iqmhz = t_yxar5 * t_6dtnj_3
         t_6dtnj_4 = 1.0 / K_D3
         t_p4i76 = (t_gousg_2 * t_w6zvz - (t_irojk * sin_t_vuw2a + t_jakkp_2) - K_L32 * t_yxar5) * t_6dtnj_4
         t_wpksz = t_iqmhz - K_L32 * t_p4i76
@@ -31456,7 +31456,7 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         m_brrrz = (t_m4lrw <= 1.0)
         t_hkwhb = np.where(m_brrrz, 1.0, 0.0)
         m_enj2u = (1.0 <= t_m4lrw)
-        t_n4u6d = t_wfgs5 - (t_arpa7 * t_6zhlz + t_f2nhc * t_2w3fj)
+        t_n4u6d = t_wfgs5 - (t_arpa7 * t_6zhlz + t_f2nhc_2 * t_2w3fj)
         t_cd6qa = t_wzftv / (np.where(m_hnocs, 1.0, 0.0) + t_wzftv) * (t_hkwhb / (np.where(m_enj2u, 1.0, 0.0) + t_hkwhb) * (t_n4u6d * t_y7rm6))
         t_4tqvz = t_cd6qa / t_v4pjv
         t_ajthi = F * (sin_t_wuiya * t_4tqvz)
@@ -31467,7 +31467,7 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         m_n24ux = (t_nrwrx <= 1.0)
         t_nowqj = np.where(m_n24ux, 1.0, 0.0)
         m_lq75g = (1.0 <= t_nrwrx)
-        t_7br2g = t_bzufd - (t_arpa7 * t_6zhlz_2 + t_f2nhc_2 * t_2w3fj)
+        t_7br2g = t_bzufd - (t_arpa7 * t_6zhlz_2 + t_f2nhc * t_2w3fj)
         m_iloht = (1e-09 <= t_7wk4r)
         t_ght2v = np.where(m_iloht, 1.0, 0.0)
         m_7bqhg = (t_7wk4r <= 1e-09)
@@ -31479,13 +31479,13 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + np.where(m_uklky, t_irojk * (sin_t_vuw2a * t_nsvzp), 0.0)
             - (t_daqd5 + (K11 * t_2w3fj - t_arpa7 * t_njjnc))
         )
-        t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc
+        t_3vbu4 = t_6zhlz * t_6dtnj_2 + t_gousg * t_6dtnj_2 * t_njjnc
         t_b76bo = F * (cos_t_wuiya * t_4tqvz)
         t_zmsps = np.where(m_el4yy, t_b76bo, 0.0) - t_n4u6d + (t_w6zvz * t_3vbu4 + t_gousg * t_4ckd5)
-        t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4)
-        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc
-        t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2)
-        t_vfj6b = t_ibs4j * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_ybyvj
+        t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc_2 * t_3vbu4)
+        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj_2 + t_gousg_2 * t_6dtnj_2 * t_njjnc
+        t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc_2 * t_3vbu4_2)
+        t_vfj6b = t_ibs4j * t_6dtnj_3 - K_L32 * t_6dtnj_3 * t_ybyvj
         t_dufwl = np.where(m_el4yy, -(sin_t_vuw2a * t_ajthi), 0.0) + np.where(m_uklky, -(t_irojk * (cos_t_vuw2a * t_nsvzp)), 0.0)
         t_h4qsm = (
             t_w6zvz * t_3vbu4_2
@@ -31496,17 +31496,17 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
         t_a26ph = (
             t_qqj6d
             - (K_L32 * t_ibs4j + t_upifj * t_vfj6b)
-            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2)
+            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc * t_3vbu4_2)
         )
         t_mysch = t_h4qsm * t_6dtnj_4 - t_p4i76 * t_6dtnj_4 * t_a26ph
         t_tfv64 = (
-            t_zmsps * t_6dtnj_2
-            - t_iqmhz * t_6dtnj_2 * t_ybyvj
+            t_zmsps * t_6dtnj_3
+            - t_iqmhz * t_6dtnj_3 * t_ybyvj
             - (t_p4i76 * t_vfj6b + K_L32 * t_mysch)
         )
         t_ryzoh = (
-            t_4ckd5 * t_6dtnj
-            + t_p4gqh * t_6dtnj * t_njjnc
+            t_4ckd5 * t_6dtnj_2
+            + t_p4gqh * t_6dtnj_2 * t_njjnc
             + (t_wpksz * t_3vbu4 + t_gousg * t_tfv64)
             + (t_p4i76 * t_3vbu4_2 + t_gousg_2 * t_mysch)
         )
@@ -31524,8 +31524,8 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
             + (wx * t_ihgv7 + I_theta1 * along_wx)
             + (wx * t_5vhzn + I_theta2 * along_wx)
             - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-            - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-            - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
+            - (g_1 * t_qq2dd_2 + t_mallh * t_lf5wu_2)
+            - (g_2 * t_2ta3i_2 + t_lbh6o * t_kfqtb_2)
             - (wz * t_cexsj + I_phi1 * along_wz)
             - (wz * t_6syep + I_phi2 * along_wz)
         )
@@ -31562,8 +31562,8 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
                 - (wz * (t_sfymc * along_wy) + t_sfymc * wy * along_wz)
                 + (K54 * t_p4h4k + G2_v2 * t_qznw4)
                 + (K64 * t_eelrn + G3_v2 * t_utmr2)
-                - (t_arpa7 * t_2jney + t_hig3c_5 * t_2w3fj)
-                - (t_4oriq * t_2jney + t_hig3c_5 * t_ryzoh)
+                - (t_arpa7 * t_2jney + t_hig3c_3 * t_2w3fj)
+                - (t_4oriq * t_2jney + t_hig3c_3 * t_ryzoh)
                 - (a2_v2 * t_atv7n + t_belws * t_bnq3o)
                 - (t_wpksz * t_atv7n + t_belws * t_tfv64)
                 + (a3_v2 * t_atv7n_2 + K43 * t_fognk)
@@ -31575,8 +31575,8 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
                 - (K66 * t_eelrn + G3_v2 * (t_g3h43 + t_7xl72 - t_snmto - t_hxniq))
                 + (t_arpa7 * t_fmlla_2 + t_6iku5_2 * t_2w3fj)
                 + (t_4oriq * t_fmlla_2 + t_6iku5_2 * t_ryzoh)
-                + (a2_v2 * t_dqvol + t_edvw3_2 * t_bnq3o)
-                + (t_wpksz * t_dqvol + t_edvw3_2 * t_tfv64)
+                + (a2_v2 * t_dqvol + t_edvw3 * t_bnq3o)
+                + (t_wpksz * t_dqvol + t_edvw3 * t_tfv64)
                 - (a3_v2 * t_a3u5g + K63 * t_fognk)
                 - (t_p4i76 * t_a3u5g + K63 * t_mysch)
                 + (t_7fmkp * t_utmr2 + K64 * t_dho77),
@@ -31587,8 +31587,8 @@ def lyapunov_v2_jvp(x, r, p, c, along_x):
                 - (J_C1 + (J_z - J_y)) * t_y5zog
                 - (wy * t_cexsj + I_phi1 * along_wy)
                 - (wy * t_6syep + I_phi2 * along_wy)
-                + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-                + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+                + (g_1 * t_qq2dd + t_mallh_2 * t_lf5wu_2)
+                + (g_2 * t_2ta3i + t_lbh6o_2 * t_kfqtb_2)
                 + (K55 * t_p4h4k + G2_v2 * t_sr4zu)
                 + (K65 * t_eelrn + G3_v2 * t_5tzyn)
                 - (t_arpa7 * t_fmlla + t_6iku5 * t_2w3fj)
@@ -31660,22 +31660,281 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         w3 = c[..., 10]
         w4 = c[..., 11]
         w5 = c[..., 12]
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_aqrn5 = t_rybsf * e1
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        t_7uxgo = Wt1 * cos_phi1
+        w_x1 = wx - theta1_dot
+        t_fyz6s = t_7uxgo + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        B_1 = me1 * l1
+        t_7uxgo_2 = Wt1 * sin_phi1
+        chi1 = cos_phi1 * w_x1 - t_7uxgo_2
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        t_ayiti = t_pc5rt * cos_phi1
+        F_t1 = sin_phi1 * tension1 - t_ayiti
+        t_f2pcf = F_t1 * cos_theta1
+        q_1 = sin_phi1 * l1
+        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
+        th_1 = m1 * t_d2zbw
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
+        t_ownis = Wn1 * lc_1
+        t_plqy5 = chi1 * l1
+        t_l5lry = p1 + phi1_dot
+        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
+        loss_theta1 = eps1 * theta1_dot
+        t_djlym = zeta1 * I1 - loss_theta1 * q_1
+        F_n1 = th_1 * t_djlym
+        t_mallh = F_n1 * sin_theta1
+        q_2 = sin_phi2 * l2
+        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
+        th_2 = m2 * t_ri6qi
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        t_cmacw = Wn2 * lc_2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        t_365dx = Wt2 * sin_phi2
+        chi2 = cos_phi2 * w_x2 - t_365dx
+        t_a3tjf = chi2 * l2
+        p2 = Wn2 + phi2_dot
+        t_dkl52 = p2 + phi2_dot
+        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
+        loss_theta2 = eps2 * theta2_dot
+        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
+        F_n2 = th_2 * t_c6wyu
+        t_lbh6o = F_n2 * sin_theta2
+        e2 = h2 - x_C
+        t_3hay7 = t_rybsf * e2
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        t_365dx_2 = Wt2 * cos_phi2
+        t_2t7vh = t_365dx_2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        B_2 = me2 * l2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        t_ki236 = t_63ozv * cos_phi2
+        F_t2 = sin_phi2 * tension2 - t_ki236
+        t_u5rk4 = F_t2 * cos_theta2
+        n3 = t_f2pcf - (t_mallh + t_lbh6o) + t_u5rk4
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_t6fx5 = 1.0 / r8
+        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_hig3c = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_67i37 = wg_1 - e1 * me1
+        t_vjftl = t_hig3c + t_67i37
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_hig3c_2 = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_n5kna = wg_2 - e2 * me2
+        t_vsqil = t_hig3c_2 + t_n5kna
+        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_edvw3 + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        t_yjeu3 = 1.0 / r6
+        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_leuxo = S_sq1 * tn11_1
+        t_leuxo_2 = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        t_f2pcf_2 = Bc_1 * cos_theta1
+        t_u5rk4_2 = Bc_2 * cos_theta2
+        K43 = wqS_1 + wqS_2 - t_f2pcf_2 - t_u5rk4_2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_ma4ro = 1.0 / r4
+        t_7fmkp = (wx * w3 + g1_v2) * t_ma4ro
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_7fmkp
+        )
+        Asc_1 = As_1 * cos_phi1
+        t_f2pcf_3 = Asc_1 * cos_theta1
+        Asc_2 = As_2 * cos_phi2
+        t_u5rk4_3 = Asc_2 * cos_theta2
+        t_f2nhc = t_f2pcf_3 + t_u5rk4_3
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_hig3c_3 = Bs_1 + Bs_2
+        t_ayiti_2 = t_pc5rt * sin_phi1
+        t_ki236_2 = t_63ozv * sin_phi2
+        t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_rmbl5 = t_2jubo * sin_theta1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_oja3l = t_ittbm * sin_theta2
+        t_6iku5 = t_rmbl5 + t_oja3l
+        t_rmbl5_2 = t_2jubo * cos_theta1
+        t_oja3l_2 = t_ittbm * cos_theta2
+        t_6iku5_2 = t_rmbl5_2 + t_oja3l_2
+        t_f2pcf_4 = Asc_1 * sin_theta1
+        t_u5rk4_4 = Asc_2 * sin_theta2
+        t_f2nhc_2 = t_f2pcf_4 + t_u5rk4_4
+        t_wupfo = (
+            t_ep53l
+            + G2_v2 * t_6iku5
+            + G3_v2 * t_6iku5_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_hig3c_3 * t_7fmkp - t_wupfo
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        t_f2pcf_5 = F_t1 * sin_theta1
+        t_u5rk4_5 = F_t2 * sin_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + t_f2pcf_5 + t_u5rk4_5
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
+        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        t_f2pcf_6 = Bc_1 * sin_theta1
+        t_u5rk4_6 = Bc_2 * sin_theta2
+        t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_edvw3
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_belws * t_7fmkp
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_xyuxl = q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2
+        t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl
+        root_v2 = np.sqrt(np.fmax(0.0, t_xklq7))
+        t_6dtnj = 1.0 / PP_v2
+        ax_v2 = (root_v2 - Pq_v2) * t_6dtnj
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_y7rm6 = 1.0 / F
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        t_whut6 = f2_v2 * t_y7rm6
+        t_yel6o = np.fmin(1.0, t_whut6)
+        sin_d2_v2 = np.fmax(-1.0, t_yel6o)
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        t_n42kg = -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))
+        t_6xn6x = np.fmin(1.0, t_n42kg)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, t_6xn6x))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        m_2qz6z = (t_xklq7 < 0.0)
+        t_arpa7 = (np.where(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj
+        t_jakkp = q2_v2 - t_f2nhc_2 * t_arpa7
+        t_wsaxk = t_jakkp * t_y7rm6
+        t_mt6pf = np.fmin(1.0, t_wsaxk)
+        t_dmbry = np.fmax(-1.0, t_mt6pf)
+        t_jakkp_2 = q3_v2 - t_f2nhc * t_arpa7
+        m_ismjq = (t_yel6o < -1.0)
+        m_xniro = (-1.0 < t_yel6o)
+        m_2wilq = (1.0 < t_whut6)
+        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
+        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
+        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
+        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
+        t_7wk4r = np.where(m_nzov7, cos_d2_v2, t_v4pjv)
+        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
+        t_utxac = t_jakkp_2 * t_y7rm6 * t_v2nh3
+        t_nrwrx = -t_utxac
+        t_ltztq = np.fmin(1.0, t_nrwrx)
+        t_xb3pe = np.fmax(-1.0, t_ltztq)
+        t_xkg6l = 1.0 / np.cos(delta2_max)
+        t_jzhza = np.cos(delta2_v2) * np.sin(delta1_v2) * t_xkg6l
+        t_mnszy = np.fmin(1.0, t_jzhza)
+        t_wuiya = np.where(m_nzov7, delta2_v2, np.arcsin(t_dmbry))
+        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
+        m_6owgg = (t_6xn6x < -1.0)
+        m_s2see = (-1.0 < t_6xn6x)
+        m_7ozlc = (1.0 < t_n42kg)
+        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
+        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
+        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
+        t_vuw2a = np.where(m_ld5rn, delta1_v2, np.arcsin(t_xb3pe))
+        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
+        t_a7hee = cos_t_wuiya * sin_t_vuw2a
+        t_n35pv = t_a7hee * t_xkg6l
+        t_33tdi = np.fmin(1.0, t_n35pv)
+        t_2g6s5 = np.fmax(-1.0, t_33tdi)
+        t_qerph = -delta1_max
+        m_gc6fd = (np.abs(t_wuiya) <= delta2_max)
+        m_rwno7 = (t_mnszy < -1.0)
+        m_6lq2n = (-1.0 < t_mnszy)
+        m_h6j7n = (1.0 < t_jzhza)
+        m_us2hz = (t_jzhza < 1.0)
+        m_ojgi7 = np.logical_and(m_nzov7, m_ld5rn)
+        m_zdn5f = np.logical_and(m_us2hz, m_ojgi7)
+        m_5doda = np.logical_or(m_h6j7n, m_zdn5f)
+        m_yua5q = np.logical_or(m_5doda, m_ojgi7)
+        m_hv2m7 = np.logical_and(m_6lq2n, m_yua5q)
+        m_3kx4h = np.logical_or(m_rwno7, m_hv2m7)
+        m_icvbq = np.logical_or(m_3kx4h, m_yua5q)
+        t_kt564 = np.where(m_gc6fd, t_vuw2a, np.where(m_icvbq, np.arcsin(np.fmax(-1.0, t_mnszy)), np.arcsin(t_2g6s5)))
+        t_ytmgr = np.fmin(delta1_max, t_kt564)
+        t_kl6tx = np.fmax(t_qerph, t_ytmgr)
+        sin_t_kl6tx, cos_t_kl6tx = np.sin(t_kl6tx), np.cos(t_kl6tx)
+        t_6k2ny = -delta2_max
+        t_ihx4i = np.fmin(t_wuiya, delta2_max)
+        t_6qa42 = np.fmax(t_6k2ny, t_ihx4i)
+        sin_t_6qa42, cos_t_6qa42 = np.sin(t_6qa42), np.cos(t_6qa42)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -31687,159 +31946,45 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        t_7uxgo = Wt1 * sin_phi1
-        chi1 = cos_phi1 * w_x1 - t_7uxgo
-        t_7uxgo_2 = Wt1 * cos_phi1
-        t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        t_365dx = Wt2 * sin_phi2
-        chi2 = cos_phi2 * w_x2 - t_365dx
-        t_365dx_2 = Wt2 * cos_phi2
-        t_2t7vh = t_365dx_2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
         Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
-        th_1 = m1 * t_d2zbw
-        wth_1 = th_1 * I1
         eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
         t_xdulz = me1 * (e1 * e1)
         t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
+        t_leuxo_3 = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
         wqg_1 = q_1 * wg_1
         wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
         wgC_1 = cos_theta1 * wqg_1
         wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        t_ownis = Wn1 * lc_1
-        t_plqy5 = chi1 * l1
-        t_l5lry = p1 + phi1_dot
-        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
-        t_djlym = zeta1 * I1 - loss_theta1 * q_1
-        F_n1 = th_1 * t_djlym
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        t_ayiti = t_pc5rt * cos_phi1
-        F_t1 = sin_phi1 * tension1 - t_ayiti
         M_q1 = F_n1 * q_1
         I_phi1 = phi1_dot * I1
         I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
         Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
-        th_2 = m2 * t_ri6qi
-        wth_2 = th_2 * I2
         eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
         t_uohf6 = me2 * (e2 * e2)
         t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
+        t_leuxo_4 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
         wqg_2 = q_2 * wg_2
         wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
         wgC_2 = cos_theta2 * wqg_2
         wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        t_cmacw = Wn2 * lc_2
-        t_a3tjf = chi2 * l2
-        t_dkl52 = p2 + phi2_dot
-        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
-        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
-        F_n2 = th_2 * t_c6wyu
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        t_ki236 = t_63ozv * cos_phi2
-        F_t2 = sin_phi2 * tension2 - t_ki236
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        t_f2pcf = Bc_1 * cos_theta1
-        t_u5rk4 = Bc_2 * cos_theta2
-        K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_hig3c_4 = wqq_1 + wqq_2
+        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
         t_yzhyr = Bl_1 - eBc_1
         t_mttiv = t_yzhyr * sin_theta1
         t_q6put = Bl_2 - eBc_2
         t_zkamf = t_q6put * sin_theta2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf
+        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_mttiv + t_zkamf
         t_leuxo_5 = S_sq1 * tn44_1
         t_leuxo_6 = S_sq2 * tn44_2
         K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
+            t_leuxo_3
+            + t_leuxo_4
+            + t_hig3c_4
             + t_leuxo_5
             + t_leuxo_6
             + J_C3
@@ -31848,31 +31993,20 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
+        t_hig3c_5 = wgS_1 + wgS_2
         t_mttiv_2 = t_yzhyr * cos_theta1
         t_zkamf_2 = t_q6put * cos_theta2
-        K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        K64 = t_hig3c_5 + t_mttiv_2 + t_zkamf_2
+        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        t_f2pcf_2 = F_t1 * sin_theta1
-        t_u5rk4_2 = F_t2 * sin_theta2
-        n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2
-        t_f2pcf_3 = F_t1 * cos_theta1
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        t_u5rk4_3 = F_t2 * cos_theta2
-        n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3
         t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
+        t_hig3c_6 = M_q1 + M_q2
         t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
         t_sfymc = J_y - J_z
         t_6nfyn = t_sfymc * wy
         n4 = (
             t_mjqai
-            - t_hig3c_5
+            - t_hig3c_6
             + t_ogbts
             - loss_phi1
             - loss_phi2
@@ -31887,13 +32021,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_g7pzr = J_C1 + (J_z - J_y)
         n5 = (
             t_l3oem
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            - (t_hig3c_6 + loss_theta1 + loss_theta2)
             + t_4d6tt
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         t_l3oem_2 = t_lsqzr * cos_theta1
         t_4d6tt_2 = t_rbrf6 * cos_theta2
@@ -31904,59 +32038,41 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2pcf_4 = Asc_1 * sin_theta1
-        t_u5rk4_4 = Asc_2 * sin_theta2
-        t_f2nhc = t_f2pcf_4 + t_u5rk4_4
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2pcf_5 = Asc_1 * cos_theta1
-        t_u5rk4_5 = Asc_2 * cos_theta2
-        t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_7exg5 = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_7exg5 * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_rmbl5 = t_2jubo * sin_theta1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_oja3l = t_ittbm * sin_theta2
-        t_6iku5 = t_rmbl5 + t_oja3l
-        t_thnvm = t_6iku5 * t_6dtnj
-        t_7exg5_2 = K52 - t_f2nhc * t_thnvm
-        K_L52 = t_7exg5_2 * t_6dtnj_2
-        K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_f2pcf_6 = Bc_1 * sin_theta1
-        t_u5rk4_6 = Bc_2 * sin_theta2
-        t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_ae46j = t_cawlo * t_6dtnj_2
-        t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_e6q5b * t_6dtnj_3
-        t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm
-        K_L53 = t_g6lxe * t_6dtnj_3
-        t_rmbl5_2 = t_2jubo * cos_theta1
-        t_oja3l_2 = t_ittbm * cos_theta2
-        t_6iku5_2 = t_rmbl5_2 + t_oja3l_2
-        t_thnvm_2 = t_6iku5_2 * t_6dtnj
-        t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2
-        t_o5wmi = t_du5u3 * t_6dtnj_2
-        t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2
-        K_L63 = t_hbw2v * t_6dtnj_3
-        K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_6 * t_w6lcf
-        t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_6 * t_thnvm
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_sjdff * t_6dtnj_4
-        t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_6 * t_thnvm_2
-        K_L64 = t_5ejts * t_6dtnj_4
+        t_6dtnj_2 = 1.0 / K11
+        t_gousg = t_f2nhc_2 * t_6dtnj_2
+        K_D2 = K22 - t_f2nhc_2 * t_gousg
+        t_gousg_2 = t_f2nhc * t_6dtnj_2
+        t_7exg5 = K32 - t_f2nhc_2 * t_gousg_2
+        t_6dtnj_3 = 1.0 / K_D2
+        K_L32 = t_7exg5 * t_6dtnj_3
+        t_thnvm = t_6iku5 * t_6dtnj_2
+        t_7exg5_2 = K52 - t_f2nhc_2 * t_thnvm
+        K_L52 = t_7exg5_2 * t_6dtnj_3
+        K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc * t_gousg_2
+        t_w6lcf = t_hig3c_3 * t_6dtnj_2
+        t_cawlo = t_belws + t_f2nhc_2 * t_w6lcf
+        t_ae46j = t_cawlo * t_6dtnj_3
+        t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc * t_w6lcf
+        t_6dtnj_4 = 1.0 / K_D3
+        K_L43 = t_e6q5b * t_6dtnj_4
+        t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc * t_thnvm
+        K_L53 = t_g6lxe * t_6dtnj_4
+        t_thnvm_2 = t_6iku5_2 * t_6dtnj_2
+        t_du5u3 = t_edvw3 + t_f2nhc_2 * t_thnvm_2
+        t_o5wmi = t_du5u3 * t_6dtnj_3
+        t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc * t_thnvm_2
+        K_L63 = t_hbw2v * t_6dtnj_4
+        K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_3 * t_w6lcf
+        t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_3 * t_thnvm
+        t_6dtnj_5 = 1.0 / K_D4
+        K_L54 = t_sjdff * t_6dtnj_5
+        t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_3 * t_thnvm_2
+        K_L64 = t_5ejts * t_6dtnj_5
         K_D5 = (
             K55
             - t_7exg5_2 * K_L52
@@ -31971,8 +32087,8 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_sjdff * K_L64
             - t_6iku5 * t_thnvm_2
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_eq4wy * t_6dtnj_5
+        t_6dtnj_6 = 1.0 / K_D5
+        K_L65 = t_eq4wy * t_6dtnj_6
         K_D6 = (
             K66
             - t_du5u3 * t_o5wmi
@@ -31981,123 +32097,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_eq4wy * K_L65
             - t_6iku5_2 * t_thnvm_2
         )
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        t_t6fx5 = 1.0 / r8
-        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
-        t_yjeu3 = 1.0 / r6
-        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_ma4ro = 1.0 / r4
-        t_7fmkp = (wx * w3 + g1_v2) * t_ma4ro
-        t_ayiti_2 = t_pc5rt * sin_phi1
-        t_ki236_2 = t_63ozv * sin_phi2
-        t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_wupfo = (
-            t_ep53l
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_hig3c_6 * t_7fmkp - t_wupfo
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_xyuxl = q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2
-        t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl
-        root_v2 = np.sqrt(np.fmax(0.0, t_xklq7))
-        t_6dtnj_6 = 1.0 / PP_v2
-        ax_v2 = (root_v2 - Pq_v2) * t_6dtnj_6
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        t_y7rm6 = 1.0 / F
-        t_whut6 = f2_v2 * t_y7rm6
-        t_yel6o = np.fmin(1.0, t_whut6)
-        sin_d2_v2 = np.fmax(-1.0, t_yel6o)
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        t_n42kg = -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))
-        t_6xn6x = np.fmin(1.0, t_n42kg)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, t_6xn6x))
-        delta2_v2 = np.arcsin(sin_d2_v2)
-        m_ismjq = (t_yel6o < -1.0)
-        m_xniro = (-1.0 < t_yel6o)
-        m_2wilq = (1.0 < t_whut6)
-        m_7hs2r = np.logical_and(m_xniro, m_2wilq)
-        m_35nsk = np.logical_or(m_ismjq, m_7hs2r)
-        m_nzov7 = np.logical_or(m_35nsk, m_2wilq)
         m_el4yy = np.logical_not(m_nzov7)
-        t_qerph = -delta1_max
-        m_2qz6z = (t_xklq7 < 0.0)
-        t_arpa7 = (np.where(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj_6
-        t_jakkp = q2_v2 - t_f2nhc * t_arpa7
-        t_wsaxk = t_jakkp * t_y7rm6
-        t_mt6pf = np.fmin(1.0, t_wsaxk)
-        t_dmbry = np.fmax(-1.0, t_mt6pf)
-        t_wuiya = np.where(m_nzov7, delta2_v2, np.arcsin(t_dmbry))
-        m_gc6fd = (np.abs(t_wuiya) <= delta2_max)
-        m_6owgg = (t_6xn6x < -1.0)
-        m_s2see = (-1.0 < t_6xn6x)
-        m_7ozlc = (1.0 < t_n42kg)
-        m_tuozf = np.logical_and(m_s2see, m_7ozlc)
-        m_xrwwu = np.logical_or(m_6owgg, m_tuozf)
-        m_ld5rn = np.logical_or(m_xrwwu, m_7ozlc)
-        t_jakkp_2 = q3_v2 - t_f2nhc_2 * t_arpa7
-        t_v4pjv = np.sqrt(1.0 - t_dmbry * t_dmbry)
-        t_7wk4r = np.where(m_nzov7, cos_d2_v2, t_v4pjv)
-        t_v2nh3 = 1.0 / np.fmax(1e-09, t_7wk4r)
-        t_utxac = t_jakkp_2 * t_y7rm6 * t_v2nh3
-        t_nrwrx = -t_utxac
-        t_ltztq = np.fmin(1.0, t_nrwrx)
-        t_xb3pe = np.fmax(-1.0, t_ltztq)
-        t_vuw2a = np.where(m_ld5rn, delta1_v2, np.arcsin(t_xb3pe))
-        t_xkg6l = 1.0 / np.cos(delta2_max)
-        t_jzhza = np.cos(delta2_v2) * np.sin(delta1_v2) * t_xkg6l
-        t_mnszy = np.fmin(1.0, t_jzhza)
-        m_rwno7 = (t_mnszy < -1.0)
-        m_6lq2n = (-1.0 < t_mnszy)
-        m_h6j7n = (1.0 < t_jzhza)
-        m_us2hz = (t_jzhza < 1.0)
-        m_ojgi7 = np.logical_and(m_nzov7, m_ld5rn)
-        m_zdn5f = np.logical_and(m_us2hz, m_ojgi7)
-        m_5doda = np.logical_or(m_h6j7n, m_zdn5f)
-        m_yua5q = np.logical_or(m_5doda, m_ojgi7)
-        m_hv2m7 = np.logical_and(m_6lq2n, m_yua5q)
-        m_3kx4h = np.logical_or(m_rwno7, m_hv2m7)
-        m_icvbq = np.logical_or(m_3kx4h, m_yua5q)
-        sin_t_wuiya, cos_t_wuiya = np.sin(t_wuiya), np.cos(t_wuiya)
-        sin_t_vuw2a, cos_t_vuw2a = np.sin(t_vuw2a), np.cos(t_vuw2a)
-        t_a7hee = cos_t_wuiya * sin_t_vuw2a
-        t_n35pv = t_a7hee * t_xkg6l
-        t_33tdi = np.fmin(1.0, t_n35pv)
-        t_2g6s5 = np.fmax(-1.0, t_33tdi)
-        t_kt564 = np.where(m_gc6fd, t_vuw2a, np.where(m_icvbq, np.arcsin(np.fmax(-1.0, t_mnszy)), np.arcsin(t_2g6s5)))
-        t_ytmgr = np.fmin(delta1_max, t_kt564)
-        t_kl6tx = np.fmax(t_qerph, t_ytmgr)
-        sin_t_kl6tx, cos_t_kl6tx = np.sin(t_kl6tx), np.cos(t_kl6tx)
-        t_6k2ny = -delta2_max
-        t_ihx4i = np.fmin(t_wuiya, delta2_max)
-        t_6qa42 = np.fmax(t_6k2ny, t_ihx4i)
-        sin_t_6qa42, cos_t_6qa42 = np.sin(t_6qa42), np.cos(t_6qa42)
         m_b5o3n = (t_6k2ny <= t_ihx4i)
         t_ews3r = np.where(m_b5o3n, 1.0, 0.0)
         m_yyjmn = (t_ihx4i <= t_6k2ny)
@@ -32118,16 +32118,16 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_jhdyk = C_v2 * t_yjeu3
         t_oysf5 = x_C * t_nt4hd
         t_ca3le = x_C * t_jhdyk
-        t_4n7ya = K52 * t_nt4hd - t_edvw3_2 * t_jhdyk + K22 * t_oysf5 + K32 * t_ca3le
+        t_4n7ya = K52 * t_nt4hd - t_edvw3 * t_jhdyk + K22 * t_oysf5 + K32 * t_ca3le
         m_nsst6 = np.logical_not(m_2qz6z)
         m_fcur6 = (0.0 <= t_xklq7)
         t_bl2rl = np.where(m_fcur6, 1.0, 0.0)
         m_tinut = (t_xklq7 <= 0.0)
         t_x2afy = t_bl2rl / (np.where(m_tinut, 1.0, 0.0) + t_bl2rl)
         t_2qjkk = Pq_v2 + Pq_v2
-        t_cgfjk = t_6iku5 * t_nt4hd + t_6iku5_2 * t_jhdyk + t_f2nhc * t_oysf5 + t_f2nhc_2 * t_ca3le
+        t_cgfjk = t_6iku5 * t_nt4hd + t_6iku5_2 * t_jhdyk + t_f2nhc_2 * t_oysf5 + t_f2nhc * t_ca3le
         t_y5qxo = K53 * t_nt4hd + K63 * t_jhdyk + K32 * t_oysf5 + K33 * t_ca3le
-        t_wkypi = K11 * t_cgfjk + t_f2nhc * t_4n7ya + t_f2nhc_2 * t_y5qxo
+        t_wkypi = K11 * t_cgfjk + t_f2nhc_2 * t_4n7ya + t_f2nhc * t_y5qxo
         t_q5yfk = q2_v2 + q2_v2
         t_q5yfk_2 = q1_v2 + q1_v2
         t_q5yfk_3 = q3_v2 + q3_v2
@@ -32136,8 +32136,8 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + PP_v2 * (t_q5yfk * t_4n7ya - t_q5yfk_2 * t_cgfjk + t_q5yfk_3 * t_y5qxo)
         )
         t_kntxo = 1.0 / (root_v2 + root_v2)
-        t_soskx = (np.where(m_nsst6, -(t_x2afy * t_asgj7 * t_kntxo), 0.0) + t_wkypi) * t_6dtnj_6
-        t_454bf = t_4n7ya - t_f2nhc * t_soskx
+        t_soskx = (np.where(m_nsst6, -(t_x2afy * t_asgj7 * t_kntxo), 0.0) + t_wkypi) * t_6dtnj
+        t_454bf = t_4n7ya - t_f2nhc_2 * t_soskx
         t_jfixj = t_q2hfz * (t_5x4sb * (t_454bf * t_y7rm6))
         t_nwsjf = 1.0 / t_v4pjv
         t_oesw4 = t_jfixj * t_nwsjf
@@ -32162,7 +32162,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_nowqj = np.where(m_n24ux, 1.0, 0.0)
         m_lq75g = (1.0 <= t_nrwrx)
         t_2snz7 = t_nowqj / (np.where(m_lq75g, 1.0, 0.0) + t_nowqj)
-        t_prnds = t_y5qxo - t_f2nhc_2 * t_soskx
+        t_prnds = t_y5qxo - t_f2nhc * t_soskx
         t_j4byf = t_utxac * t_v2nh3
         m_iloht = (1e-09 <= t_7wk4r)
         t_ght2v = np.where(m_iloht, 1.0, 0.0)
@@ -32207,28 +32207,28 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe = F * (cos_t_wuiya * t_oesw4)
         t_vvqsv = np.where(m_el4yy, t_s7ixe, 0.0) - t_454bf + t_gousg * t_q2yyd
         t_z5auc = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw), 0.0)
-        t_epldc = (t_gousg_2 * t_q2yyd - (t_z5auc + t_prnds) - K_L32 * t_vvqsv) * t_6dtnj_3
-        t_jzkve = t_vvqsv * t_6dtnj_2 - K_L32 * t_epldc
-        t_k5i6c = t_q2yyd * t_6dtnj + t_gousg * t_jzkve + t_gousg_2 * t_epldc
+        t_epldc = (t_gousg_2 * t_q2yyd - (t_z5auc + t_prnds) - K_L32 * t_vvqsv) * t_6dtnj_4
+        t_jzkve = t_vvqsv * t_6dtnj_3 - K_L32 * t_epldc
+        t_k5i6c = t_q2yyd * t_6dtnj_2 + t_gousg * t_jzkve + t_gousg_2 * t_epldc
         t_zmkrd_2 = F * cos_t_6qa42
         t_irojk_2 = cos_t_wuiya * F
         t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_o7cco + np.where(m_uklky, t_irojk_2 * t_wmzoo, 0.0))
         t_ycqju = t_ilple - t_s7ixe
         t_bac74 = np.where(m_el4yy, t_ycqju, 0.0) + t_gousg * t_cgxsm
         t_pdzxe = F * t_5pi5x - (t_ooljq + t_zmkrd_2 * t_lqx5z)
-        t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_3
-        t_2gufb = t_bac74 * t_6dtnj_2 - K_L32 * t_5aqsz
-        t_zws6c = t_cgxsm * t_6dtnj + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz
+        t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_4
+        t_2gufb = t_bac74 * t_6dtnj_3 - K_L32 * t_5aqsz
+        t_zws6c = t_cgxsm * t_6dtnj_2 + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz
         t_dpevz = (
             K54 * t_nt4hd
             + K64 * t_jhdyk
-            - t_hig3c_6 * t_soskx
-            - t_hig3c_6 * t_k5i6c
+            - t_hig3c_3 * t_soskx
+            - t_hig3c_3 * t_k5i6c
             - t_belws * t_oysf5
             - t_belws * t_jzkve
             + K43 * t_ca3le
             + K43 * t_epldc
-            - t_hig3c_6 * t_zws6c
+            - t_hig3c_3 * t_zws6c
             - t_belws * t_2gufb
             + K43 * t_5aqsz
             + t_w6lcf * t_ke372
@@ -32262,13 +32262,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * t_jhdyk
             + t_6iku5_2 * t_soskx
             + t_6iku5_2 * t_k5i6c
-            + t_edvw3_2 * t_oysf5
-            + t_edvw3_2 * t_jzkve
+            + t_edvw3 * t_oysf5
+            + t_edvw3 * t_jzkve
             - K63 * t_ca3le
             - K63 * t_epldc
             - t_bknng * t_pdzxe
             + t_6iku5_2 * t_zws6c
-            + t_edvw3_2 * t_2gufb
+            + t_edvw3 * t_2gufb
             - K63 * t_5aqsz
         )
         t_ezy4q = (
@@ -32282,18 +32282,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_6dtnj_7 = 1.0 / K_D6
         t_hrugr = t_ezy4q * t_6dtnj_7
-        t_c3w35 = t_f5gx7 * t_6dtnj_5 - K_L65 * t_hrugr
-        t_tra6l = t_dpevz * t_6dtnj_4 - K_L54 * t_c3w35 - K_L64 * t_hrugr
-        t_uk7z5 = t_uf3i2 * t_6dtnj_3 - K_L43 * t_tra6l - K_L53 * t_c3w35 - K_L63 * t_hrugr
+        t_c3w35 = t_f5gx7 * t_6dtnj_6 - K_L65 * t_hrugr
+        t_tra6l = t_dpevz * t_6dtnj_5 - K_L54 * t_c3w35 - K_L64 * t_hrugr
+        t_uk7z5 = t_uf3i2 * t_6dtnj_4 - K_L43 * t_tra6l - K_L53 * t_c3w35 - K_L63 * t_hrugr
         t_brzp4 = (
-            t_eokqz * t_6dtnj_2
+            t_eokqz * t_6dtnj_3
             - K_L32 * t_uk7z5
             + t_ae46j * t_tra6l
             - K_L52 * t_c3w35
             + t_o5wmi * t_hrugr
         )
         t_lccek = (
-            t_ke372 * t_6dtnj
+            t_ke372 * t_6dtnj_2
             + t_gousg * t_brzp4
             + t_gousg_2 * t_uk7z5
             + t_w6lcf * t_tra6l
@@ -32304,21 +32304,21 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_yjv65 = x_C * t_f3swo - w1 * r1
         t_atl3g = (vz * r1 - C_v2) * t_ma4ro
         t_rash6 = K52 * t_f3swo + K22 * t_yjv65 + t_belws * t_atl3g
-        t_gand4 = t_hig3c_6 * t_atl3g - (t_6iku5 * t_f3swo + t_f2nhc * t_yjv65)
+        t_gand4 = t_hig3c_3 * t_atl3g - (t_6iku5 * t_f3swo + t_f2nhc_2 * t_yjv65)
         t_6s2nt = K53 * t_f3swo + K32 * t_yjv65 - K43 * t_atl3g
-        t_twczt = K11 * t_gand4 - t_f2nhc * t_rash6 - t_f2nhc_2 * t_6s2nt
+        t_twczt = K11 * t_gand4 - t_f2nhc_2 * t_rash6 - t_f2nhc * t_6s2nt
         t_73sek = (
             t_2qjkk * t_twczt
             - PP_v2 * (t_q5yfk_2 * t_gand4 + t_q5yfk * t_rash6 + t_q5yfk_3 * t_6s2nt)
         )
-        t_o24iv = (np.where(m_nsst6, t_x2afy * t_73sek * t_kntxo, 0.0) - t_twczt) * t_6dtnj_6
-        t_aioub = t_rash6 - t_f2nhc * t_o24iv
+        t_o24iv = (np.where(m_nsst6, t_x2afy * t_73sek * t_kntxo, 0.0) - t_twczt) * t_6dtnj
+        t_aioub = t_rash6 - t_f2nhc_2 * t_o24iv
         t_7rl32 = t_q2hfz * (t_5x4sb * (t_aioub * t_y7rm6))
         t_oesw4_2 = t_7rl32 * t_nwsjf
         t_iubif_2 = t_bw2jd * (t_3iu34 * t_oesw4_2)
         t_27ev7_2 = F * (sin_t_6qa42 * t_iubif_2)
         t_wzmp3_2 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_2), 0.0)
-        t_jtuzk = t_6s2nt - t_f2nhc_2 * t_o24iv
+        t_jtuzk = t_6s2nt - t_f2nhc * t_o24iv
         t_aykl7 = (
             t_jtuzk * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_7rl32 * t_nwsjf_2)), 0.0)
@@ -32344,25 +32344,25 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_2 = F * (cos_t_wuiya * t_oesw4_2)
         t_uwzzk = np.where(m_el4yy, t_s7ixe_2, 0.0) - t_aioub + t_gousg * t_f5twe
         t_z5auc_2 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_2), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_2), 0.0)
-        t_rohhq = (t_gousg_2 * t_f5twe - (t_z5auc_2 + t_jtuzk) - K_L32 * t_uwzzk) * t_6dtnj_3
-        t_jzkve_2 = t_uwzzk * t_6dtnj_2 - K_L32 * t_rohhq
-        t_rfmgl = t_f5twe * t_6dtnj + t_gousg * t_jzkve_2 + t_gousg_2 * t_rohhq
+        t_rohhq = (t_gousg_2 * t_f5twe - (t_z5auc_2 + t_jtuzk) - K_L32 * t_uwzzk) * t_6dtnj_4
+        t_jzkve_2 = t_uwzzk * t_6dtnj_3 - K_L32 * t_rohhq
+        t_rfmgl = t_f5twe * t_6dtnj_2 + t_gousg * t_jzkve_2 + t_gousg_2 * t_rohhq
         t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_o7cco_2 + np.where(m_uklky, t_irojk_2 * t_wmzoo_2, 0.0))
         t_ycqju_2 = t_ilple_2 - t_s7ixe_2
         t_bac74_2 = np.where(m_el4yy, t_ycqju_2, 0.0) + t_gousg * t_cgxsm_2
         t_pdzxe_2 = F * t_5pi5x_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2)
-        t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_3
-        t_2gufb_2 = t_bac74_2 * t_6dtnj_2 - K_L32 * t_5aqsz_2
-        t_zws6c_2 = t_cgxsm_2 * t_6dtnj + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2
+        t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_4
+        t_2gufb_2 = t_bac74_2 * t_6dtnj_3 - K_L32 * t_5aqsz_2
+        t_zws6c_2 = t_cgxsm_2 * t_6dtnj_2 + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2
         t_auzpm = (
             K54 * t_f3swo
-            - t_hig3c_6 * t_o24iv
-            - t_hig3c_6 * t_rfmgl
+            - t_hig3c_3 * t_o24iv
+            - t_hig3c_3 * t_rfmgl
             - t_belws * t_yjv65
             - t_belws * t_jzkve_2
             + K43 * t_rohhq
             - K44 * t_atl3g
-            - t_hig3c_6 * t_zws6c_2
+            - t_hig3c_3 * t_zws6c_2
             - t_belws * t_2gufb_2
             + K43 * t_5aqsz_2
             + t_w6lcf * t_ke372_2
@@ -32393,13 +32393,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K65 * t_f3swo
             + t_6iku5_2 * t_o24iv
             + t_6iku5_2 * t_rfmgl
-            + t_edvw3_2 * t_yjv65
-            + t_edvw3_2 * t_jzkve_2
+            + t_edvw3 * t_yjv65
+            + t_edvw3 * t_jzkve_2
             - K63 * t_rohhq
             + K64 * t_atl3g
             - t_bknng * t_pdzxe_2
             + t_6iku5_2 * t_zws6c_2
-            + t_edvw3_2 * t_2gufb_2
+            + t_edvw3 * t_2gufb_2
             - K63 * t_5aqsz_2
         )
         t_adnad = (
@@ -32412,18 +32412,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_2jd3w
         )
         t_zflbu = t_adnad * t_6dtnj_7
-        t_btabh = t_2jd3w * t_6dtnj_5 - K_L65 * t_zflbu
-        t_4jdwv = t_auzpm * t_6dtnj_4 - K_L54 * t_btabh - K_L64 * t_zflbu
-        t_7vnnl = t_uf3i2_2 * t_6dtnj_3 - K_L43 * t_4jdwv - K_L53 * t_btabh - K_L63 * t_zflbu
+        t_btabh = t_2jd3w * t_6dtnj_6 - K_L65 * t_zflbu
+        t_4jdwv = t_auzpm * t_6dtnj_5 - K_L54 * t_btabh - K_L64 * t_zflbu
+        t_7vnnl = t_uf3i2_2 * t_6dtnj_4 - K_L43 * t_4jdwv - K_L53 * t_btabh - K_L63 * t_zflbu
         t_7resr = (
-            t_eokqz_2 * t_6dtnj_2
+            t_eokqz_2 * t_6dtnj_3
             - K_L32 * t_7vnnl
             + t_ae46j * t_4jdwv
             - K_L52 * t_btabh
             + t_o5wmi * t_zflbu
         )
         t_ye5ch = (
-            t_ke372_2 * t_6dtnj
+            t_ke372_2 * t_6dtnj_2
             + t_gousg * t_7resr
             + t_gousg_2 * t_7vnnl
             + t_w6lcf * t_4jdwv
@@ -32433,22 +32433,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_nmcio = vx * r2 * t_yjeu3
         t_xvnfg = x_C * t_nmcio - w2 * r2
         t_eaurj = (B_v2 - vy * r2) * t_ma4ro
-        t_3cv55 = K32 * t_xvnfg - t_edvw3_2 * t_nmcio + t_belws * t_eaurj
-        t_6hmo6 = t_hig3c_6 * t_eaurj - (t_6iku5_2 * t_nmcio + t_f2nhc_2 * t_xvnfg)
+        t_3cv55 = K32 * t_xvnfg - t_edvw3 * t_nmcio + t_belws * t_eaurj
+        t_6hmo6 = t_hig3c_3 * t_eaurj - (t_6iku5_2 * t_nmcio + t_f2nhc * t_xvnfg)
         t_lymbm = K63 * t_nmcio + K33 * t_xvnfg - K43 * t_eaurj
-        t_bpcd3 = K11 * t_6hmo6 - t_f2nhc * t_3cv55 - t_f2nhc_2 * t_lymbm
+        t_bpcd3 = K11 * t_6hmo6 - t_f2nhc_2 * t_3cv55 - t_f2nhc * t_lymbm
         t_ypjxu = (
             t_2qjkk * t_bpcd3
             - PP_v2 * (t_q5yfk_2 * t_6hmo6 + t_q5yfk * t_3cv55 + t_q5yfk_3 * t_lymbm)
         )
-        t_d7tm5 = (np.where(m_nsst6, t_x2afy * t_ypjxu * t_kntxo, 0.0) - t_bpcd3) * t_6dtnj_6
-        t_l5hge = t_3cv55 - t_f2nhc * t_d7tm5
+        t_d7tm5 = (np.where(m_nsst6, t_x2afy * t_ypjxu * t_kntxo, 0.0) - t_bpcd3) * t_6dtnj
+        t_l5hge = t_3cv55 - t_f2nhc_2 * t_d7tm5
         t_4xnol = t_q2hfz * (t_5x4sb * (t_l5hge * t_y7rm6))
         t_oesw4_3 = t_4xnol * t_nwsjf
         t_iubif_3 = t_bw2jd * (t_3iu34 * t_oesw4_3)
         t_27ev7_3 = F * (sin_t_6qa42 * t_iubif_3)
         t_wzmp3_3 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_3), 0.0)
-        t_sinhu = t_lymbm - t_f2nhc_2 * t_d7tm5
+        t_sinhu = t_lymbm - t_f2nhc * t_d7tm5
         t_aykl7_2 = (
             t_sinhu * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_4xnol * t_nwsjf_2)), 0.0)
@@ -32474,25 +32474,25 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_3 = F * (cos_t_wuiya * t_oesw4_3)
         t_gvpjo = np.where(m_el4yy, t_s7ixe_3, 0.0) - t_l5hge + t_gousg * t_tljnu
         t_z5auc_3 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_3), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_3), 0.0)
-        t_rohhq_2 = (t_gousg_2 * t_tljnu - (t_z5auc_3 + t_sinhu) - K_L32 * t_gvpjo) * t_6dtnj_3
-        t_jzkve_3 = t_gvpjo * t_6dtnj_2 - K_L32 * t_rohhq_2
-        t_rfmgl_2 = t_tljnu * t_6dtnj + t_gousg * t_jzkve_3 + t_gousg_2 * t_rohhq_2
+        t_rohhq_2 = (t_gousg_2 * t_tljnu - (t_z5auc_3 + t_sinhu) - K_L32 * t_gvpjo) * t_6dtnj_4
+        t_jzkve_3 = t_gvpjo * t_6dtnj_3 - K_L32 * t_rohhq_2
+        t_rfmgl_2 = t_tljnu * t_6dtnj_2 + t_gousg * t_jzkve_3 + t_gousg_2 * t_rohhq_2
         t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_o7cco_3 + np.where(m_uklky, t_irojk_2 * t_wmzoo_3, 0.0))
         t_ycqju_3 = t_ilple_3 - t_s7ixe_3
         t_bac74_3 = np.where(m_el4yy, t_ycqju_3, 0.0) + t_gousg * t_cgxsm_3
         t_pdzxe_3 = F * t_5pi5x_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3)
-        t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_3
-        t_2gufb_3 = t_bac74_3 * t_6dtnj_2 - K_L32 * t_5aqsz_3
-        t_zws6c_3 = t_cgxsm_3 * t_6dtnj + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3
+        t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_4
+        t_2gufb_3 = t_bac74_3 * t_6dtnj_3 - K_L32 * t_5aqsz_3
+        t_zws6c_3 = t_cgxsm_3 * t_6dtnj_2 + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3
         t_dx5b2 = (
             K64 * t_nmcio
-            - t_hig3c_6 * t_d7tm5
-            - t_hig3c_6 * t_rfmgl_2
+            - t_hig3c_3 * t_d7tm5
+            - t_hig3c_3 * t_rfmgl_2
             - t_belws * t_jzkve_3
             + K43 * t_xvnfg
             + K43 * t_rohhq_2
             - K44 * t_eaurj
-            - t_hig3c_6 * t_zws6c_3
+            - t_hig3c_3 * t_zws6c_3
             - t_belws * t_2gufb_3
             + K43 * t_5aqsz_3
             + t_w6lcf * t_ke372_3
@@ -32523,13 +32523,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * t_nmcio
             + t_6iku5_2 * t_d7tm5
             + t_6iku5_2 * t_rfmgl_2
-            + t_edvw3_2 * t_jzkve_3
+            + t_edvw3 * t_jzkve_3
             - K63 * t_xvnfg
             - K63 * t_rohhq_2
             + K64 * t_eaurj
             - t_bknng * t_pdzxe_3
             + t_6iku5_2 * t_zws6c_3
-            + t_edvw3_2 * t_2gufb_3
+            + t_edvw3 * t_2gufb_3
             - K63 * t_5aqsz_3
         )
         t_tnteb = (
@@ -32542,18 +32542,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_nz3hb
         )
         t_qyq2q = t_tnteb * t_6dtnj_7
-        t_f3b4o = t_nz3hb * t_6dtnj_5 - K_L65 * t_qyq2q
-        t_yhv7m = t_dx5b2 * t_6dtnj_4 - K_L54 * t_f3b4o - K_L64 * t_qyq2q
-        t_krozp = t_uf3i2_3 * t_6dtnj_3 - K_L43 * t_yhv7m - K_L53 * t_f3b4o - K_L63 * t_qyq2q
+        t_f3b4o = t_nz3hb * t_6dtnj_6 - K_L65 * t_qyq2q
+        t_yhv7m = t_dx5b2 * t_6dtnj_5 - K_L54 * t_f3b4o - K_L64 * t_qyq2q
+        t_krozp = t_uf3i2_3 * t_6dtnj_4 - K_L43 * t_yhv7m - K_L53 * t_f3b4o - K_L63 * t_qyq2q
         t_fpyse = (
-            t_eokqz_3 * t_6dtnj_2
+            t_eokqz_3 * t_6dtnj_3
             - K_L32 * t_krozp
             + t_ae46j * t_yhv7m
             - K_L52 * t_f3b4o
             + t_o5wmi * t_qyq2q
         )
         t_ge5wu = (
-            t_ke372_3 * t_6dtnj
+            t_ke372_3 * t_6dtnj_2
             + t_gousg * t_fpyse
             + t_gousg_2 * t_krozp
             + t_w6lcf * t_yhv7m
@@ -32591,7 +32591,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_m3coo = (
             t_egsqb
             + K52 * wy
-            - t_edvw3_2 * wz
+            - t_edvw3 * wz
             + K22 * t_yisz4
             + K32 * t_ewlh3
             + t_belws * t_x5djw
@@ -32603,10 +32603,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_7o6hw
             + t_6iku5 * wy
             + t_6iku5_2 * wz
-            + t_f2nhc * t_yisz4
-            + t_f2nhc_2 * t_ewlh3
+            + t_f2nhc_2 * t_yisz4
+            + t_f2nhc * t_ewlh3
         )
-        t_d7fxu = t_hig3c_6 * t_x5djw - t_ozmrh
+        t_d7fxu = t_hig3c_3 * t_x5djw - t_ozmrh
         t_l6a3v_2 = sin_theta1 * t_vrfyi
         t_bece6_2 = sin_theta2 * t_rv6hp
         t_egsqb_2 = cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx
@@ -32618,19 +32618,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + K33 * t_ewlh3
             - K43 * t_x5djw
         )
-        t_a37g6 = K11 * t_d7fxu - t_f2nhc * t_m3coo - t_f2nhc_2 * t_5clgr
+        t_a37g6 = K11 * t_d7fxu - t_f2nhc_2 * t_m3coo - t_f2nhc * t_5clgr
         t_5vmjy = (
             t_2qjkk * t_a37g6
             - PP_v2 * (t_q5yfk_2 * t_d7fxu + t_q5yfk * t_m3coo + t_q5yfk_3 * t_5clgr)
         )
-        t_kie2q = (np.where(m_nsst6, t_x2afy * t_5vmjy * t_kntxo, 0.0) - t_a37g6) * t_6dtnj_6
-        t_6lwgh = t_m3coo - t_f2nhc * t_kie2q
+        t_kie2q = (np.where(m_nsst6, t_x2afy * t_5vmjy * t_kntxo, 0.0) - t_a37g6) * t_6dtnj
+        t_6lwgh = t_m3coo - t_f2nhc_2 * t_kie2q
         t_vzwrp = t_q2hfz * (t_5x4sb * (t_6lwgh * t_y7rm6))
         t_oesw4_4 = t_vzwrp * t_nwsjf
         t_iubif_4 = t_bw2jd * (t_3iu34 * t_oesw4_4)
         t_27ev7_4 = F * (sin_t_6qa42 * t_iubif_4)
         t_wzmp3_4 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_4), 0.0)
-        t_h5ehk = t_5clgr - t_f2nhc_2 * t_kie2q
+        t_h5ehk = t_5clgr - t_f2nhc * t_kie2q
         t_qh5ix = (
             t_h5ehk * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_vzwrp * t_nwsjf_2)), 0.0)
@@ -32660,28 +32660,28 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_4 = F * (cos_t_wuiya * t_oesw4_4)
         t_3weeh = np.where(m_el4yy, t_s7ixe_4, 0.0) - t_6lwgh + t_gousg * t_f2a6k
         t_z5auc_4 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_4), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_4), 0.0)
-        t_3srf3 = (t_gousg_2 * t_f2a6k - (t_z5auc_4 + t_h5ehk) - K_L32 * t_3weeh) * t_6dtnj_3
-        t_jzkve_4 = t_3weeh * t_6dtnj_2 - K_L32 * t_3srf3
-        t_xgkvq = t_f2a6k * t_6dtnj + t_gousg * t_jzkve_4 + t_gousg_2 * t_3srf3
+        t_3srf3 = (t_gousg_2 * t_f2a6k - (t_z5auc_4 + t_h5ehk) - K_L32 * t_3weeh) * t_6dtnj_4
+        t_jzkve_4 = t_3weeh * t_6dtnj_3 - K_L32 * t_3srf3
+        t_xgkvq = t_f2a6k * t_6dtnj_2 + t_gousg * t_jzkve_4 + t_gousg_2 * t_3srf3
         t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_o7cco_4 + np.where(m_uklky, t_irojk_2 * t_wmzoo_4, 0.0))
         t_ycqju_4 = t_ilple_4 - t_s7ixe_4
         t_bac74_4 = np.where(m_el4yy, t_ycqju_4, 0.0) + t_gousg * t_cgxsm_4
         t_pdzxe_4 = F * t_5pi5x_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4)
-        t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_3
-        t_2gufb_4 = t_bac74_4 * t_6dtnj_2 - K_L32 * t_5aqsz_4
-        t_zws6c_4 = t_cgxsm_4 * t_6dtnj + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4
+        t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_4
+        t_2gufb_4 = t_bac74_4 * t_6dtnj_3 - K_L32 * t_5aqsz_4
+        t_zws6c_4 = t_cgxsm_4 * t_6dtnj_2 + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4
         t_mlsgy = (
             t_3y7x4
             + K54 * wy
             + K64 * wz
-            - t_hig3c_6 * t_kie2q
-            - t_hig3c_6 * t_xgkvq
+            - t_hig3c_3 * t_kie2q
+            - t_hig3c_3 * t_xgkvq
             - t_belws * t_yisz4
             - t_belws * t_jzkve_4
             + K43 * t_ewlh3
             + K43 * t_3srf3
             - K44 * t_x5djw
-            - t_hig3c_6 * t_zws6c_4
+            - t_hig3c_3 * t_zws6c_4
             - t_belws * t_2gufb_4
             + K43 * t_5aqsz_4
             - t_3y7x4
@@ -32738,14 +32738,14 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * wz
             + t_6iku5_2 * t_kie2q
             + t_6iku5_2 * t_xgkvq
-            + t_edvw3_2 * t_yisz4
-            + t_edvw3_2 * t_jzkve_4
+            + t_edvw3 * t_yisz4
+            + t_edvw3 * t_jzkve_4
             - K63 * t_ewlh3
             - K63 * t_3srf3
             + K64 * t_x5djw
             - t_bknng * t_pdzxe_4
             + t_6iku5_2 * t_zws6c_4
-            + t_edvw3_2 * t_2gufb_4
+            + t_edvw3 * t_2gufb_4
             - K63 * t_5aqsz_4
             + t_v43pb
         )
@@ -32759,18 +32759,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_h7fmv
         )
         t_2zpua = t_5jxuk * t_6dtnj_7
-        t_jo5iz = t_h7fmv * t_6dtnj_5 - K_L65 * t_2zpua
-        t_segp3 = t_mlsgy * t_6dtnj_4 - K_L54 * t_jo5iz - K_L64 * t_2zpua
-        t_3xb4a = t_36kq5 * t_6dtnj_3 - K_L43 * t_segp3 - K_L53 * t_jo5iz - K_L63 * t_2zpua
+        t_jo5iz = t_h7fmv * t_6dtnj_6 - K_L65 * t_2zpua
+        t_segp3 = t_mlsgy * t_6dtnj_5 - K_L54 * t_jo5iz - K_L64 * t_2zpua
+        t_3xb4a = t_36kq5 * t_6dtnj_4 - K_L43 * t_segp3 - K_L53 * t_jo5iz - K_L63 * t_2zpua
         t_eqr7y = (
-            t_yvz7v * t_6dtnj_2
+            t_yvz7v * t_6dtnj_3
             - K_L32 * t_3xb4a
             + t_ae46j * t_segp3
             - K_L52 * t_jo5iz
             + t_o5wmi * t_2zpua
         )
         t_66vla = (
-            t_2dpc6 * t_6dtnj
+            t_2dpc6 * t_6dtnj_2
             + t_gousg * t_eqr7y
             + t_gousg_2 * t_3xb4a
             + t_w6lcf * t_segp3
@@ -32815,7 +32815,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_yv65a = (
             t_qzmde
             + K52 * wx
-            - t_edvw3_2 * t_4ybo3
+            - t_edvw3 * t_4ybo3
             + K22 * t_h22ye
             + K32 * t_pc4ht
         )
@@ -32824,27 +32824,27 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_fpn55
             + t_6iku5 * wx
             + t_6iku5_2 * t_4ybo3
-            + t_f2nhc * t_h22ye
-            + t_f2nhc_2 * t_pc4ht
+            + t_f2nhc_2 * t_h22ye
+            + t_f2nhc * t_pc4ht
         )
         t_lhpev_2 = sin_theta1 * t_5podz
         t_dev2l_2 = sin_theta2 * t_jsutt
         t_qzmde_2 = cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz
         t_dwz2y = K32 * t_h22ye
         t_b6xzw = t_qzmde_2 + K53 * wx + K63 * t_4ybo3 + t_dwz2y + K33 * t_pc4ht
-        t_kdh5f = K11 * t_uc6nv + t_f2nhc * t_yv65a + t_f2nhc_2 * t_b6xzw
+        t_kdh5f = K11 * t_uc6nv + t_f2nhc_2 * t_yv65a + t_f2nhc * t_b6xzw
         t_4og4t = (
             t_2qjkk * t_kdh5f
             + PP_v2 * (t_q5yfk * t_yv65a - t_q5yfk_2 * t_uc6nv + t_q5yfk_3 * t_b6xzw)
         )
-        t_ya24v = (np.where(m_nsst6, -(t_x2afy * t_4og4t * t_kntxo), 0.0) + t_kdh5f) * t_6dtnj_6
-        t_omzfo = t_yv65a - t_f2nhc * t_ya24v
+        t_ya24v = (np.where(m_nsst6, -(t_x2afy * t_4og4t * t_kntxo), 0.0) + t_kdh5f) * t_6dtnj
+        t_omzfo = t_yv65a - t_f2nhc_2 * t_ya24v
         t_ixgz5 = t_q2hfz * (t_5x4sb * (t_omzfo * t_y7rm6))
         t_oesw4_5 = t_ixgz5 * t_nwsjf
         t_iubif_5 = t_bw2jd * (t_3iu34 * t_oesw4_5)
         t_27ev7_5 = F * (sin_t_6qa42 * t_iubif_5)
         t_wzmp3_5 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_5), 0.0)
-        t_lz2zc = t_b6xzw - t_f2nhc_2 * t_ya24v
+        t_lz2zc = t_b6xzw - t_f2nhc * t_ya24v
         t_tbnfl = (
             t_lz2zc * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_ixgz5 * t_nwsjf_2)), 0.0)
@@ -32874,27 +32874,27 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_5 = F * (cos_t_wuiya * t_oesw4_5)
         t_ml7ec = np.where(m_el4yy, t_s7ixe_5, 0.0) - t_omzfo + t_gousg * t_zcx4k
         t_z5auc_5 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_5), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_5), 0.0)
-        t_2pesw = (t_gousg_2 * t_zcx4k - (t_z5auc_5 + t_lz2zc) - K_L32 * t_ml7ec) * t_6dtnj_3
-        t_jzkve_5 = t_ml7ec * t_6dtnj_2 - K_L32 * t_2pesw
-        t_5grm6 = t_zcx4k * t_6dtnj + t_gousg * t_jzkve_5 + t_gousg_2 * t_2pesw
+        t_2pesw = (t_gousg_2 * t_zcx4k - (t_z5auc_5 + t_lz2zc) - K_L32 * t_ml7ec) * t_6dtnj_4
+        t_jzkve_5 = t_ml7ec * t_6dtnj_3 - K_L32 * t_2pesw
+        t_5grm6 = t_zcx4k * t_6dtnj_2 + t_gousg * t_jzkve_5 + t_gousg_2 * t_2pesw
         t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_o7cco_5 + np.where(m_uklky, t_irojk_2 * t_wmzoo_5, 0.0))
         t_ycqju_5 = t_ilple_5 - t_s7ixe_5
         t_bac74_5 = np.where(m_el4yy, t_ycqju_5, 0.0) + t_gousg * t_cgxsm_5
         t_pdzxe_5 = F * t_5pi5x_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5)
-        t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_3
-        t_2gufb_5 = t_bac74_5 * t_6dtnj_2 - K_L32 * t_5aqsz_5
-        t_zws6c_5 = t_cgxsm_5 * t_6dtnj + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5
+        t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_4
+        t_2gufb_5 = t_bac74_5 * t_6dtnj_3 - K_L32 * t_5aqsz_5
+        t_zws6c_5 = t_cgxsm_5 * t_6dtnj_2 + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5
         t_t4fah = (
             t_nphmx
             + K54 * wx
             + K64 * t_4ybo3
-            - t_hig3c_6 * t_ya24v
-            - t_hig3c_6 * t_5grm6
+            - t_hig3c_3 * t_ya24v
+            - t_hig3c_3 * t_5grm6
             - t_belws * t_h22ye
             - t_belws * t_jzkve_5
             + K43 * t_pc4ht
             + K43 * t_2pesw
-            - t_hig3c_6 * t_zws6c_5
+            - t_hig3c_3 * t_zws6c_5
             - t_belws * t_2gufb_5
             + K43 * t_5aqsz_5
             - t_nphmx
@@ -32945,13 +32945,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * t_4ybo3
             + t_6iku5_2 * t_ya24v
             + t_6iku5_2 * t_5grm6
-            + t_edvw3_2 * t_h22ye
-            + t_edvw3_2 * t_jzkve_5
+            + t_edvw3 * t_h22ye
+            + t_edvw3 * t_jzkve_5
             - K63 * t_pc4ht
             - K63 * t_2pesw
             - t_bknng * t_pdzxe_5
             + t_6iku5_2 * t_zws6c_5
-            + t_edvw3_2 * t_2gufb_5
+            + t_edvw3 * t_2gufb_5
             - K63 * t_5aqsz_5
             + t_zci7z
         )
@@ -32965,18 +32965,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_ho773
         )
         t_4kxxq = t_mvctn * t_6dtnj_7
-        t_kfmle = t_ho773 * t_6dtnj_5 - K_L65 * t_4kxxq
-        t_bsowo = t_t4fah * t_6dtnj_4 - K_L54 * t_kfmle - K_L64 * t_4kxxq
-        t_zyco5 = t_472i2 * t_6dtnj_3 - K_L43 * t_bsowo - K_L53 * t_kfmle - K_L63 * t_4kxxq
+        t_kfmle = t_ho773 * t_6dtnj_6 - K_L65 * t_4kxxq
+        t_bsowo = t_t4fah * t_6dtnj_5 - K_L54 * t_kfmle - K_L64 * t_4kxxq
+        t_zyco5 = t_472i2 * t_6dtnj_4 - K_L43 * t_bsowo - K_L53 * t_kfmle - K_L63 * t_4kxxq
         t_nxzpj = (
-            t_icxiv * t_6dtnj_2
+            t_icxiv * t_6dtnj_3
             - K_L32 * t_zyco5
             + t_ae46j * t_bsowo
             - K_L52 * t_kfmle
             + t_o5wmi * t_4kxxq
         )
         t_gwwtf = (
-            t_wlxmt * t_6dtnj
+            t_wlxmt * t_6dtnj_2
             + t_gousg * t_nxzpj
             + t_gousg_2 * t_zyco5
             + t_w6lcf * t_bsowo
@@ -33007,14 +33007,14 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_qzmde_3 = t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2
         t_ggqkk = w5 * t_t6fx5
         t_6plfm = x_C * t_ggqkk
-        t_wnpvm = t_qzmde_3 - K52 * t_ggqkk - t_edvw3_2 * wx - K22 * t_6plfm + t_dwz2y
+        t_wnpvm = t_qzmde_3 - K52 * t_ggqkk - t_edvw3 * wx - K22 * t_6plfm + t_dwz2y
         t_fpn55_2 = sin_phi1 * t_wxrry_2 + sin_phi2 * t_u7woh_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat
         t_timby = (
             t_fpn55_2
             - t_6iku5 * t_ggqkk
             + t_6iku5_2 * wx
-            - t_f2nhc * t_6plfm
-            + t_f2nhc_2 * t_h22ye
+            - t_f2nhc_2 * t_6plfm
+            + t_f2nhc * t_h22ye
         )
         t_lok4o_2 = sin_theta1 * t_dpd5l
         t_biccq_2 = sin_theta2 * t_hsipp
@@ -33026,19 +33026,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K32 * t_6plfm
             + K33 * t_h22ye
         )
-        t_7dnbi = K11 * t_timby + t_f2nhc * t_wnpvm + t_f2nhc_2 * t_plpl3
+        t_7dnbi = K11 * t_timby + t_f2nhc_2 * t_wnpvm + t_f2nhc * t_plpl3
         t_p4jbj = (
             t_2qjkk * t_7dnbi
             + PP_v2 * (t_q5yfk * t_wnpvm - t_q5yfk_2 * t_timby + t_q5yfk_3 * t_plpl3)
         )
-        t_2juba = (np.where(m_nsst6, -(t_x2afy * t_p4jbj * t_kntxo), 0.0) + t_7dnbi) * t_6dtnj_6
-        t_sujew = t_wnpvm - t_f2nhc * t_2juba
+        t_2juba = (np.where(m_nsst6, -(t_x2afy * t_p4jbj * t_kntxo), 0.0) + t_7dnbi) * t_6dtnj
+        t_sujew = t_wnpvm - t_f2nhc_2 * t_2juba
         t_kghst = t_q2hfz * (t_5x4sb * (t_sujew * t_y7rm6))
         t_oesw4_6 = t_kghst * t_nwsjf
         t_iubif_6 = t_bw2jd * (t_3iu34 * t_oesw4_6)
         t_27ev7_6 = F * (sin_t_6qa42 * t_iubif_6)
         t_wzmp3_6 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_6), 0.0)
-        t_swd55 = t_plpl3 - t_f2nhc_2 * t_2juba
+        t_swd55 = t_plpl3 - t_f2nhc * t_2juba
         t_aj6b2 = (
             t_swd55 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kghst * t_nwsjf_2)), 0.0)
@@ -33068,27 +33068,27 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_6 = F * (cos_t_wuiya * t_oesw4_6)
         t_cssz7 = np.where(m_el4yy, t_s7ixe_6, 0.0) - t_sujew + t_gousg * t_7zrbq
         t_z5auc_6 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_6), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_6), 0.0)
-        t_ytzcf = (t_gousg_2 * t_7zrbq - (t_z5auc_6 + t_swd55) - K_L32 * t_cssz7) * t_6dtnj_3
-        t_jzkve_6 = t_cssz7 * t_6dtnj_2 - K_L32 * t_ytzcf
-        t_5grm6_2 = t_7zrbq * t_6dtnj + t_gousg * t_jzkve_6 + t_gousg_2 * t_ytzcf
+        t_ytzcf = (t_gousg_2 * t_7zrbq - (t_z5auc_6 + t_swd55) - K_L32 * t_cssz7) * t_6dtnj_4
+        t_jzkve_6 = t_cssz7 * t_6dtnj_3 - K_L32 * t_ytzcf
+        t_5grm6_2 = t_7zrbq * t_6dtnj_2 + t_gousg * t_jzkve_6 + t_gousg_2 * t_ytzcf
         t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_o7cco_6 + np.where(m_uklky, t_irojk_2 * t_wmzoo_6, 0.0))
         t_ycqju_6 = t_ilple_6 - t_s7ixe_6
         t_bac74_6 = np.where(m_el4yy, t_ycqju_6, 0.0) + t_gousg * t_cgxsm_6
         t_pdzxe_6 = F * t_5pi5x_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6)
-        t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_3
-        t_2gufb_6 = t_bac74_6 * t_6dtnj_2 - K_L32 * t_5aqsz_6
-        t_zws6c_6 = t_cgxsm_6 * t_6dtnj + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6
+        t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_4
+        t_2gufb_6 = t_bac74_6 * t_6dtnj_3 - K_L32 * t_5aqsz_6
+        t_zws6c_6 = t_cgxsm_6 * t_6dtnj_2 + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6
         t_e25n5 = (
             t_now5h
             - K54 * t_ggqkk
             + K64 * wx
-            - t_hig3c_6 * t_2juba
-            - t_hig3c_6 * t_5grm6_2
+            - t_hig3c_3 * t_2juba
+            - t_hig3c_3 * t_5grm6_2
             + t_belws * t_6plfm
             - t_belws * t_jzkve_6
             + K43 * t_h22ye
             + K43 * t_ytzcf
-            - t_hig3c_6 * t_zws6c_6
+            - t_hig3c_3 * t_zws6c_6
             - t_belws * t_2gufb_6
             + K43 * t_5aqsz_6
             - t_now5h
@@ -33143,13 +33143,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * wx
             + t_6iku5_2 * t_2juba
             + t_6iku5_2 * t_5grm6_2
-            - t_edvw3_2 * t_6plfm
-            + t_edvw3_2 * t_jzkve_6
+            - t_edvw3 * t_6plfm
+            + t_edvw3 * t_jzkve_6
             - K63 * t_h22ye
             - K63 * t_ytzcf
             - t_bknng * t_pdzxe_6
             + t_6iku5_2 * t_zws6c_6
-            + t_edvw3_2 * t_2gufb_6
+            + t_edvw3 * t_2gufb_6
             - K63 * t_5aqsz_6
             + t_3m5c4
         )
@@ -33163,18 +33163,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_5fuh4
         )
         t_ti2z5 = t_rth2q * t_6dtnj_7
-        t_5lz6i = t_5fuh4 * t_6dtnj_5 - K_L65 * t_ti2z5
-        t_mwymj = t_e25n5 * t_6dtnj_4 - K_L54 * t_5lz6i - K_L64 * t_ti2z5
-        t_cbfm5 = t_472i2_2 * t_6dtnj_3 - K_L43 * t_mwymj - K_L53 * t_5lz6i - K_L63 * t_ti2z5
+        t_5lz6i = t_5fuh4 * t_6dtnj_6 - K_L65 * t_ti2z5
+        t_mwymj = t_e25n5 * t_6dtnj_5 - K_L54 * t_5lz6i - K_L64 * t_ti2z5
+        t_cbfm5 = t_472i2_2 * t_6dtnj_4 - K_L43 * t_mwymj - K_L53 * t_5lz6i - K_L63 * t_ti2z5
         t_hsvfj = (
-            t_icxiv_2 * t_6dtnj_2
+            t_icxiv_2 * t_6dtnj_3
             - K_L32 * t_cbfm5
             + t_ae46j * t_mwymj
             - K_L52 * t_5lz6i
             + t_o5wmi * t_ti2z5
         )
         t_7agvl = (
-            t_wlxmt_2 * t_6dtnj
+            t_wlxmt_2 * t_6dtnj_2
             + t_gousg * t_hsvfj
             + t_gousg_2 * t_cbfm5
             + t_w6lcf * t_mwymj
@@ -33183,21 +33183,21 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_danyi = r3 * t_ma4ro
         t_uk3gg = t_belws * t_danyi
-        t_qvcel = t_hig3c_6 * t_danyi
+        t_qvcel = t_hig3c_3 * t_danyi
         t_qhdcz = K43 * t_danyi
-        t_ump6n = K11 * t_qvcel - t_f2nhc * t_uk3gg + t_f2nhc_2 * t_qhdcz
+        t_ump6n = K11 * t_qvcel - t_f2nhc_2 * t_uk3gg + t_f2nhc * t_qhdcz
         t_xhou7 = (
             t_2qjkk * t_ump6n
             - PP_v2 * (t_q5yfk_2 * t_qvcel + t_q5yfk * t_uk3gg - t_q5yfk_3 * t_qhdcz)
         )
-        t_twxem = (np.where(m_nsst6, t_x2afy * t_xhou7 * t_kntxo, 0.0) - t_ump6n) * t_6dtnj_6
-        t_xghwy = t_uk3gg - t_f2nhc * t_twxem
+        t_twxem = (np.where(m_nsst6, t_x2afy * t_xhou7 * t_kntxo, 0.0) - t_ump6n) * t_6dtnj
+        t_xghwy = t_uk3gg - t_f2nhc_2 * t_twxem
         t_w32zh = t_q2hfz * (t_5x4sb * (t_xghwy * t_y7rm6))
         t_zigcd = t_w32zh * t_nwsjf
         t_iubif_7 = t_bw2jd * (t_3iu34 * t_zigcd)
         t_27ev7_7 = F * (sin_t_6qa42 * t_iubif_7)
         t_wzmp3_7 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_7), 0.0)
-        t_32x66 = t_qhdcz + t_f2nhc_2 * t_twxem
+        t_32x66 = t_qhdcz + t_f2nhc * t_twxem
         t_eyt3r = (
             np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_w32zh * t_nwsjf_2)), 0.0)
             - t_32x66 * t_y7rm6 * t_v2nh3
@@ -33223,21 +33223,21 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_z5auc_7 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_7), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_7), 0.0)
         t_s7ixe_7 = F * (cos_t_wuiya * t_zigcd)
         t_lvpms = np.where(m_el4yy, t_s7ixe_7, 0.0) - t_xghwy + t_gousg * t_ahd3b
-        t_xracg = (t_gousg_2 * t_ahd3b - (t_z5auc_7 - t_32x66) - K_L32 * t_lvpms) * t_6dtnj_3
-        t_p4oaf = t_lvpms * t_6dtnj_2 - K_L32 * t_xracg
-        t_qefmz = t_ahd3b * t_6dtnj + t_gousg * t_p4oaf + t_gousg_2 * t_xracg
+        t_xracg = (t_gousg_2 * t_ahd3b - (t_z5auc_7 - t_32x66) - K_L32 * t_lvpms) * t_6dtnj_4
+        t_p4oaf = t_lvpms * t_6dtnj_3 - K_L32 * t_xracg
+        t_qefmz = t_ahd3b * t_6dtnj_2 + t_gousg * t_p4oaf + t_gousg_2 * t_xracg
         t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_o7cco_7 + np.where(m_uklky, t_irojk_2 * t_wmzoo_7, 0.0))
         t_ycqju_7 = t_ilple_7 - t_s7ixe_7
         t_bac74_7 = np.where(m_el4yy, t_ycqju_7, 0.0) + t_gousg * t_cgxsm_7
         t_pdzxe_7 = F * t_5pi5x_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7)
-        t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_3
-        t_2gufb_7 = t_bac74_7 * t_6dtnj_2 - K_L32 * t_5aqsz_7
-        t_zws6c_7 = t_cgxsm_7 * t_6dtnj + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7
+        t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_4
+        t_2gufb_7 = t_bac74_7 * t_6dtnj_3 - K_L32 * t_5aqsz_7
+        t_zws6c_7 = t_cgxsm_7 * t_6dtnj_2 + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7
         t_c5gpy = (
             K43 * t_xracg
-            - (t_hig3c_6 * t_twxem + t_hig3c_6 * t_qefmz + t_belws * t_p4oaf)
+            - (t_hig3c_3 * t_twxem + t_hig3c_3 * t_qefmz + t_belws * t_p4oaf)
             - K44 * t_danyi
-            - t_hig3c_6 * t_zws6c_7
+            - t_hig3c_3 * t_zws6c_7
             - t_belws * t_2gufb_7
             + K43 * t_5aqsz_7
             + t_w6lcf * t_ke372_4
@@ -33264,12 +33264,12 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_bknng * t_z5auc_7
             + t_6iku5_2 * t_twxem
             + t_6iku5_2 * t_qefmz
-            + t_edvw3_2 * t_p4oaf
+            + t_edvw3 * t_p4oaf
             - K63 * t_xracg
             + K64 * t_danyi
             - t_bknng * t_pdzxe_7
             + t_6iku5_2 * t_zws6c_7
-            + t_edvw3_2 * t_2gufb_7
+            + t_edvw3 * t_2gufb_7
             - K63 * t_5aqsz_7
         )
         t_nioil = (
@@ -33282,18 +33282,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_lfsqp
         )
         t_e3zih = t_nioil * t_6dtnj_7
-        t_pfu6v = t_lfsqp * t_6dtnj_5 - K_L65 * t_e3zih
-        t_rxfzl = t_c5gpy * t_6dtnj_4 - K_L54 * t_pfu6v - K_L64 * t_e3zih
-        t_bt4x3 = t_uf3i2_4 * t_6dtnj_3 - K_L43 * t_rxfzl - K_L53 * t_pfu6v - K_L63 * t_e3zih
+        t_pfu6v = t_lfsqp * t_6dtnj_6 - K_L65 * t_e3zih
+        t_rxfzl = t_c5gpy * t_6dtnj_5 - K_L54 * t_pfu6v - K_L64 * t_e3zih
+        t_bt4x3 = t_uf3i2_4 * t_6dtnj_4 - K_L43 * t_rxfzl - K_L53 * t_pfu6v - K_L63 * t_e3zih
         t_zv64l = (
-            t_eokqz_4 * t_6dtnj_2
+            t_eokqz_4 * t_6dtnj_3
             - K_L32 * t_bt4x3
             + t_ae46j * t_rxfzl
             - K_L52 * t_pfu6v
             + t_o5wmi * t_e3zih
         )
         t_pthir = (
-            t_ke372_4 * t_6dtnj
+            t_ke372_4 * t_6dtnj_2
             + t_gousg * t_zv64l
             + t_gousg_2 * t_bt4x3
             + t_w6lcf * t_rxfzl
@@ -33302,22 +33302,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_zeepb = r5 * t_yjeu3
         t_uneev = x_C * t_zeepb
-        t_dtzii = K32 * t_uneev - t_edvw3_2 * t_zeepb
-        t_tuwt6 = t_6iku5_2 * t_zeepb + t_f2nhc_2 * t_uneev
+        t_dtzii = K32 * t_uneev - t_edvw3 * t_zeepb
+        t_tuwt6 = t_6iku5_2 * t_zeepb + t_f2nhc * t_uneev
         t_rjcun = K63 * t_zeepb + K33 * t_uneev
-        t_gg64x = K11 * t_tuwt6 + t_f2nhc * t_dtzii + t_f2nhc_2 * t_rjcun
+        t_gg64x = K11 * t_tuwt6 + t_f2nhc_2 * t_dtzii + t_f2nhc * t_rjcun
         t_emwdc = (
             t_2qjkk * t_gg64x
             + PP_v2 * (t_q5yfk * t_dtzii - t_q5yfk_2 * t_tuwt6 + t_q5yfk_3 * t_rjcun)
         )
-        t_lo3za = (np.where(m_nsst6, -(t_x2afy * t_emwdc * t_kntxo), 0.0) + t_gg64x) * t_6dtnj_6
-        t_ecgte = t_dtzii - t_f2nhc * t_lo3za
+        t_lo3za = (np.where(m_nsst6, -(t_x2afy * t_emwdc * t_kntxo), 0.0) + t_gg64x) * t_6dtnj
+        t_ecgte = t_dtzii - t_f2nhc_2 * t_lo3za
         t_fvn7d = t_q2hfz * (t_5x4sb * (t_ecgte * t_y7rm6))
         t_oesw4_7 = t_fvn7d * t_nwsjf
         t_iubif_8 = t_bw2jd * (t_3iu34 * t_oesw4_7)
         t_27ev7_8 = F * (sin_t_6qa42 * t_iubif_8)
         t_wzmp3_8 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_8), 0.0)
-        t_r4vb3 = t_rjcun - t_f2nhc_2 * t_lo3za
+        t_r4vb3 = t_rjcun - t_f2nhc * t_lo3za
         t_issvn = (
             t_r4vb3 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_fvn7d * t_nwsjf_2)), 0.0)
@@ -33343,24 +33343,24 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_8 = F * (cos_t_wuiya * t_oesw4_7)
         t_46pyh = np.where(m_el4yy, t_s7ixe_8, 0.0) - t_ecgte + t_gousg * t_aajgk
         t_z5auc_8 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_8), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_8), 0.0)
-        t_eugh4 = (t_gousg_2 * t_aajgk - (t_z5auc_8 + t_r4vb3) - K_L32 * t_46pyh) * t_6dtnj_3
-        t_jzkve_7 = t_46pyh * t_6dtnj_2 - K_L32 * t_eugh4
-        t_uzz4u = t_aajgk * t_6dtnj + t_gousg * t_jzkve_7 + t_gousg_2 * t_eugh4
+        t_eugh4 = (t_gousg_2 * t_aajgk - (t_z5auc_8 + t_r4vb3) - K_L32 * t_46pyh) * t_6dtnj_4
+        t_jzkve_7 = t_46pyh * t_6dtnj_3 - K_L32 * t_eugh4
+        t_uzz4u = t_aajgk * t_6dtnj_2 + t_gousg * t_jzkve_7 + t_gousg_2 * t_eugh4
         t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_o7cco_8 + np.where(m_uklky, t_irojk_2 * t_wmzoo_8, 0.0))
         t_ycqju_8 = t_ilple_8 - t_s7ixe_8
         t_bac74_8 = np.where(m_el4yy, t_ycqju_8, 0.0) + t_gousg * t_cgxsm_8
         t_pdzxe_8 = F * t_5pi5x_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8)
-        t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_3
-        t_2gufb_8 = t_bac74_8 * t_6dtnj_2 - K_L32 * t_5aqsz_8
-        t_zws6c_8 = t_cgxsm_8 * t_6dtnj + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8
+        t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_4
+        t_2gufb_8 = t_bac74_8 * t_6dtnj_3 - K_L32 * t_5aqsz_8
+        t_zws6c_8 = t_cgxsm_8 * t_6dtnj_2 + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8
         t_2urxk = (
             K64 * t_zeepb
-            - t_hig3c_6 * t_lo3za
-            - t_hig3c_6 * t_uzz4u
+            - t_hig3c_3 * t_lo3za
+            - t_hig3c_3 * t_uzz4u
             - t_belws * t_jzkve_7
             + K43 * t_uneev
             + K43 * t_eugh4
-            - t_hig3c_6 * t_zws6c_8
+            - t_hig3c_3 * t_zws6c_8
             - t_belws * t_2gufb_8
             + K43 * t_5aqsz_8
             + t_w6lcf * t_ke372_5
@@ -33390,12 +33390,12 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K66 * t_zeepb
             + t_6iku5_2 * t_lo3za
             + t_6iku5_2 * t_uzz4u
-            + t_edvw3_2 * t_jzkve_7
+            + t_edvw3 * t_jzkve_7
             - K63 * t_uneev
             - K63 * t_eugh4
             - t_bknng * t_pdzxe_8
             + t_6iku5_2 * t_zws6c_8
-            + t_edvw3_2 * t_2gufb_8
+            + t_edvw3 * t_2gufb_8
             - K63 * t_5aqsz_8
         )
         t_fgaxw = (
@@ -33408,18 +33408,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_6ah2d
         )
         t_lm7cy = t_fgaxw * t_6dtnj_7
-        t_zy642 = t_6ah2d * t_6dtnj_5 - K_L65 * t_lm7cy
-        t_3wzxk = t_2urxk * t_6dtnj_4 - K_L54 * t_zy642 - K_L64 * t_lm7cy
-        t_6sq4l = t_uf3i2_5 * t_6dtnj_3 - K_L43 * t_3wzxk - K_L53 * t_zy642 - K_L63 * t_lm7cy
+        t_zy642 = t_6ah2d * t_6dtnj_6 - K_L65 * t_lm7cy
+        t_3wzxk = t_2urxk * t_6dtnj_5 - K_L54 * t_zy642 - K_L64 * t_lm7cy
+        t_6sq4l = t_uf3i2_5 * t_6dtnj_4 - K_L43 * t_3wzxk - K_L53 * t_zy642 - K_L63 * t_lm7cy
         t_q65at = (
-            t_eokqz_5 * t_6dtnj_2
+            t_eokqz_5 * t_6dtnj_3
             - K_L32 * t_6sq4l
             + t_ae46j * t_3wzxk
             - K_L52 * t_zy642
             + t_o5wmi * t_lm7cy
         )
         t_lj2mq = (
-            t_ke372_5 * t_6dtnj
+            t_ke372_5 * t_6dtnj_2
             + t_gousg * t_q65at
             + t_gousg_2 * t_6sq4l
             + t_w6lcf * t_3wzxk
@@ -33429,21 +33429,21 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_447cc = r7 * t_t6fx5
         t_lxtrk = x_C * t_447cc
         t_va5vr = K52 * t_447cc + K22 * t_lxtrk
-        t_vsxpx = t_6iku5 * t_447cc + t_f2nhc * t_lxtrk
+        t_vsxpx = t_6iku5 * t_447cc + t_f2nhc_2 * t_lxtrk
         t_va5vr_2 = K53 * t_447cc + K32 * t_lxtrk
-        t_g2ivp = K11 * t_vsxpx + t_f2nhc * t_va5vr + t_f2nhc_2 * t_va5vr_2
+        t_g2ivp = K11 * t_vsxpx + t_f2nhc_2 * t_va5vr + t_f2nhc * t_va5vr_2
         t_tza5n = (
             t_2qjkk * t_g2ivp
             - PP_v2 * (t_q5yfk_2 * t_vsxpx - t_q5yfk * t_va5vr - t_q5yfk_3 * t_va5vr_2)
         )
-        t_ynyhb = (np.where(m_nsst6, t_x2afy * t_tza5n * t_kntxo, 0.0) - t_g2ivp) * t_6dtnj_6
-        t_jnn7d = t_va5vr + t_f2nhc * t_ynyhb
+        t_ynyhb = (np.where(m_nsst6, t_x2afy * t_tza5n * t_kntxo, 0.0) - t_g2ivp) * t_6dtnj
+        t_jnn7d = t_va5vr + t_f2nhc_2 * t_ynyhb
         t_cpv6o = t_q2hfz * (t_5x4sb * (t_jnn7d * t_y7rm6))
         t_oesw4_8 = t_cpv6o * t_nwsjf
         t_iubif_9 = t_bw2jd * (t_3iu34 * t_oesw4_8)
         t_27ev7_9 = F * (sin_t_6qa42 * t_iubif_9)
         t_wzmp3_9 = np.where(m_el4yy, cos_t_kl6tx * t_27ev7_9, 0.0)
-        t_jnn7d_2 = t_va5vr_2 + t_f2nhc_2 * t_ynyhb
+        t_jnn7d_2 = t_va5vr_2 + t_f2nhc * t_ynyhb
         t_issvn_2 = (
             np.where(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_cpv6o * t_nwsjf_2))), 0.0)
             - t_jnn7d_2 * t_y7rm6 * t_v2nh3
@@ -33469,22 +33469,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_9 = F * (cos_t_wuiya * t_oesw4_8)
         t_vdbjg = np.where(m_el4yy, -t_s7ixe_9, 0.0) + t_jnn7d + t_gousg * t_hkse4
         t_z5auc_9 = np.where(m_el4yy, sin_t_vuw2a * t_shxu4_9, 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_9), 0.0)
-        t_eugh4_2 = (t_gousg_2 * t_hkse4 - (t_z5auc_9 - t_jnn7d_2) - K_L32 * t_vdbjg) * t_6dtnj_3
-        t_jzkve_8 = t_vdbjg * t_6dtnj_2 - K_L32 * t_eugh4_2
-        t_uzz4u_2 = t_hkse4 * t_6dtnj + t_gousg * t_jzkve_8 + t_gousg_2 * t_eugh4_2
+        t_eugh4_2 = (t_gousg_2 * t_hkse4 - (t_z5auc_9 - t_jnn7d_2) - K_L32 * t_vdbjg) * t_6dtnj_4
+        t_jzkve_8 = t_vdbjg * t_6dtnj_3 - K_L32 * t_eugh4_2
+        t_uzz4u_2 = t_hkse4 * t_6dtnj_2 + t_gousg * t_jzkve_8 + t_gousg_2 * t_eugh4_2
         t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_o7cco_9 + np.where(m_uklky, t_irojk_2 * t_wmzoo_9, 0.0))
         t_ycqju_9 = t_s7ixe_9 - t_ilple_9
         t_bac74_9 = np.where(m_el4yy, t_ycqju_9, 0.0) + t_gousg * t_cgxsm_9
         t_pdzxe_9 = F * t_5pi5x_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9)
-        t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_3
-        t_2gufb_9 = t_bac74_9 * t_6dtnj_2 - K_L32 * t_5aqsz_9
-        t_zws6c_9 = t_cgxsm_9 * t_6dtnj + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9
+        t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_4
+        t_2gufb_9 = t_bac74_9 * t_6dtnj_3 - K_L32 * t_5aqsz_9
+        t_zws6c_9 = t_cgxsm_9 * t_6dtnj_2 + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9
         t_gi5ql = (
             t_belws * t_lxtrk
-            - (K54 * t_447cc + t_hig3c_6 * t_ynyhb + t_hig3c_6 * t_uzz4u_2)
+            - (K54 * t_447cc + t_hig3c_3 * t_ynyhb + t_hig3c_3 * t_uzz4u_2)
             - t_belws * t_jzkve_8
             + K43 * t_eugh4_2
-            - t_hig3c_6 * t_zws6c_9
+            - t_hig3c_3 * t_zws6c_9
             - t_belws * t_2gufb_9
             + K43 * t_5aqsz_9
             + t_w6lcf * t_ke372_6
@@ -33511,12 +33511,12 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + K65 * t_447cc
             + t_6iku5_2 * t_ynyhb
             + t_6iku5_2 * t_uzz4u_2
-            - t_edvw3_2 * t_lxtrk
-            + t_edvw3_2 * t_jzkve_8
+            - t_edvw3 * t_lxtrk
+            + t_edvw3 * t_jzkve_8
             - K63 * t_eugh4_2
             - t_bknng * t_pdzxe_9
             + t_6iku5_2 * t_zws6c_9
-            + t_edvw3_2 * t_2gufb_9
+            + t_edvw3 * t_2gufb_9
             - K63 * t_5aqsz_9
         )
         t_iv2im = (
@@ -33529,18 +33529,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_tahgd
         )
         t_ab6e6 = t_iv2im * t_6dtnj_7
-        t_lrimt = t_tahgd * t_6dtnj_5 - K_L65 * t_ab6e6
-        t_lmyzq = t_gi5ql * t_6dtnj_4 - K_L54 * t_lrimt - K_L64 * t_ab6e6
-        t_kpbnw = t_uf3i2_6 * t_6dtnj_3 - K_L43 * t_lmyzq - K_L53 * t_lrimt - K_L63 * t_ab6e6
+        t_lrimt = t_tahgd * t_6dtnj_6 - K_L65 * t_ab6e6
+        t_lmyzq = t_gi5ql * t_6dtnj_5 - K_L54 * t_lrimt - K_L64 * t_ab6e6
+        t_kpbnw = t_uf3i2_6 * t_6dtnj_4 - K_L43 * t_lmyzq - K_L53 * t_lrimt - K_L63 * t_ab6e6
         t_y25bq = (
-            t_eokqz_6 * t_6dtnj_2
+            t_eokqz_6 * t_6dtnj_3
             - K_L32 * t_kpbnw
             + t_ae46j * t_lmyzq
             - K_L52 * t_lrimt
             + t_o5wmi * t_ab6e6
         )
         t_z7djc = (
-            t_ke372_6 * t_6dtnj
+            t_ke372_6 * t_6dtnj_2
             + t_gousg * t_y25bq
             + t_gousg_2 * t_kpbnw
             + t_w6lcf * t_lmyzq
@@ -33548,12 +33548,12 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + t_thnvm_2 * t_ab6e6
         )
         t_rcy73_2 = l1 * sin_phi1
-        t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo_2
+        t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo
         t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (l1 * t_fyz6s_3)
         t_ffhbv = th_1 * t_d2zbw * (m1 * ((q_1 + q_1) * t_rcy73))
         t_mbiwq = th_1 * (I1 * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv
         t_2btv3 = cos_theta1 * t_mbiwq
-        t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo
+        t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo_2
         t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_4)
         t_vfk7p = chi1 * t_fyz6s_4 - t_fyz6s * t_fyz6s_3
         t_a7om6 = B_1 * t_vfk7p
@@ -33617,29 +33617,29 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_5pppz = (
             K11 * t_3bw5p
             - q1_v2 * t_c3bgc
-            - (q2_v2 * t_ptemu + t_f2nhc * t_iy4vu)
-            - (q3_v2 * t_ptemu_2 + t_f2nhc_2 * t_qk3ch)
+            - (q2_v2 * t_ptemu + t_f2nhc_2 * t_iy4vu)
+            - (q3_v2 * t_ptemu_2 + t_f2nhc * t_qk3ch)
         )
-        t_f2nhc_3 = t_f2nhc + t_f2nhc
+        t_f2nhc_3 = t_f2nhc_2 + t_f2nhc_2
         t_2qjkk_2 = K11 + K11
-        t_f2nhc_4 = t_f2nhc_2 + t_f2nhc_2
+        t_f2nhc_4 = t_f2nhc + t_f2nhc
         t_bxkhr = t_f2nhc_3 * t_ptemu - t_2qjkk_2 * t_c3bgc + t_f2nhc_4 * t_ptemu_2
         t_v7jic = (
             t_xyuxl * t_bxkhr
             + PP_v2 * (t_q5yfk_2 * t_3bw5p + t_q5yfk * t_iy4vu + t_q5yfk_3 * t_qk3ch)
         )
-        t_3wdoe = t_arpa7 * t_6dtnj_6
+        t_3wdoe = t_arpa7 * t_6dtnj
         t_ewsjx = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_5pppz - t_v7jic) * t_kntxo, 0.0) - t_5pppz) * t_6dtnj_6
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_5pppz - t_v7jic) * t_kntxo, 0.0) - t_5pppz) * t_6dtnj
             - t_3wdoe * t_bxkhr
         )
-        t_d45tc = t_iy4vu - (t_arpa7 * t_ptemu + t_f2nhc * t_ewsjx)
+        t_d45tc = t_iy4vu - (t_arpa7 * t_ptemu + t_f2nhc_2 * t_ewsjx)
         t_3usb3 = t_q2hfz * (t_5x4sb * (t_d45tc * t_y7rm6))
         t_7vxmt = t_3usb3 * t_nwsjf
         t_iubif_10 = t_bw2jd * (t_3iu34 * t_7vxmt)
         t_27ev7_10 = F * (sin_t_6qa42 * t_iubif_10)
         t_wzmp3_10 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_10), 0.0)
-        t_gmpbw = t_qk3ch - (t_arpa7 * t_ptemu_2 + t_f2nhc_2 * t_ewsjx)
+        t_gmpbw = t_qk3ch - (t_arpa7 * t_ptemu_2 + t_f2nhc * t_ewsjx)
         t_2m56d = (
             t_gmpbw * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_3usb3 * t_nwsjf_2)), 0.0)
@@ -33653,44 +33653,44 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
         t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
-        t_sjhta = t_njixh * t_6dtnj
-        t_5ewry = t_sjhta * t_6dtnj
+        t_sjhta = t_njixh * t_6dtnj_2
+        t_5ewry = t_sjhta * t_6dtnj_2
         t_b4c42 = sin_t_6qa42 * F
         t_ycskf = t_b4c42 - n2 + t_gousg * t_njixh
-        t_e3z3n = t_ycskf * t_6dtnj_2
+        t_e3z3n = t_ycskf * t_6dtnj_3
         t_gyv2s = t_zmkrd * sin_t_kl6tx
         t_vhcjl = t_gousg_2 * t_njixh - (t_gyv2s + n3) - K_L32 * t_ycskf
-        t_n2a4t = t_vhcjl * t_6dtnj_3
+        t_n2a4t = t_vhcjl * t_6dtnj_4
         t_w6zvz = t_irojk * cos_t_vuw2a - (q1_v2 + K11 * t_arpa7)
-        t_p4gqh = t_w6zvz * t_6dtnj
+        t_p4gqh = t_w6zvz * t_6dtnj_2
         t_56r2w = F * sin_t_wuiya
         t_cjev4 = t_56r2w - t_jakkp + t_gousg * t_w6zvz
-        t_lcfki = t_cjev4 * t_6dtnj_2
+        t_lcfki = t_cjev4 * t_6dtnj_3
         t_rc6ns = t_irojk * sin_t_vuw2a
-        t_6xt5f = (t_gousg_2 * t_w6zvz - (t_rc6ns + t_jakkp_2) - K_L32 * t_cjev4) * t_6dtnj_3
+        t_6xt5f = (t_gousg_2 * t_w6zvz - (t_rc6ns + t_jakkp_2) - K_L32 * t_cjev4) * t_6dtnj_4
         t_bmvfd = t_lcfki - K_L32 * t_6xt5f
         t_3pxhm = t_p4gqh + t_gousg * t_bmvfd + t_gousg_2 * t_6xt5f
         t_lurhj = t_zmkrd_2 * cos_t_kl6tx - t_irojk_2 * cos_t_vuw2a
-        t_aqadx = t_lurhj * t_6dtnj
+        t_aqadx = t_lurhj * t_6dtnj_2
         t_76oy7 = F * sin_t_6qa42 - t_56r2w
         t_zoi3s = t_76oy7 + t_gousg * t_lurhj
-        t_7o25l = t_zoi3s * t_6dtnj_2
+        t_7o25l = t_zoi3s * t_6dtnj_3
         t_qfukh = t_a7hee * F - t_zmkrd_2 * sin_t_kl6tx
-        t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_3
+        t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_4
         t_37lel = t_7o25l - K_L32 * t_g54r5
         t_6kh3y = t_aqadx + t_gousg * t_37lel + t_gousg_2 * t_g54r5
         t_sgdph = (
             n4
             + G2_v2 * K54
             + G3_v2 * K64
-            - t_hig3c_6 * t_arpa7
-            - t_hig3c_6 * t_3pxhm
+            - t_hig3c_3 * t_arpa7
+            - t_hig3c_3 * t_3pxhm
             - t_belws * a2_v2
             - t_belws * t_bmvfd
             + K43 * a3_v2
             + K43 * t_6xt5f
             - K44 * t_7fmkp
-            - t_hig3c_6 * t_6kh3y
+            - t_hig3c_3 * t_6kh3y
             - t_belws * t_37lel
             + K43 * t_g54r5
             - n4
@@ -33698,7 +33698,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + t_ae46j * t_ycskf
             - K_L43 * t_vhcjl
         )
-        t_26yla = t_sgdph * t_6dtnj_4
+        t_26yla = t_sgdph * t_6dtnj_5
         t_jxkqe = (
             n5
             + G2_v2 * K55
@@ -33722,7 +33722,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L53 * t_vhcjl
             - K_L54 * t_sgdph
         )
-        t_erm7k = t_jxkqe * t_6dtnj_5
+        t_erm7k = t_jxkqe * t_6dtnj_6
         t_vascj = (
             t_rc6ns * t_bknng
             - n6
@@ -33730,14 +33730,14 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - G3_v2 * K66
             + t_6iku5_2 * t_arpa7
             + t_6iku5_2 * t_3pxhm
-            + t_edvw3_2 * a2_v2
-            + t_edvw3_2 * t_bmvfd
+            + t_edvw3 * a2_v2
+            + t_edvw3 * t_bmvfd
             - K63 * a3_v2
             - K63 * t_6xt5f
             + K64 * t_7fmkp
             - t_qfukh * t_bknng
             + t_6iku5_2 * t_6kh3y
-            + t_edvw3_2 * t_37lel
+            + t_edvw3 * t_37lel
             - K63 * t_g54r5
             + n6
         )
@@ -33761,17 +33761,17 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L52 * t_ssyzm
             + t_o5wmi * t_5cn4h
         )
-        t_jza4m = t_gousg * t_6dtnj
-        t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc
+        t_jza4m = t_gousg * t_6dtnj_2
+        t_zczsz = t_ptemu * t_6dtnj_2 + t_jza4m * t_c3bgc
         t_ilple_10 = F * (cos_t_6qa42 * t_iubif_10)
         t_te25h = np.where(m_el4yy, t_ilple_10, 0.0) - t_tbc4a + (t_njixh * t_zczsz + t_gousg * t_hvdh4)
-        t_2did4 = t_e3z3n * t_6dtnj_2
-        t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc * t_zczsz)
-        t_jza4m_2 = t_gousg_2 * t_6dtnj
-        t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc
-        t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2)
-        t_bintu = K_L32 * t_6dtnj_2
-        t_3qaii = t_af7ak * t_6dtnj_2 - t_bintu * t_7kvzm
+        t_2did4 = t_e3z3n * t_6dtnj_3
+        t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc_2 * t_zczsz)
+        t_jza4m_2 = t_gousg_2 * t_6dtnj_2
+        t_zczsz_2 = t_ptemu_2 * t_6dtnj_2 + t_jza4m_2 * t_c3bgc
+        t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc_2 * t_zczsz_2)
+        t_bintu = K_L32 * t_6dtnj_3
+        t_3qaii = t_af7ak * t_6dtnj_3 - t_bintu * t_7kvzm
         t_ooljq_10 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_10), 0.0)
         t_lqx5z_10 = cos_t_kl6tx * t_swjde_10
         t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10
@@ -33781,24 +33781,24 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_mvrqf_10 + t_tbc4a_2)
             - (t_ycskf * t_3qaii + K_L32 * t_te25h)
         )
-        t_y267s = t_n2a4t * t_6dtnj_3
+        t_y267s = t_n2a4t * t_6dtnj_4
         t_etwy6 = (
             t_2zhno
             - (K_L32 * t_af7ak + t_7exg5 * t_3qaii)
-            - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2)
+            - (t_gousg_2 * t_ptemu_2 + t_f2nhc * t_zczsz_2)
         )
-        t_4pum4 = t_w6lcf * t_6dtnj
-        t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc
-        t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6)
-        t_l3pbw = t_ae46j * t_6dtnj_2
-        t_m5omm = t_sxhu6 * t_6dtnj_2 - t_l3pbw * t_7kvzm
+        t_4pum4 = t_w6lcf * t_6dtnj_2
+        t_aqch6 = Bc_1 * t_6dtnj_2 + t_4pum4 * t_c3bgc
+        t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc_2 * t_aqch6)
+        t_l3pbw = t_ae46j * t_6dtnj_3
+        t_m5omm = t_sxhu6 * t_6dtnj_3 - t_l3pbw * t_7kvzm
         t_tfhej = (
             t_dpewl_2
             + (t_ae46j * t_af7ak + t_7exg5 * t_m5omm)
-            - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6)
+            - (t_w6lcf * t_ptemu_2 + t_f2nhc * t_aqch6)
         )
-        t_bintu_2 = K_L43 * t_6dtnj_3
-        t_xc35z = t_tfhej * t_6dtnj_3 - t_bintu_2 * t_etwy6
+        t_bintu_2 = K_L43 * t_6dtnj_4
+        t_xc35z = t_tfhej * t_6dtnj_4 - t_bintu_2 * t_etwy6
         t_kktyp = t_aqrn5 * Bc_1 + l1 * t_a7om6
         t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73
         t_2ihny = t_kktyp - t_wuzra
@@ -33817,10 +33817,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + np.where(m_uklky, t_irojk * t_wmzoo_10, 0.0)
             - (t_3bw5p + (K11 * t_ewsjx - t_arpa7 * t_c3bgc))
         )
-        t_byx6c = t_p4gqh * t_6dtnj
+        t_byx6c = t_p4gqh * t_6dtnj_2
         t_s7ixe_10 = F * (cos_t_wuiya * t_7vxmt)
         t_eubpx = np.where(m_el4yy, t_s7ixe_10, 0.0) - t_d45tc + (t_w6zvz * t_zczsz + t_gousg * t_gpzvt)
-        t_5umxj = t_lcfki * t_6dtnj_2
+        t_5umxj = t_lcfki * t_6dtnj_3
         t_z5auc_10 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_10), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_10), 0.0)
         t_xcyfr = (
             t_w6zvz * t_zczsz_2
@@ -33828,31 +33828,31 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_z5auc_10 + t_gmpbw)
             - (t_cjev4 * t_3qaii + K_L32 * t_eubpx)
         )
-        t_lseqt = t_6xt5f * t_6dtnj_3
-        t_hkbz7 = t_xcyfr * t_6dtnj_3 - t_lseqt * t_etwy6
-        t_wktn7 = t_eubpx * t_6dtnj_2 - t_5umxj * t_7kvzm - (t_6xt5f * t_3qaii + K_L32 * t_hkbz7)
+        t_lseqt = t_6xt5f * t_6dtnj_4
+        t_hkbz7 = t_xcyfr * t_6dtnj_4 - t_lseqt * t_etwy6
+        t_wktn7 = t_eubpx * t_6dtnj_3 - t_5umxj * t_7kvzm - (t_6xt5f * t_3qaii + K_L32 * t_hkbz7)
         t_gnbt3 = (
-            t_gpzvt * t_6dtnj
+            t_gpzvt * t_6dtnj_2
             + t_byx6c * t_c3bgc
             + (t_bmvfd * t_zczsz + t_gousg * t_wktn7)
             + (t_6xt5f * t_zczsz_2 + t_gousg_2 * t_hkbz7)
         )
         t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_o7cco_10 + np.where(m_uklky, t_irojk_2 * t_wmzoo_10, 0.0))
-        t_3eyvc = t_aqadx * t_6dtnj
+        t_3eyvc = t_aqadx * t_6dtnj_2
         t_ycqju_10 = t_ilple_10 - t_s7ixe_10
         t_nopke = np.where(m_el4yy, t_ycqju_10, 0.0) + (t_lurhj * t_zczsz + t_gousg * t_cgxsm_10)
-        t_l3pbw_2 = t_7o25l * t_6dtnj_2
+        t_l3pbw_2 = t_7o25l * t_6dtnj_3
         t_pdzxe_10 = F * t_5pi5x_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10)
         t_m2f6l = (
             t_pdzxe_10
             + (t_lurhj * t_zczsz_2 + t_gousg_2 * t_cgxsm_10)
             - (t_zoi3s * t_3qaii + K_L32 * t_nopke)
         )
-        t_e4fqd = t_g54r5 * t_6dtnj_3
-        t_7i5di = t_m2f6l * t_6dtnj_3 - t_e4fqd * t_etwy6
-        t_tg72k = t_nopke * t_6dtnj_2 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di)
+        t_e4fqd = t_g54r5 * t_6dtnj_4
+        t_7i5di = t_m2f6l * t_6dtnj_4 - t_e4fqd * t_etwy6
+        t_tg72k = t_nopke * t_6dtnj_3 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di)
         t_6vhdn = (
-            t_cgxsm_10 * t_6dtnj
+            t_cgxsm_10 * t_6dtnj_2
             + t_3eyvc * t_c3bgc
             + (t_37lel * t_zczsz + t_gousg * t_tg72k)
             + (t_g54r5 * t_zczsz_2 + t_gousg_2 * t_7i5di)
@@ -33861,14 +33861,14 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_2ihny
             + G2_v2 * t_ngye2
             + G3_v2 * t_e4pgh
-            - (t_arpa7 * Bc_1 + t_hig3c_6 * t_ewsjx)
-            - (t_3pxhm * Bc_1 + t_hig3c_6 * t_gnbt3)
+            - (t_arpa7 * Bc_1 + t_hig3c_3 * t_ewsjx)
+            - (t_3pxhm * Bc_1 + t_hig3c_3 * t_gnbt3)
             - a2_v2 * t_dpewl
             - (t_bmvfd * t_dpewl + t_belws * t_wktn7)
             + a3_v2 * t_dpewl_2
             + (t_6xt5f * t_dpewl_2 + K43 * t_hkbz7)
             - t_7fmkp * t_wa7jk
-            - (t_6kh3y * Bc_1 + t_hig3c_6 * t_6vhdn)
+            - (t_6kh3y * Bc_1 + t_hig3c_3 * t_6vhdn)
             - (t_37lel * t_dpewl + t_belws * t_tg72k)
             + (t_g54r5 * t_dpewl_2 + K43 * t_7i5di)
             - t_2ihny
@@ -33876,35 +33876,35 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_ycskf * t_m5omm + t_ae46j * t_te25h)
             - (t_vhcjl * t_xc35z + K_L43 * t_72zjd)
         )
-        t_tim5x = t_26yla * t_6dtnj_4
+        t_tim5x = t_26yla * t_6dtnj_5
         t_hlysv = (
             t_wa7jk
             - (t_ae46j * t_sxhu6 + t_cawlo * t_m5omm)
             - (K_L43 * t_tfhej + t_e6q5b * t_xc35z)
-            - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6)
+            - (t_w6lcf * Bc_1 + t_hig3c_3 * t_aqch6)
         )
-        t_jza4m_3 = t_thnvm * t_6dtnj
-        t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc
-        t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6)
-        t_bintu_3 = K_L52 * t_6dtnj_2
-        t_q77ke = t_2r7fn * t_6dtnj_2 - t_bintu_3 * t_7kvzm
+        t_jza4m_3 = t_thnvm * t_6dtnj_2
+        t_zjzn6 = t_f4z55 * t_6dtnj_2 + t_jza4m_3 * t_c3bgc
+        t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc_2 * t_zjzn6)
+        t_bintu_3 = K_L52 * t_6dtnj_3
+        t_q77ke = t_2r7fn * t_6dtnj_3 - t_bintu_3 * t_7kvzm
         t_7ohr3 = (
             t_orzyl
             - (K_L52 * t_af7ak + t_7exg5 * t_q77ke)
-            - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6)
+            - (t_thnvm * t_ptemu_2 + t_f2nhc * t_zjzn6)
         )
-        t_bintu_4 = K_L53 * t_6dtnj_3
-        t_yah2x = t_7ohr3 * t_6dtnj_3 - t_bintu_4 * t_etwy6
+        t_bintu_4 = K_L53 * t_6dtnj_4
+        t_yah2x = t_7ohr3 * t_6dtnj_4 - t_bintu_4 * t_etwy6
         t_pc6oe = (
             t_ngye2
             + (K_L52 * t_sxhu6 + t_cawlo * t_q77ke)
             - (K_L53 * t_tfhej + t_e6q5b * t_yah2x)
-            - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6)
+            - (t_thnvm * Bc_1 + t_hig3c_3 * t_zjzn6)
         )
-        t_bintu_5 = K_L54 * t_6dtnj_4
-        t_qxlw6 = t_pc6oe * t_6dtnj_4 - t_bintu_5 * t_hlysv
+        t_bintu_5 = K_L54 * t_6dtnj_5
+        t_qxlw6 = t_pc6oe * t_6dtnj_5 - t_bintu_5 * t_hlysv
         t_uccau = t_kktyp + e1 * t_m6622
-        t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2)
+        t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh_2 * t_rcy73_2)
         t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx
         t_23glo = e1 * t_ke4iu - -2.0 * t_xqm52
         t_a22y5 = t_23glo - t_zpvnv
@@ -33934,7 +33934,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_vhcjl * t_yah2x + K_L53 * t_72zjd)
             - (t_sgdph * t_qxlw6 + K_L54 * t_7uveo)
         )
-        t_qzvyk = t_erm7k * t_6dtnj_5
+        t_qzvyk = t_erm7k * t_6dtnj_6
         t_ciywh = (
             t_3l3ff
             - (K_L52 * t_2r7fn + t_7exg5_2 * t_q77ke)
@@ -33942,26 +33942,26 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L54 * t_pc6oe + t_sjdff * t_qxlw6)
             - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6)
         )
-        t_jza4m_4 = t_thnvm_2 * t_6dtnj
-        t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc
-        t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2)
-        t_l3pbw_3 = t_o5wmi * t_6dtnj_2
-        t_x2b36 = t_c2yzs * t_6dtnj_2 - t_l3pbw_3 * t_7kvzm
+        t_jza4m_4 = t_thnvm_2 * t_6dtnj_2
+        t_zjzn6_2 = t_f4z55_2 * t_6dtnj_2 + t_jza4m_4 * t_c3bgc
+        t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc_2 * t_zjzn6_2)
+        t_l3pbw_3 = t_o5wmi * t_6dtnj_3
+        t_x2b36 = t_c2yzs * t_6dtnj_3 - t_l3pbw_3 * t_7kvzm
         t_r2rgw = (
             t_xa2rj
             + (t_o5wmi * t_af7ak + t_7exg5 * t_x2b36)
-            - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2)
+            - (t_thnvm_2 * t_ptemu_2 + t_f2nhc * t_zjzn6_2)
         )
-        t_bintu_6 = K_L63 * t_6dtnj_3
-        t_ta3hy = t_r2rgw * t_6dtnj_3 - t_bintu_6 * t_etwy6
+        t_bintu_6 = K_L63 * t_6dtnj_4
+        t_ta3hy = t_r2rgw * t_6dtnj_4 - t_bintu_6 * t_etwy6
         t_77h32 = (
             t_e4pgh
             - (t_o5wmi * t_sxhu6 + t_cawlo * t_x2b36)
             - (K_L63 * t_tfhej + t_e6q5b * t_ta3hy)
-            - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2)
+            - (t_thnvm_2 * Bc_1 + t_hig3c_3 * t_zjzn6_2)
         )
-        t_bintu_7 = K_L64 * t_6dtnj_4
-        t_c6em4 = t_77h32 * t_6dtnj_4 - t_bintu_7 * t_hlysv
+        t_bintu_7 = K_L64 * t_6dtnj_5
+        t_c6em4 = t_77h32 * t_6dtnj_5 - t_bintu_7 * t_hlysv
         t_egoqk = (
             t_xzf5j
             + (t_o5wmi * t_2r7fn + t_7exg5_2 * t_x2b36)
@@ -33969,9 +33969,9 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L64 * t_pc6oe + t_sjdff * t_c6em4)
             - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2)
         )
-        t_bintu_8 = K_L65 * t_6dtnj_5
-        t_b2ljk = t_egoqk * t_6dtnj_5 - t_bintu_8 * t_ciywh
-        t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2)
+        t_bintu_8 = K_L65 * t_6dtnj_6
+        t_b2ljk = t_egoqk * t_6dtnj_6 - t_bintu_8 * t_ciywh
+        t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh * t_rcy73_2)
         t_dfedx = t_23glo - t_envft
         t_nbjue = (
             t_bknng * t_z5auc_10
@@ -33981,13 +33981,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_arpa7 * t_f4z55_2 + t_6iku5_2 * t_ewsjx)
             + (t_3pxhm * t_f4z55_2 + t_6iku5_2 * t_gnbt3)
             + a2_v2 * t_kamdk_2
-            + (t_bmvfd * t_kamdk_2 + t_edvw3_2 * t_wktn7)
+            + (t_bmvfd * t_kamdk_2 + t_edvw3 * t_wktn7)
             - a3_v2 * t_xa2rj
             - (t_6xt5f * t_xa2rj + K63 * t_hkbz7)
             + t_7fmkp * t_e4pgh
             - t_bknng * t_pdzxe_10
             + (t_6kh3y * t_f4z55_2 + t_6iku5_2 * t_6vhdn)
-            + (t_37lel * t_kamdk_2 + t_edvw3_2 * t_tg72k)
+            + (t_37lel * t_kamdk_2 + t_edvw3 * t_tg72k)
             - (t_g54r5 * t_xa2rj + K63 * t_7i5di)
             + t_tphaw
         )
@@ -34010,22 +34010,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2)
         )
         t_kdnib = t_tqzxj * t_6dtnj_7 - t_itqoj * t_6ipne
-        t_6rpzk = t_zozet * t_6dtnj_5 - t_qzvyk * t_ciywh - (t_5cn4h * t_b2ljk + K_L65 * t_kdnib)
+        t_6rpzk = t_zozet * t_6dtnj_6 - t_qzvyk * t_ciywh - (t_5cn4h * t_b2ljk + K_L65 * t_kdnib)
         t_2ytlv = (
-            t_7uveo * t_6dtnj_4
+            t_7uveo * t_6dtnj_5
             - t_tim5x * t_hlysv
             - (t_ssyzm * t_qxlw6 + K_L54 * t_6rpzk)
             - (t_5cn4h * t_c6em4 + K_L64 * t_kdnib)
         )
         t_m6ho5 = (
-            t_72zjd * t_6dtnj_3
+            t_72zjd * t_6dtnj_4
             - t_y267s * t_etwy6
             - (t_4cb4c * t_xc35z + K_L43 * t_2ytlv)
             - (t_ssyzm * t_yah2x + K_L53 * t_6rpzk)
             - (t_5cn4h * t_ta3hy + K_L63 * t_kdnib)
         )
         t_o7hwc = (
-            t_te25h * t_6dtnj_2
+            t_te25h * t_6dtnj_3
             - t_2did4 * t_7kvzm
             - (t_wkjm3 * t_3qaii + K_L32 * t_m6ho5)
             + (t_4cb4c * t_m5omm + t_ae46j * t_2ytlv)
@@ -34033,7 +34033,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_5cn4h * t_x2b36 + t_o5wmi * t_kdnib)
         )
         t_om6hf = (
-            t_hvdh4 * t_6dtnj
+            t_hvdh4 * t_6dtnj_2
             + t_5ewry * t_c3bgc
             + (t_qgxvl * t_zczsz + t_gousg * t_o7hwc)
             + (t_wkjm3 * t_zczsz_2 + t_gousg_2 * t_m6ho5)
@@ -34046,13 +34046,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_l4ozg_2 = wy * sin_theta1 + wz * cos_theta1
         t_a3yjd = t_l5lry * (l1 * t_6t73u) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2)
         t_24qbv = th_1 * (I1 * t_a3yjd)
-        t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2
+        t_orsg5 = cos_theta1 * t_24qbv - t_mallh
         t_6t73u_2 = cos_phi1 * t_l4ozg
         t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u_2 - t_lcyz4 * t_l4ozg_2)
         t_nqgju = chi1 * t_6t73u_2 - t_fyz6s * t_6t73u - w_x1 * t_l4ozg
         t_thekk = B_1 * t_nqgju
         t_vjiiv = sin_phi1 * t_gucob + cos_phi1 * t_thekk
-        t_xwqpn = t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv)
+        t_xwqpn = t_orsg5 + (t_f2pcf - sin_theta1 * t_vjiiv)
         t_f2pcf_7 = wq_1 * sin_theta1
         t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1
         t_3ugdb = t_vjftl * t_4xedj
@@ -34061,7 +34061,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_r33pf = t_vjftl * t_ewvyh
         t_rcfrh = tn11_1 * t_4xedj
         t_m5n2z = tn11_1 * t_ewvyh
-        t_fdt76 = t_f2pcf - t_f2pcf_7
+        t_fdt76 = t_f2pcf_2 - t_f2pcf_7
         t_n74yr = (
             t_xwqpn
             + G2_v2 * t_bhxcm
@@ -34075,13 +34075,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_vjiiv_2
             + G2_v2 * t_rmbl5_2
             - G3_v2 * t_rmbl5
-            + a2_v2 * t_f2pcf_5
+            + a2_v2 * t_f2pcf_3
             - a3_v2 * t_f2pcf_4
         )
         t_f2pcf_8 = wq_1 * cos_theta1
         t_ipp4u = t_f2pcf_8 - t_r33pf
-        t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh
-        t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_2 + t_orsg5_2
+        t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh_2
+        t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_5 + t_orsg5_2
         t_fdt76_2 = t_f2pcf_8 + t_f2pcf_6
         t_nmbfc = (
             G2_v2 * t_ipp4u
@@ -34093,25 +34093,25 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_kan6c = (
             K11 * t_7wzrk
-            + (q2_v2 * t_f2pcf_5 + t_f2nhc * t_n74yr)
-            + (t_f2nhc_2 * t_nmbfc - q3_v2 * t_f2pcf_4)
+            + (q2_v2 * t_f2pcf_3 + t_f2nhc_2 * t_n74yr)
+            + (t_f2nhc * t_nmbfc - q3_v2 * t_f2pcf_4)
         )
-        t_5yzgr = t_f2nhc_3 * t_f2pcf_5 - t_f2nhc_4 * t_f2pcf_4
+        t_5yzgr = t_f2nhc_3 * t_f2pcf_3 - t_f2nhc_4 * t_f2pcf_4
         t_nevz4 = (
             t_xyuxl * t_5yzgr
             + PP_v2 * (t_q5yfk * t_n74yr - t_q5yfk_2 * t_7wzrk + t_q5yfk_3 * t_nmbfc)
         )
         t_leml7 = (
-            (np.where(m_nsst6, -(t_x2afy * (t_2qjkk * t_kan6c + t_nevz4) * t_kntxo), 0.0) + t_kan6c) * t_6dtnj_6
+            (np.where(m_nsst6, -(t_x2afy * (t_2qjkk * t_kan6c + t_nevz4) * t_kntxo), 0.0) + t_kan6c) * t_6dtnj
             - t_3wdoe * t_5yzgr
         )
-        t_265lq = t_n74yr - (t_arpa7 * t_f2pcf_5 + t_f2nhc * t_leml7)
+        t_265lq = t_n74yr - (t_arpa7 * t_f2pcf_3 + t_f2nhc_2 * t_leml7)
         t_zxuei = t_q2hfz * (t_5x4sb * (t_265lq * t_y7rm6))
         t_7vxmt_2 = t_zxuei * t_nwsjf
         t_iubif_11 = t_bw2jd * (t_3iu34 * t_7vxmt_2)
         t_27ev7_11 = F * (sin_t_6qa42 * t_iubif_11)
         t_wzmp3_11 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_11), 0.0)
-        t_hhiuy = t_nmbfc - (t_f2nhc_2 * t_leml7 - t_arpa7 * t_f2pcf_4)
+        t_hhiuy = t_nmbfc - (t_f2nhc * t_leml7 - t_arpa7 * t_f2pcf_4)
         t_aj6aa = (
             t_hhiuy * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_zxuei * t_nwsjf_2)), 0.0)
@@ -34124,13 +34124,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_swjde_11 = t_zrb6o * (t_vr3uw * t_3uupj_11)
         t_cxwzz_11 = sin_t_kl6tx * t_swjde_11
         t_jpsjh = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_vjiiv_2
-        t_3l2rq = t_f2pcf_5 * t_6dtnj
+        t_3l2rq = t_f2pcf_3 * t_6dtnj_2
         t_ilple_11 = F * (cos_t_6qa42 * t_iubif_11)
         t_5pci3 = np.where(m_el4yy, t_ilple_11, 0.0) - t_xwqpn + (t_njixh * t_3l2rq + t_gousg * t_jpsjh)
-        t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq)
-        t_3l2rq_2 = t_f2pcf_4 * t_6dtnj
-        t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2)
-        t_jp2fk = t_7egtn * t_6dtnj_2 - t_bintu * t_k4367
+        t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_3 + t_f2nhc_2 * t_3l2rq)
+        t_3l2rq_2 = t_f2pcf_4 * t_6dtnj_2
+        t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_3 - t_f2nhc_2 * t_3l2rq_2)
+        t_jp2fk = t_7egtn * t_6dtnj_3 - t_bintu * t_k4367
         t_ooljq_11 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_11), 0.0)
         t_lqx5z_11 = cos_t_kl6tx * t_swjde_11
         t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11
@@ -34142,13 +34142,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_qwp7a = (
             t_gousg_2 * t_f2pcf_4
-            + t_f2nhc_2 * t_3l2rq_2
+            + t_f2nhc * t_3l2rq_2
             - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_jp2fk))
         )
-        t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_5
-        t_yo4jq = t_bg3dm * t_6dtnj_2 - t_l3pbw * t_k4367
+        t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_3
+        t_yo4jq = t_bg3dm * t_6dtnj_3 - t_l3pbw * t_k4367
         t_gywmn = t_fdt76_2 + (t_ae46j * t_7egtn + t_7exg5 * t_yo4jq) + t_w6lcf * t_f2pcf_4
-        t_gznvd = t_gywmn * t_6dtnj_3 - t_bintu_2 * t_qwp7a
+        t_gznvd = t_gywmn * t_6dtnj_4 - t_bintu_2 * t_qwp7a
         t_r5eou = l1 * t_thekk
         t_pgfgd = q_1 * t_24qbv
         t_5avih = t_r5eou - t_pgfgd
@@ -34169,10 +34169,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_z5auc_11 + t_hhiuy)
             - (t_cjev4 * t_jp2fk + K_L32 * t_grqmg)
         )
-        t_fjsfi = t_qzul4 * t_6dtnj_3 - t_lseqt * t_qwp7a
-        t_dqsud = t_grqmg * t_6dtnj_2 - t_5umxj * t_k4367 - (t_6xt5f * t_jp2fk + K_L32 * t_fjsfi)
+        t_fjsfi = t_qzul4 * t_6dtnj_4 - t_lseqt * t_qwp7a
+        t_dqsud = t_grqmg * t_6dtnj_3 - t_5umxj * t_k4367 - (t_6xt5f * t_jp2fk + K_L32 * t_fjsfi)
         t_s4vnf = (
-            t_k7cdt * t_6dtnj
+            t_k7cdt * t_6dtnj_2
             + (t_bmvfd * t_3l2rq + t_gousg * t_dqsud)
             + (t_gousg_2 * t_fjsfi - t_6xt5f * t_3l2rq_2)
         )
@@ -34185,10 +34185,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_gousg_2 * t_cgxsm_11 - t_lurhj * t_3l2rq_2)
             - (t_zoi3s * t_jp2fk + K_L32 * t_assfc)
         )
-        t_uldkl = t_j2hhv * t_6dtnj_3 - t_e4fqd * t_qwp7a
-        t_fdsef = t_assfc * t_6dtnj_2 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl)
+        t_uldkl = t_j2hhv * t_6dtnj_4 - t_e4fqd * t_qwp7a
+        t_fdsef = t_assfc * t_6dtnj_3 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl)
         t_ncied = (
-            t_cgxsm_11 * t_6dtnj
+            t_cgxsm_11 * t_6dtnj_2
             + (t_37lel * t_3l2rq + t_gousg * t_fdsef)
             + (t_gousg_2 * t_uldkl - t_g54r5 * t_3l2rq_2)
         )
@@ -34196,13 +34196,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_5avih
             + G2_v2 * t_vsfmr
             + G3_v2 * t_vsfmr_2
-            - t_hig3c_6 * t_leml7
-            - t_hig3c_6 * t_s4vnf
+            - t_hig3c_3 * t_leml7
+            - t_hig3c_3 * t_s4vnf
             - a2_v2 * t_fdt76
             - (t_bmvfd * t_fdt76 + t_belws * t_dqsud)
             + a3_v2 * t_fdt76_2
             + (t_6xt5f * t_fdt76_2 + K43 * t_fjsfi)
-            - t_hig3c_6 * t_ncied
+            - t_hig3c_3 * t_ncied
             - (t_37lel * t_fdt76 + t_belws * t_fdsef)
             + (t_g54r5 * t_fdt76_2 + K43 * t_uldkl)
             - t_5avih
@@ -34211,22 +34211,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_vhcjl * t_gznvd + K_L43 * t_nfkbw)
         )
         t_xeukz = t_ae46j * t_bg3dm + t_cawlo * t_yo4jq + (K_L43 * t_gywmn + t_e6q5b * t_gznvd)
-        t_oria2 = t_rmbl5_2 * t_6dtnj
-        t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2)
-        t_shygh = t_zaa4w * t_6dtnj_2 - t_bintu_3 * t_k4367
+        t_oria2 = t_rmbl5_2 * t_6dtnj_2
+        t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_3 + t_f2nhc_2 * t_oria2)
+        t_shygh = t_zaa4w * t_6dtnj_3 - t_bintu_3 * t_k4367
         t_g3cf2 = (
             t_ipp4u
             - (K_L52 * t_7egtn + t_7exg5 * t_shygh)
-            - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4)
+            - (t_f2nhc * t_oria2 - t_thnvm * t_f2pcf_4)
         )
-        t_gfugg = t_g3cf2 * t_6dtnj_3 - t_bintu_4 * t_qwp7a
+        t_gfugg = t_g3cf2 * t_6dtnj_4 - t_bintu_4 * t_qwp7a
         t_eutyh = (
             t_vsfmr
             + (K_L52 * t_bg3dm + t_cawlo * t_shygh)
             - (K_L53 * t_gywmn + t_e6q5b * t_gfugg)
-            - t_hig3c_6 * t_oria2
+            - t_hig3c_3 * t_oria2
         )
-        t_4fx56 = t_eutyh * t_6dtnj_4 + t_bintu_5 * t_xeukz
+        t_4fx56 = t_eutyh * t_6dtnj_5 + t_bintu_5 * t_xeukz
         t_dv6i5 = t_r5eou - e1 * t_vjiiv
         t_p7ifm = sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5
         t_rcfrh_2 = tn44_1 * t_4xedj
@@ -34262,22 +34262,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L54 * t_eutyh + t_sjdff * t_4fx56)
             - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2)
         )
-        t_oria2_2 = t_rmbl5 * t_6dtnj
-        t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2)
-        t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw_3 * t_k4367
+        t_oria2_2 = t_rmbl5 * t_6dtnj_2
+        t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_3 - t_f2nhc_2 * t_oria2_2)
+        t_pthet = t_55v76 * t_6dtnj_3 - t_l3pbw_3 * t_k4367
         t_y4hig = (
             t_3ugdb
             + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-            + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2)
+            + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc * t_oria2_2)
         )
-        t_6xfoh = t_y4hig * t_6dtnj_3 - t_bintu_6 * t_qwp7a
+        t_6xfoh = t_y4hig * t_6dtnj_4 - t_bintu_6 * t_qwp7a
         t_i7ohe = (
             t_vsfmr_2
             - (t_o5wmi * t_bg3dm + t_cawlo * t_pthet)
             - (K_L63 * t_gywmn + t_e6q5b * t_6xfoh)
-            + t_hig3c_6 * t_oria2_2
+            + t_hig3c_3 * t_oria2_2
         )
-        t_mczja = t_i7ohe * t_6dtnj_4 + t_bintu_7 * t_xeukz
+        t_mczja = t_i7ohe * t_6dtnj_5 + t_bintu_7 * t_xeukz
         t_w2eil = (
             t_rqzxn
             + (t_o5wmi * t_zaa4w + t_7exg5_2 * t_pthet)
@@ -34285,7 +34285,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L64 * t_eutyh + t_sjdff * t_mczja)
             - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2)
         )
-        t_2fki7 = t_w2eil * t_6dtnj_5 - t_bintu_8 * t_27fzj
+        t_2fki7 = t_w2eil * t_6dtnj_6 - t_bintu_8 * t_27fzj
         t_bowfy = cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2
         t_ndaci = (
             t_bknng * t_z5auc_11
@@ -34295,13 +34295,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_6iku5_2 * t_leml7 - t_arpa7 * t_rmbl5)
             + (t_6iku5_2 * t_s4vnf - t_3pxhm * t_rmbl5)
             + a2_v2 * t_r33pf
-            + (t_bmvfd * t_r33pf + t_edvw3_2 * t_dqsud)
+            + (t_bmvfd * t_r33pf + t_edvw3 * t_dqsud)
             - a3_v2 * t_3ugdb
             - (t_6xt5f * t_3ugdb + K63 * t_fjsfi)
             + t_7fmkp * t_vsfmr_2
             - t_bknng * t_pdzxe_11
             + (t_6iku5_2 * t_ncied - t_6kh3y * t_rmbl5)
-            + (t_37lel * t_r33pf + t_edvw3_2 * t_fdsef)
+            + (t_37lel * t_r33pf + t_edvw3 * t_fdsef)
             - (t_g54r5 * t_3ugdb + K63 * t_uldkl)
             + t_bowfy
         )
@@ -34322,22 +34322,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (K_L65 * t_w2eil + t_eq4wy * t_2fki7)
         )
         t_ridqx = t_2nxpr * t_6dtnj_7 - t_itqoj * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_obv5t)
-        t_n7kdv = t_k5wlf * t_6dtnj_5 - t_qzvyk * t_27fzj - (t_5cn4h * t_2fki7 + K_L65 * t_ridqx)
+        t_n7kdv = t_k5wlf * t_6dtnj_6 - t_qzvyk * t_27fzj - (t_5cn4h * t_2fki7 + K_L65 * t_ridqx)
         t_vnmyq = (
-            t_nu7px * t_6dtnj_4
+            t_nu7px * t_6dtnj_5
             + t_tim5x * t_xeukz
             - (t_ssyzm * t_4fx56 + K_L54 * t_n7kdv)
             - (t_5cn4h * t_mczja + K_L64 * t_ridqx)
         )
         t_vnoqt = (
-            t_nfkbw * t_6dtnj_3
+            t_nfkbw * t_6dtnj_4
             - t_y267s * t_qwp7a
             - (t_4cb4c * t_gznvd + K_L43 * t_vnmyq)
             - (t_ssyzm * t_gfugg + K_L53 * t_n7kdv)
             - (t_5cn4h * t_6xfoh + K_L63 * t_ridqx)
         )
         t_ci2wa = (
-            t_5pci3 * t_6dtnj_2
+            t_5pci3 * t_6dtnj_3
             - t_2did4 * t_k4367
             - (t_wkjm3 * t_jp2fk + K_L32 * t_vnoqt)
             + (t_4cb4c * t_yo4jq + t_ae46j * t_vnmyq)
@@ -34345,7 +34345,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_5cn4h * t_pthet + t_o5wmi * t_ridqx)
         )
         t_jjman = (
-            t_jpsjh * t_6dtnj
+            t_jpsjh * t_6dtnj_2
             + (t_qgxvl * t_3l2rq + t_gousg * t_ci2wa)
             + (t_gousg_2 * t_vnoqt - t_wkjm3 * t_3l2rq_2)
             + t_w6lcf * t_vnmyq
@@ -34422,8 +34422,8 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_j3pos = (
             K11 * t_mrdvj
             - q1_v2 * t_skjof
-            - (q2_v2 * t_qh7lx + t_f2nhc * t_ifuer)
-            - (q3_v2 * t_qh7lx_2 + t_f2nhc_2 * t_ploz7)
+            - (q2_v2 * t_qh7lx + t_f2nhc_2 * t_ifuer)
+            - (q3_v2 * t_qh7lx_2 + t_f2nhc * t_ploz7)
         )
         t_tzw5a = t_f2nhc_3 * t_qh7lx - t_2qjkk_2 * t_skjof + t_f2nhc_4 * t_qh7lx_2
         t_ly54c = (
@@ -34431,16 +34431,16 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + PP_v2 * (t_q5yfk_2 * t_mrdvj + t_q5yfk * t_ifuer + t_q5yfk_3 * t_ploz7)
         )
         t_ortjy = (
-            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_j3pos - t_ly54c) * t_kntxo, 0.0) - t_j3pos) * t_6dtnj_6
+            (np.where(m_nsst6, t_x2afy * (t_2qjkk * t_j3pos - t_ly54c) * t_kntxo, 0.0) - t_j3pos) * t_6dtnj
             - t_3wdoe * t_tzw5a
         )
-        t_jbaqp = t_ifuer - (t_arpa7 * t_qh7lx + t_f2nhc * t_ortjy)
+        t_jbaqp = t_ifuer - (t_arpa7 * t_qh7lx + t_f2nhc_2 * t_ortjy)
         t_twvgs = t_q2hfz * (t_5x4sb * (t_jbaqp * t_y7rm6))
         t_7vxmt_3 = t_twvgs * t_nwsjf
         t_iubif_12 = t_bw2jd * (t_3iu34 * t_7vxmt_3)
         t_27ev7_12 = F * (sin_t_6qa42 * t_iubif_12)
         t_wzmp3_12 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_12), 0.0)
-        t_e2x6a = t_ploz7 - (t_arpa7 * t_qh7lx_2 + t_f2nhc_2 * t_ortjy)
+        t_e2x6a = t_ploz7 - (t_arpa7 * t_qh7lx_2 + t_f2nhc * t_ortjy)
         t_3r6jw = (
             t_e2x6a * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_twvgs * t_nwsjf_2)), 0.0)
@@ -34453,13 +34453,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_swjde_12 = t_zrb6o * (t_vr3uw * t_3uupj_12)
         t_cxwzz_12 = sin_t_kl6tx * t_swjde_12
         t_w57th = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_kizhr_2
-        t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof
+        t_5vgja = t_qh7lx * t_6dtnj_2 + t_jza4m * t_skjof
         t_ilple_12 = F * (cos_t_6qa42 * t_iubif_12)
         t_lxcgp = np.where(m_el4yy, t_ilple_12, 0.0) - t_kpxu6 + (t_njixh * t_5vgja + t_gousg * t_w57th)
-        t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja)
-        t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof
-        t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2)
-        t_6q3ip = t_lo4sj * t_6dtnj_2 - t_bintu * t_7uvyw
+        t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc_2 * t_5vgja)
+        t_5vgja_2 = t_qh7lx_2 * t_6dtnj_2 + t_jza4m_2 * t_skjof
+        t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc_2 * t_5vgja_2)
+        t_6q3ip = t_lo4sj * t_6dtnj_3 - t_bintu * t_7uvyw
         t_ooljq_12 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_12), 0.0)
         t_lqx5z_12 = cos_t_kl6tx * t_swjde_12
         t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12
@@ -34472,17 +34472,17 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_ekvd2 = (
             t_qdwhy
             - (K_L32 * t_lo4sj + t_7exg5 * t_6q3ip)
-            - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2)
+            - (t_gousg_2 * t_qh7lx_2 + t_f2nhc * t_5vgja_2)
         )
-        t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof
-        t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt)
-        t_5gny6 = t_ex3ue * t_6dtnj_2 - t_l3pbw * t_7uvyw
+        t_k2jbt = Bc_2 * t_6dtnj_2 + t_4pum4 * t_skjof
+        t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc_2 * t_k2jbt)
+        t_5gny6 = t_ex3ue * t_6dtnj_3 - t_l3pbw * t_7uvyw
         t_vxniq = (
             t_s44po_2
             + (t_ae46j * t_lo4sj + t_7exg5 * t_5gny6)
-            - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt)
+            - (t_w6lcf * t_qh7lx_2 + t_f2nhc * t_k2jbt)
         )
-        t_25qco = t_vxniq * t_6dtnj_3 - t_bintu_2 * t_ekvd2
+        t_25qco = t_vxniq * t_6dtnj_4 - t_bintu_2 * t_ekvd2
         t_atr6g = t_3hay7 * Bc_2 + l2 * t_utpdc
         t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau
         t_t7elp = t_atr6g - t_ubbzk
@@ -34510,10 +34510,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_z5auc_12 + t_e2x6a)
             - (t_cjev4 * t_6q3ip + K_L32 * t_65obf)
         )
-        t_ubkxp = t_hgbvh * t_6dtnj_3 - t_lseqt * t_ekvd2
-        t_f5xnn = t_65obf * t_6dtnj_2 - t_5umxj * t_7uvyw - (t_6xt5f * t_6q3ip + K_L32 * t_ubkxp)
+        t_ubkxp = t_hgbvh * t_6dtnj_4 - t_lseqt * t_ekvd2
+        t_f5xnn = t_65obf * t_6dtnj_3 - t_5umxj * t_7uvyw - (t_6xt5f * t_6q3ip + K_L32 * t_ubkxp)
         t_uhdhu = (
-            t_s5y6t * t_6dtnj
+            t_s5y6t * t_6dtnj_2
             + t_byx6c * t_skjof
             + (t_bmvfd * t_5vgja + t_gousg * t_f5xnn)
             + (t_6xt5f * t_5vgja_2 + t_gousg_2 * t_ubkxp)
@@ -34527,10 +34527,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_lurhj * t_5vgja_2 + t_gousg_2 * t_cgxsm_12)
             - (t_zoi3s * t_6q3ip + K_L32 * t_ai6ro)
         )
-        t_avpof = t_45mkx * t_6dtnj_3 - t_e4fqd * t_ekvd2
-        t_jgdl3 = t_ai6ro * t_6dtnj_2 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof)
+        t_avpof = t_45mkx * t_6dtnj_4 - t_e4fqd * t_ekvd2
+        t_jgdl3 = t_ai6ro * t_6dtnj_3 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof)
         t_a3ckq = (
-            t_cgxsm_12 * t_6dtnj
+            t_cgxsm_12 * t_6dtnj_2
             + t_3eyvc * t_skjof
             + (t_37lel * t_5vgja + t_gousg * t_jgdl3)
             + (t_g54r5 * t_5vgja_2 + t_gousg_2 * t_avpof)
@@ -34539,14 +34539,14 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_t7elp
             + G2_v2 * t_lcw2f
             + G3_v2 * t_cs2ja
-            - (t_arpa7 * Bc_2 + t_hig3c_6 * t_ortjy)
-            - (t_3pxhm * Bc_2 + t_hig3c_6 * t_uhdhu)
+            - (t_arpa7 * Bc_2 + t_hig3c_3 * t_ortjy)
+            - (t_3pxhm * Bc_2 + t_hig3c_3 * t_uhdhu)
             - a2_v2 * t_s44po
             - (t_bmvfd * t_s44po + t_belws * t_f5xnn)
             + a3_v2 * t_s44po_2
             + (t_6xt5f * t_s44po_2 + K43 * t_ubkxp)
             - t_7fmkp * t_r343y
-            - (t_6kh3y * Bc_2 + t_hig3c_6 * t_a3ckq)
+            - (t_6kh3y * Bc_2 + t_hig3c_3 * t_a3ckq)
             - (t_37lel * t_s44po + t_belws * t_jgdl3)
             + (t_g54r5 * t_s44po_2 + K43 * t_avpof)
             - t_t7elp
@@ -34558,26 +34558,26 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_r343y
             - (t_ae46j * t_ex3ue + t_cawlo * t_5gny6)
             - (K_L43 * t_vxniq + t_e6q5b * t_25qco)
-            - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt)
+            - (t_w6lcf * Bc_2 + t_hig3c_3 * t_k2jbt)
         )
-        t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof
-        t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx)
-        t_bemnw = t_l5xsr * t_6dtnj_2 - t_bintu_3 * t_7uvyw
+        t_ccnzx = t_jiaxv * t_6dtnj_2 + t_jza4m_3 * t_skjof
+        t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc_2 * t_ccnzx)
+        t_bemnw = t_l5xsr * t_6dtnj_3 - t_bintu_3 * t_7uvyw
         t_ivbeq = (
             t_zr242
             - (K_L52 * t_lo4sj + t_7exg5 * t_bemnw)
-            - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx)
+            - (t_thnvm * t_qh7lx_2 + t_f2nhc * t_ccnzx)
         )
-        t_rzspp = t_ivbeq * t_6dtnj_3 - t_bintu_4 * t_ekvd2
+        t_rzspp = t_ivbeq * t_6dtnj_4 - t_bintu_4 * t_ekvd2
         t_gt666 = (
             t_lcw2f
             + (K_L52 * t_ex3ue + t_cawlo * t_bemnw)
             - (K_L53 * t_vxniq + t_e6q5b * t_rzspp)
-            - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx)
+            - (t_thnvm * Bc_2 + t_hig3c_3 * t_ccnzx)
         )
-        t_m3l6t = t_gt666 * t_6dtnj_4 - t_bintu_5 * t_7kmgl
+        t_m3l6t = t_gt666 * t_6dtnj_5 - t_bintu_5 * t_7kmgl
         t_risdx = t_atr6g + e2 * t_kizhr
-        t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2)
+        t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o_2 * t_uvqau_2)
         t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow
         t_cc4zp = e2 * t_6zvid - -2.0 * t_xm3he
         t_ku6ce = t_cc4zp - t_v6ktv
@@ -34614,22 +34614,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L54 * t_gt666 + t_sjdff * t_m3l6t)
             - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx)
         )
-        t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof
-        t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2)
-        t_d3dwj = t_vvhbc * t_6dtnj_2 - t_l3pbw_3 * t_7uvyw
+        t_ccnzx_2 = t_jiaxv_2 * t_6dtnj_2 + t_jza4m_4 * t_skjof
+        t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc_2 * t_ccnzx_2)
+        t_d3dwj = t_vvhbc * t_6dtnj_3 - t_l3pbw_3 * t_7uvyw
         t_wmkcv = (
             t_d5nl2
             + (t_o5wmi * t_lo4sj + t_7exg5 * t_d3dwj)
-            - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2)
+            - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc * t_ccnzx_2)
         )
-        t_ds26d = t_wmkcv * t_6dtnj_3 - t_bintu_6 * t_ekvd2
+        t_ds26d = t_wmkcv * t_6dtnj_4 - t_bintu_6 * t_ekvd2
         t_rhacf = (
             t_cs2ja
             - (t_o5wmi * t_ex3ue + t_cawlo * t_d3dwj)
             - (K_L63 * t_vxniq + t_e6q5b * t_ds26d)
-            - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2)
+            - (t_thnvm_2 * Bc_2 + t_hig3c_3 * t_ccnzx_2)
         )
-        t_thtgx = t_rhacf * t_6dtnj_4 - t_bintu_7 * t_7kmgl
+        t_thtgx = t_rhacf * t_6dtnj_5 - t_bintu_7 * t_7kmgl
         t_wft6l = (
             t_uqamo
             + (t_o5wmi * t_l5xsr + t_7exg5_2 * t_d3dwj)
@@ -34637,8 +34637,8 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L64 * t_gt666 + t_sjdff * t_thtgx)
             - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2)
         )
-        t_cfvj3 = t_wft6l * t_6dtnj_5 - t_bintu_8 * t_jmcu4
-        t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2)
+        t_cfvj3 = t_wft6l * t_6dtnj_6 - t_bintu_8 * t_jmcu4
+        t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o * t_uvqau_2)
         t_dzkws = t_cc4zp - t_4jhiy
         t_xmumw = (
             t_bknng * t_z5auc_12
@@ -34648,13 +34648,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_arpa7 * t_jiaxv_2 + t_6iku5_2 * t_ortjy)
             + (t_3pxhm * t_jiaxv_2 + t_6iku5_2 * t_uhdhu)
             + a2_v2 * t_jqvng_2
-            + (t_bmvfd * t_jqvng_2 + t_edvw3_2 * t_f5xnn)
+            + (t_bmvfd * t_jqvng_2 + t_edvw3 * t_f5xnn)
             - a3_v2 * t_d5nl2
             - (t_6xt5f * t_d5nl2 + K63 * t_ubkxp)
             + t_7fmkp * t_cs2ja
             - t_bknng * t_pdzxe_12
             + (t_6kh3y * t_jiaxv_2 + t_6iku5_2 * t_a3ckq)
-            + (t_37lel * t_jqvng_2 + t_edvw3_2 * t_jgdl3)
+            + (t_37lel * t_jqvng_2 + t_edvw3 * t_jgdl3)
             - (t_g54r5 * t_d5nl2 + K63 * t_avpof)
             + t_ccq7c
         )
@@ -34676,22 +34676,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2)
         )
         t_dyojt = t_ilytm * t_6dtnj_7 - t_itqoj * t_ppeo4
-        t_l22gr = t_2ug52 * t_6dtnj_5 - t_qzvyk * t_jmcu4 - (t_5cn4h * t_cfvj3 + K_L65 * t_dyojt)
+        t_l22gr = t_2ug52 * t_6dtnj_6 - t_qzvyk * t_jmcu4 - (t_5cn4h * t_cfvj3 + K_L65 * t_dyojt)
         t_rcnrt = (
-            t_ypl3k * t_6dtnj_4
+            t_ypl3k * t_6dtnj_5
             - t_tim5x * t_7kmgl
             - (t_ssyzm * t_m3l6t + K_L54 * t_l22gr)
             - (t_5cn4h * t_thtgx + K_L64 * t_dyojt)
         )
         t_ycf4w = (
-            t_ls35t * t_6dtnj_3
+            t_ls35t * t_6dtnj_4
             - t_y267s * t_ekvd2
             - (t_4cb4c * t_25qco + K_L43 * t_rcnrt)
             - (t_ssyzm * t_rzspp + K_L53 * t_l22gr)
             - (t_5cn4h * t_ds26d + K_L63 * t_dyojt)
         )
         t_k2gt5 = (
-            t_lxcgp * t_6dtnj_2
+            t_lxcgp * t_6dtnj_3
             - t_2did4 * t_7uvyw
             - (t_wkjm3 * t_6q3ip + K_L32 * t_ycf4w)
             + (t_4cb4c * t_5gny6 + t_ae46j * t_rcnrt)
@@ -34699,7 +34699,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_5cn4h * t_d3dwj + t_o5wmi * t_dyojt)
         )
         t_2fnav = (
-            t_w57th * t_6dtnj
+            t_w57th * t_6dtnj_2
             + t_5ewry * t_skjof
             + (t_qgxvl * t_5vgja + t_gousg * t_k2gt5)
             + (t_wkjm3 * t_5vgja_2 + t_gousg_2 * t_ycf4w)
@@ -34712,13 +34712,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_doiln_2 = wy * sin_theta2 + wz * cos_theta2
         t_jrazf = t_dkl52 * (l2 * t_b6zig) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2)
         t_tdjwy = th_2 * (I2 * t_jrazf)
-        t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2
+        t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o
         t_b6zig_2 = cos_phi2 * t_doiln
         t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig_2 - t_jsckv * t_doiln_2)
         t_b76zd = chi2 * t_b6zig_2 - t_2t7vh * t_b6zig - w_x2 * t_doiln
         t_tewqk = B_2 * t_b76zd
         t_iwtfp = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk
-        t_gl4us = t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp)
+        t_gl4us = t_o4t3p + (t_u5rk4 - sin_theta2 * t_iwtfp)
         t_u5rk4_7 = wq_2 * sin_theta2
         t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2
         t_yjwot = t_vsqil * t_so6aj
@@ -34727,7 +34727,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_pwjew = t_vsqil * t_le4xr
         t_bu6uv = tn11_2 * t_so6aj
         t_6um6d = tn11_2 * t_le4xr
-        t_dnnxk = t_u5rk4 - t_u5rk4_7
+        t_dnnxk = t_u5rk4_2 - t_u5rk4_7
         t_i2le4 = (
             t_gl4us
             + G2_v2 * t_ocug6
@@ -34741,13 +34741,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_iwtfp_2
             + G2_v2 * t_oja3l_2
             - G3_v2 * t_oja3l
-            + a2_v2 * t_u5rk4_5
+            + a2_v2 * t_u5rk4_3
             - a3_v2 * t_u5rk4_4
         )
         t_u5rk4_8 = wq_2 * cos_theta2
         t_mma3c = t_u5rk4_8 - t_pwjew
-        t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o
-        t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_2)
+        t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o_2
+        t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_5)
         t_dnnxk_2 = t_u5rk4_8 + t_u5rk4_6
         t_eun53 = (
             G2_v2 * t_mma3c
@@ -34759,25 +34759,25 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_ma2ov = (
             K11 * t_zcsjr
-            + (q2_v2 * t_u5rk4_5 + t_f2nhc * t_i2le4)
-            + (t_f2nhc_2 * t_eun53 - q3_v2 * t_u5rk4_4)
+            + (q2_v2 * t_u5rk4_3 + t_f2nhc_2 * t_i2le4)
+            + (t_f2nhc * t_eun53 - q3_v2 * t_u5rk4_4)
         )
-        t_osu6m = t_f2nhc_3 * t_u5rk4_5 - t_f2nhc_4 * t_u5rk4_4
+        t_osu6m = t_f2nhc_3 * t_u5rk4_3 - t_f2nhc_4 * t_u5rk4_4
         t_ws4v7 = (
             t_xyuxl * t_osu6m
             + PP_v2 * (t_q5yfk * t_i2le4 - t_q5yfk_2 * t_zcsjr + t_q5yfk_3 * t_eun53)
         )
         t_z3s3e = (
-            (np.where(m_nsst6, -(t_x2afy * (t_2qjkk * t_ma2ov + t_ws4v7) * t_kntxo), 0.0) + t_ma2ov) * t_6dtnj_6
+            (np.where(m_nsst6, -(t_x2afy * (t_2qjkk * t_ma2ov + t_ws4v7) * t_kntxo), 0.0) + t_ma2ov) * t_6dtnj
             - t_3wdoe * t_osu6m
         )
-        t_bd62k = t_i2le4 - (t_arpa7 * t_u5rk4_5 + t_f2nhc * t_z3s3e)
+        t_bd62k = t_i2le4 - (t_arpa7 * t_u5rk4_3 + t_f2nhc_2 * t_z3s3e)
         t_bdxja = t_q2hfz * (t_5x4sb * (t_bd62k * t_y7rm6))
         t_7vxmt_4 = t_bdxja * t_nwsjf
         t_iubif_13 = t_bw2jd * (t_3iu34 * t_7vxmt_4)
         t_27ev7_13 = F * (sin_t_6qa42 * t_iubif_13)
         t_wzmp3_13 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_13), 0.0)
-        t_yvz4l = t_eun53 - (t_f2nhc_2 * t_z3s3e - t_arpa7 * t_u5rk4_4)
+        t_yvz4l = t_eun53 - (t_f2nhc * t_z3s3e - t_arpa7 * t_u5rk4_4)
         t_3tbam = (
             t_yvz4l * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_bdxja * t_nwsjf_2)), 0.0)
@@ -34790,13 +34790,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_swjde_13 = t_zrb6o * (t_vr3uw * t_3uupj_13)
         t_cxwzz_13 = sin_t_kl6tx * t_swjde_13
         t_bgade = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_iwtfp_2
-        t_yrmpr = t_u5rk4_5 * t_6dtnj
+        t_yrmpr = t_u5rk4_3 * t_6dtnj_2
         t_ilple_13 = F * (cos_t_6qa42 * t_iubif_13)
         t_wmigc = np.where(m_el4yy, t_ilple_13, 0.0) - t_gl4us + (t_njixh * t_yrmpr + t_gousg * t_bgade)
-        t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr)
-        t_yrmpr_2 = t_u5rk4_4 * t_6dtnj
-        t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2)
-        t_b7jjc = t_xocma * t_6dtnj_2 - t_bintu * t_k4opm
+        t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_3 + t_f2nhc_2 * t_yrmpr)
+        t_yrmpr_2 = t_u5rk4_4 * t_6dtnj_2
+        t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_3 - t_f2nhc_2 * t_yrmpr_2)
+        t_b7jjc = t_xocma * t_6dtnj_3 - t_bintu * t_k4opm
         t_ooljq_13 = np.where(m_el4yy, -(sin_t_kl6tx * t_27ev7_13), 0.0)
         t_lqx5z_13 = cos_t_kl6tx * t_swjde_13
         t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13
@@ -34808,13 +34808,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         )
         t_dtsk5 = (
             t_gousg_2 * t_u5rk4_4
-            + t_f2nhc_2 * t_yrmpr_2
+            + t_f2nhc * t_yrmpr_2
             - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_b7jjc))
         )
-        t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_5
-        t_o3gyj = t_tlnp4 * t_6dtnj_2 - t_l3pbw * t_k4opm
+        t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_3
+        t_o3gyj = t_tlnp4 * t_6dtnj_3 - t_l3pbw * t_k4opm
         t_65yvy = t_dnnxk_2 + (t_ae46j * t_xocma + t_7exg5 * t_o3gyj) + t_w6lcf * t_u5rk4_4
-        t_afo5h = t_65yvy * t_6dtnj_3 - t_bintu_2 * t_dtsk5
+        t_afo5h = t_65yvy * t_6dtnj_4 - t_bintu_2 * t_dtsk5
         t_e3pd3 = l2 * t_tewqk
         t_pxzgl = q_2 * t_tdjwy
         t_v4o5s = t_e3pd3 - t_pxzgl
@@ -34835,10 +34835,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_z5auc_13 + t_yvz4l)
             - (t_cjev4 * t_b7jjc + K_L32 * t_4dagv)
         )
-        t_bzvpa = t_jzmvi * t_6dtnj_3 - t_lseqt * t_dtsk5
-        t_mcphp = t_4dagv * t_6dtnj_2 - t_5umxj * t_k4opm - (t_6xt5f * t_b7jjc + K_L32 * t_bzvpa)
+        t_bzvpa = t_jzmvi * t_6dtnj_4 - t_lseqt * t_dtsk5
+        t_mcphp = t_4dagv * t_6dtnj_3 - t_5umxj * t_k4opm - (t_6xt5f * t_b7jjc + K_L32 * t_bzvpa)
         t_vg2wn = (
-            t_ppuv5 * t_6dtnj
+            t_ppuv5 * t_6dtnj_2
             + (t_bmvfd * t_yrmpr + t_gousg * t_mcphp)
             + (t_gousg_2 * t_bzvpa - t_6xt5f * t_yrmpr_2)
         )
@@ -34851,10 +34851,10 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_gousg_2 * t_cgxsm_13 - t_lurhj * t_yrmpr_2)
             - (t_zoi3s * t_b7jjc + K_L32 * t_mfpen)
         )
-        t_rrgqa = t_gjpyk * t_6dtnj_3 - t_e4fqd * t_dtsk5
-        t_izkjb = t_mfpen * t_6dtnj_2 - t_l3pbw_2 * t_k4opm - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa)
+        t_rrgqa = t_gjpyk * t_6dtnj_4 - t_e4fqd * t_dtsk5
+        t_izkjb = t_mfpen * t_6dtnj_3 - t_l3pbw_2 * t_k4opm - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa)
         t_tduzp = (
-            t_cgxsm_13 * t_6dtnj
+            t_cgxsm_13 * t_6dtnj_2
             + (t_37lel * t_yrmpr + t_gousg * t_izkjb)
             + (t_gousg_2 * t_rrgqa - t_g54r5 * t_yrmpr_2)
         )
@@ -34862,13 +34862,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             t_v4o5s
             + G2_v2 * t_izs7f
             + G3_v2 * t_izs7f_2
-            - t_hig3c_6 * t_z3s3e
-            - t_hig3c_6 * t_vg2wn
+            - t_hig3c_3 * t_z3s3e
+            - t_hig3c_3 * t_vg2wn
             - a2_v2 * t_dnnxk
             - (t_bmvfd * t_dnnxk + t_belws * t_mcphp)
             + a3_v2 * t_dnnxk_2
             + (t_6xt5f * t_dnnxk_2 + K43 * t_bzvpa)
-            - t_hig3c_6 * t_tduzp
+            - t_hig3c_3 * t_tduzp
             - (t_37lel * t_dnnxk + t_belws * t_izkjb)
             + (t_g54r5 * t_dnnxk_2 + K43 * t_rrgqa)
             - t_v4o5s
@@ -34877,22 +34877,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (t_vhcjl * t_afo5h + K_L43 * t_w6fea)
         )
         t_r6h7w = t_ae46j * t_tlnp4 + t_cawlo * t_o3gyj + (K_L43 * t_65yvy + t_e6q5b * t_afo5h)
-        t_gsxk4 = t_oja3l_2 * t_6dtnj
-        t_uhy5w = t_ocug6 - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4)
-        t_svdpp = t_uhy5w * t_6dtnj_2 - t_bintu_3 * t_k4opm
+        t_gsxk4 = t_oja3l_2 * t_6dtnj_2
+        t_uhy5w = t_ocug6 - (t_thnvm * t_u5rk4_3 + t_f2nhc_2 * t_gsxk4)
+        t_svdpp = t_uhy5w * t_6dtnj_3 - t_bintu_3 * t_k4opm
         t_sxzpu = (
             t_mma3c
             - (K_L52 * t_xocma + t_7exg5 * t_svdpp)
-            - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4)
+            - (t_f2nhc * t_gsxk4 - t_thnvm * t_u5rk4_4)
         )
-        t_dgo5i = t_sxzpu * t_6dtnj_3 - t_bintu_4 * t_dtsk5
+        t_dgo5i = t_sxzpu * t_6dtnj_4 - t_bintu_4 * t_dtsk5
         t_rbbr3 = (
             t_izs7f
             + (K_L52 * t_tlnp4 + t_cawlo * t_svdpp)
             - (K_L53 * t_65yvy + t_e6q5b * t_dgo5i)
-            - t_hig3c_6 * t_gsxk4
+            - t_hig3c_3 * t_gsxk4
         )
-        t_4fx56_2 = t_rbbr3 * t_6dtnj_4 + t_bintu_5 * t_r6h7w
+        t_4fx56_2 = t_rbbr3 * t_6dtnj_5 + t_bintu_5 * t_r6h7w
         t_juk4v = t_e3pd3 - e2 * t_iwtfp
         t_ugfpt = sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p
         t_bu6uv_2 = tn44_2 * t_so6aj
@@ -34928,22 +34928,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L54 * t_rbbr3 + t_sjdff * t_4fx56_2)
             - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4)
         )
-        t_gsxk4_2 = t_oja3l * t_6dtnj
-        t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2)
-        t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw_3 * t_k4opm
+        t_gsxk4_2 = t_oja3l * t_6dtnj_2
+        t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_3 - t_f2nhc_2 * t_gsxk4_2)
+        t_qcwbd = t_dshy3 * t_6dtnj_3 - t_l3pbw_3 * t_k4opm
         t_of44d = (
             t_yjwot
             + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-            + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2)
+            + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc * t_gsxk4_2)
         )
-        t_zz2lj = t_of44d * t_6dtnj_3 - t_bintu_6 * t_dtsk5
+        t_zz2lj = t_of44d * t_6dtnj_4 - t_bintu_6 * t_dtsk5
         t_e4xza = (
             t_izs7f_2
             - (t_o5wmi * t_tlnp4 + t_cawlo * t_qcwbd)
             - (K_L63 * t_65yvy + t_e6q5b * t_zz2lj)
-            + t_hig3c_6 * t_gsxk4_2
+            + t_hig3c_3 * t_gsxk4_2
         )
-        t_mczja_2 = t_e4xza * t_6dtnj_4 + t_bintu_7 * t_r6h7w
+        t_mczja_2 = t_e4xza * t_6dtnj_5 + t_bintu_7 * t_r6h7w
         t_nfsm4 = (
             t_t7pet
             + (t_o5wmi * t_uhy5w + t_7exg5_2 * t_qcwbd)
@@ -34951,7 +34951,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - (K_L64 * t_rbbr3 + t_sjdff * t_mczja_2)
             - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2)
         )
-        t_ea4g2 = t_nfsm4 * t_6dtnj_5 - t_bintu_8 * t_eql56
+        t_ea4g2 = t_nfsm4 * t_6dtnj_6 - t_bintu_8 * t_eql56
         t_maktp = cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2
         t_h2m3m = (
             t_bknng * t_z5auc_13
@@ -34961,13 +34961,13 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_6iku5_2 * t_z3s3e - t_arpa7 * t_oja3l)
             + (t_6iku5_2 * t_vg2wn - t_3pxhm * t_oja3l)
             + a2_v2 * t_pwjew
-            + (t_bmvfd * t_pwjew + t_edvw3_2 * t_mcphp)
+            + (t_bmvfd * t_pwjew + t_edvw3 * t_mcphp)
             - a3_v2 * t_yjwot
             - (t_6xt5f * t_yjwot + K63 * t_bzvpa)
             + t_7fmkp * t_izs7f_2
             - t_bknng * t_pdzxe_13
             + (t_6iku5_2 * t_tduzp - t_6kh3y * t_oja3l)
-            + (t_37lel * t_pwjew + t_edvw3_2 * t_izkjb)
+            + (t_37lel * t_pwjew + t_edvw3 * t_izkjb)
             - (t_g54r5 * t_yjwot + K63 * t_rrgqa)
             + t_maktp
         )
@@ -34988,22 +34988,22 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (K_L65 * t_nfsm4 + t_eq4wy * t_ea4g2)
         )
         t_xdool = t_26fvt * t_6dtnj_7 - t_itqoj * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_jc2qp)
-        t_n4r5m = t_czzgh * t_6dtnj_5 - t_qzvyk * t_eql56 - (t_5cn4h * t_ea4g2 + K_L65 * t_xdool)
+        t_n4r5m = t_czzgh * t_6dtnj_6 - t_qzvyk * t_eql56 - (t_5cn4h * t_ea4g2 + K_L65 * t_xdool)
         t_zntvw = (
-            t_hfczw * t_6dtnj_4
+            t_hfczw * t_6dtnj_5
             + t_tim5x * t_r6h7w
             - (t_ssyzm * t_4fx56_2 + K_L54 * t_n4r5m)
             - (t_5cn4h * t_mczja_2 + K_L64 * t_xdool)
         )
         t_fg5gh = (
-            t_w6fea * t_6dtnj_3
+            t_w6fea * t_6dtnj_4
             - t_y267s * t_dtsk5
             - (t_4cb4c * t_afo5h + K_L43 * t_zntvw)
             - (t_ssyzm * t_dgo5i + K_L53 * t_n4r5m)
             - (t_5cn4h * t_zz2lj + K_L63 * t_xdool)
         )
         t_qneq4 = (
-            t_wmigc * t_6dtnj_2
+            t_wmigc * t_6dtnj_3
             - t_2did4 * t_k4opm
             - (t_wkjm3 * t_b7jjc + K_L32 * t_fg5gh)
             + (t_4cb4c * t_o3gyj + t_ae46j * t_zntvw)
@@ -35011,7 +35011,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             + (t_5cn4h * t_qcwbd + t_o5wmi * t_xdool)
         )
         t_fqv5g = (
-            t_bgade * t_6dtnj
+            t_bgade * t_6dtnj_2
             + (t_qgxvl * t_yrmpr + t_gousg * t_qneq4)
             + (t_gousg_2 * t_fg5gh - t_wkjm3 * t_yrmpr_2)
             + t_w6lcf * t_zntvw
@@ -35028,19 +35028,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_rkxcf_2 = sin_phi1 * t_333yc - cos_phi1 * t_77voe
         t_5y6gd_2 = sin_theta1 * t_chz6j
         t_r76ai_2 = t_5y6gd_2 - cos_theta1 * t_rkxcf
-        t_fhqb4 = t_f2nhc * t_r76ai - K11 * t_rkxcf_2 - t_f2nhc_2 * t_r76ai_2
+        t_fhqb4 = t_f2nhc_2 * t_r76ai - K11 * t_rkxcf_2 - t_f2nhc * t_r76ai_2
         t_6gmo5 = (
             t_2qjkk * t_fhqb4
             - PP_v2 * (t_q5yfk_3 * t_r76ai_2 - (t_q5yfk_2 * t_rkxcf_2 + t_q5yfk * t_r76ai))
         )
-        t_mwad5 = (np.where(m_nsst6, t_x2afy * t_6gmo5 * t_kntxo, 0.0) - t_fhqb4) * t_6dtnj_6
-        t_jcjg5 = t_r76ai + t_f2nhc * t_mwad5
+        t_mwad5 = (np.where(m_nsst6, t_x2afy * t_6gmo5 * t_kntxo, 0.0) - t_fhqb4) * t_6dtnj
+        t_jcjg5 = t_r76ai + t_f2nhc_2 * t_mwad5
         t_kzzkk = t_q2hfz * (t_5x4sb * (t_jcjg5 * t_y7rm6))
         t_oesw4_9 = t_kzzkk * t_nwsjf
         t_iubif_14 = t_bw2jd * (t_3iu34 * t_oesw4_9)
         t_27ev7_14 = F * (sin_t_6qa42 * t_iubif_14)
         t_wzmp3_14 = np.where(m_el4yy, cos_t_kl6tx * t_27ev7_14, 0.0)
-        t_jcjg5_2 = t_r76ai_2 - t_f2nhc_2 * t_mwad5
+        t_jcjg5_2 = t_r76ai_2 - t_f2nhc * t_mwad5
         t_ws6pb = (
             t_jcjg5_2 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kzzkk * t_nwsjf_2))), 0.0)
@@ -35069,23 +35069,23 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_14 = F * (cos_t_wuiya * t_oesw4_9)
         t_jsex3 = np.where(m_el4yy, -t_s7ixe_14, 0.0) + t_jcjg5 + t_gousg * t_pvlsw
         t_z5auc_14 = np.where(m_el4yy, sin_t_vuw2a * t_shxu4_14, 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_14), 0.0)
-        t_4wgxs = (t_gousg_2 * t_pvlsw - (t_z5auc_14 + t_jcjg5_2) - K_L32 * t_jsex3) * t_6dtnj_3
-        t_jzkve_9 = t_jsex3 * t_6dtnj_2 - K_L32 * t_4wgxs
-        t_bwo7h = t_pvlsw * t_6dtnj + t_gousg * t_jzkve_9 + t_gousg_2 * t_4wgxs
+        t_4wgxs = (t_gousg_2 * t_pvlsw - (t_z5auc_14 + t_jcjg5_2) - K_L32 * t_jsex3) * t_6dtnj_4
+        t_jzkve_9 = t_jsex3 * t_6dtnj_3 - K_L32 * t_4wgxs
+        t_bwo7h = t_pvlsw * t_6dtnj_2 + t_gousg * t_jzkve_9 + t_gousg_2 * t_4wgxs
         t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_o7cco_14 + np.where(m_uklky, t_irojk_2 * t_wmzoo_14, 0.0))
         t_ycqju_14 = t_s7ixe_14 - t_ilple_14
         t_bac74_10 = np.where(m_el4yy, t_ycqju_14, 0.0) + t_gousg * t_cgxsm_14
         t_pdzxe_14 = F * t_5pi5x_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14)
-        t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_3
-        t_2gufb_10 = t_bac74_10 * t_6dtnj_2 - K_L32 * t_5aqsz_10
-        t_zws6c_10 = t_cgxsm_14 * t_6dtnj + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10
+        t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_4
+        t_2gufb_10 = t_bac74_10 * t_6dtnj_3 - K_L32 * t_5aqsz_10
+        t_zws6c_10 = t_cgxsm_14 * t_6dtnj_2 + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10
         t_rdwvu = (
             t_m5mgy
-            - t_hig3c_6 * t_mwad5
-            - t_hig3c_6 * t_bwo7h
+            - t_hig3c_3 * t_mwad5
+            - t_hig3c_3 * t_bwo7h
             - t_belws * t_jzkve_9
             + K43 * t_4wgxs
-            - t_hig3c_6 * t_zws6c_10
+            - t_hig3c_3 * t_zws6c_10
             - t_belws * t_2gufb_10
             + K43 * t_5aqsz_10
             - t_m5mgy
@@ -35120,11 +35120,11 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_4lqzh
             + t_6iku5_2 * t_mwad5
             + t_6iku5_2 * t_bwo7h
-            + t_edvw3_2 * t_jzkve_9
+            + t_edvw3 * t_jzkve_9
             - K63 * t_4wgxs
             - t_bknng * t_pdzxe_14
             + t_6iku5_2 * t_zws6c_10
-            + t_edvw3_2 * t_2gufb_10
+            + t_edvw3 * t_2gufb_10
             - K63 * t_5aqsz_10
             + t_4lqzh
         )
@@ -35138,18 +35138,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_at6xo
         )
         t_vu7pq = t_gx6nq * t_6dtnj_7
-        t_m6dod = t_at6xo * t_6dtnj_5 - K_L65 * t_vu7pq
-        t_hkuox = t_rdwvu * t_6dtnj_4 - K_L54 * t_m6dod - K_L64 * t_vu7pq
-        t_sm77v = t_z55p5 * t_6dtnj_3 - K_L43 * t_hkuox - K_L53 * t_m6dod - K_L63 * t_vu7pq
+        t_m6dod = t_at6xo * t_6dtnj_6 - K_L65 * t_vu7pq
+        t_hkuox = t_rdwvu * t_6dtnj_5 - K_L54 * t_m6dod - K_L64 * t_vu7pq
+        t_sm77v = t_z55p5 * t_6dtnj_4 - K_L43 * t_hkuox - K_L53 * t_m6dod - K_L63 * t_vu7pq
         t_avdvd = (
-            t_ooofu * t_6dtnj_2
+            t_ooofu * t_6dtnj_3
             - K_L32 * t_sm77v
             + t_ae46j * t_hkuox
             - K_L52 * t_m6dod
             + t_o5wmi * t_vu7pq
         )
         t_n4sn6 = (
-            t_5qlyr * t_6dtnj
+            t_5qlyr * t_6dtnj_2
             + t_gousg * t_avdvd
             + t_gousg_2 * t_sm77v
             + t_w6lcf * t_hkuox
@@ -35166,19 +35166,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_lmque_3 = sin_phi1 * t_g4lmd_2 + t_7ucg7_2
         t_mqkrp_2 = sin_theta1 * t_eaygj
         t_5qvf3_2 = cos_theta1 * t_lmque_2 - t_mqkrp_2
-        t_t7l3f = K11 * t_lmque_3 + t_f2nhc * t_5qvf3 + t_f2nhc_2 * t_5qvf3_2
+        t_t7l3f = K11 * t_lmque_3 + t_f2nhc_2 * t_5qvf3 + t_f2nhc * t_5qvf3_2
         t_j5oo6 = (
             t_2qjkk * t_t7l3f
             + PP_v2 * (t_q5yfk * t_5qvf3 - t_q5yfk_2 * t_lmque_3 + t_q5yfk_3 * t_5qvf3_2)
         )
-        t_dunxo = (np.where(m_nsst6, -(t_x2afy * t_j5oo6 * t_kntxo), 0.0) + t_t7l3f) * t_6dtnj_6
-        t_j6azl = t_5qvf3 - t_f2nhc * t_dunxo
+        t_dunxo = (np.where(m_nsst6, -(t_x2afy * t_j5oo6 * t_kntxo), 0.0) + t_t7l3f) * t_6dtnj
+        t_j6azl = t_5qvf3 - t_f2nhc_2 * t_dunxo
         t_kzzkk_2 = t_q2hfz * (t_5x4sb * (t_j6azl * t_y7rm6))
         t_oesw4_10 = t_kzzkk_2 * t_nwsjf
         t_iubif_15 = t_bw2jd * (t_3iu34 * t_oesw4_10)
         t_27ev7_15 = F * (sin_t_6qa42 * t_iubif_15)
         t_wzmp3_15 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_15), 0.0)
-        t_j6azl_2 = t_5qvf3_2 - t_f2nhc_2 * t_dunxo
+        t_j6azl_2 = t_5qvf3_2 - t_f2nhc * t_dunxo
         t_ws6pb_2 = (
             t_j6azl_2 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kzzkk_2 * t_nwsjf_2)), 0.0)
@@ -35207,23 +35207,23 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_15 = F * (cos_t_wuiya * t_oesw4_10)
         t_tso56 = np.where(m_el4yy, t_s7ixe_15, 0.0) - t_j6azl + t_gousg * t_umjkz
         t_z5auc_15 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_15), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_15), 0.0)
-        t_twig5 = (t_gousg_2 * t_umjkz - (t_z5auc_15 + t_j6azl_2) - K_L32 * t_tso56) * t_6dtnj_3
-        t_jzkve_10 = t_tso56 * t_6dtnj_2 - K_L32 * t_twig5
-        t_6ema2 = t_umjkz * t_6dtnj + t_gousg * t_jzkve_10 + t_gousg_2 * t_twig5
+        t_twig5 = (t_gousg_2 * t_umjkz - (t_z5auc_15 + t_j6azl_2) - K_L32 * t_tso56) * t_6dtnj_4
+        t_jzkve_10 = t_tso56 * t_6dtnj_3 - K_L32 * t_twig5
+        t_6ema2 = t_umjkz * t_6dtnj_2 + t_gousg * t_jzkve_10 + t_gousg_2 * t_twig5
         t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_o7cco_15 + np.where(m_uklky, t_irojk_2 * t_wmzoo_15, 0.0))
         t_ycqju_15 = t_ilple_15 - t_s7ixe_15
         t_bac74_11 = np.where(m_el4yy, t_ycqju_15, 0.0) + t_gousg * t_cgxsm_15
         t_pdzxe_15 = F * t_5pi5x_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15)
-        t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_3
-        t_2gufb_11 = t_bac74_11 * t_6dtnj_2 - K_L32 * t_5aqsz_11
-        t_zws6c_11 = t_cgxsm_15 * t_6dtnj + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11
+        t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_4
+        t_2gufb_11 = t_bac74_11 * t_6dtnj_3 - K_L32 * t_5aqsz_11
+        t_zws6c_11 = t_cgxsm_15 * t_6dtnj_2 + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11
         t_csloy = (
             t_lcopv
-            - t_hig3c_6 * t_dunxo
-            - t_hig3c_6 * t_6ema2
+            - t_hig3c_3 * t_dunxo
+            - t_hig3c_3 * t_6ema2
             - t_belws * t_jzkve_10
             + K43 * t_twig5
-            - t_hig3c_6 * t_zws6c_11
+            - t_hig3c_3 * t_zws6c_11
             - t_belws * t_2gufb_11
             + K43 * t_5aqsz_11
             - t_lcopv
@@ -35257,11 +35257,11 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_asqae
             + t_6iku5_2 * t_dunxo
             + t_6iku5_2 * t_6ema2
-            + t_edvw3_2 * t_jzkve_10
+            + t_edvw3 * t_jzkve_10
             - K63 * t_twig5
             - t_bknng * t_pdzxe_15
             + t_6iku5_2 * t_zws6c_11
-            + t_edvw3_2 * t_2gufb_11
+            + t_edvw3 * t_2gufb_11
             - K63 * t_5aqsz_11
             + t_asqae
         )
@@ -35275,18 +35275,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_vfjym
         )
         t_vu7pq_2 = t_biu2c * t_6dtnj_7
-        t_54jpc = t_vfjym * t_6dtnj_5 - K_L65 * t_vu7pq_2
-        t_qr5re = t_csloy * t_6dtnj_4 - K_L54 * t_54jpc - K_L64 * t_vu7pq_2
-        t_sm77v_2 = t_ptres * t_6dtnj_3 - K_L43 * t_qr5re - K_L53 * t_54jpc - K_L63 * t_vu7pq_2
+        t_54jpc = t_vfjym * t_6dtnj_6 - K_L65 * t_vu7pq_2
+        t_qr5re = t_csloy * t_6dtnj_5 - K_L54 * t_54jpc - K_L64 * t_vu7pq_2
+        t_sm77v_2 = t_ptres * t_6dtnj_4 - K_L43 * t_qr5re - K_L53 * t_54jpc - K_L63 * t_vu7pq_2
         t_avdvd_2 = (
-            t_7qxpd * t_6dtnj_2
+            t_7qxpd * t_6dtnj_3
             - K_L32 * t_sm77v_2
             + t_ae46j * t_qr5re
             - K_L52 * t_54jpc
             + t_o5wmi * t_vu7pq_2
         )
         t_yrx42 = (
-            t_qpgq7 * t_6dtnj
+            t_qpgq7 * t_6dtnj_2
             + t_gousg * t_avdvd_2
             + t_gousg_2 * t_sm77v_2
             + t_w6lcf * t_qr5re
@@ -35303,19 +35303,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_lejiq_2 = sin_phi2 * t_wktgs - cos_phi2 * t_cy757
         t_ffhve_2 = sin_theta2 * t_scpzb
         t_twnno_2 = t_ffhve_2 - cos_theta2 * t_lejiq
-        t_wdzp6 = t_f2nhc * t_twnno - K11 * t_lejiq_2 - t_f2nhc_2 * t_twnno_2
+        t_wdzp6 = t_f2nhc_2 * t_twnno - K11 * t_lejiq_2 - t_f2nhc * t_twnno_2
         t_ravho = (
             t_2qjkk * t_wdzp6
             - PP_v2 * (t_q5yfk_3 * t_twnno_2 - (t_q5yfk_2 * t_lejiq_2 + t_q5yfk * t_twnno))
         )
-        t_z6drc = (np.where(m_nsst6, t_x2afy * t_ravho * t_kntxo, 0.0) - t_wdzp6) * t_6dtnj_6
-        t_hsb6t = t_twnno + t_f2nhc * t_z6drc
+        t_z6drc = (np.where(m_nsst6, t_x2afy * t_ravho * t_kntxo, 0.0) - t_wdzp6) * t_6dtnj
+        t_hsb6t = t_twnno + t_f2nhc_2 * t_z6drc
         t_r44w6 = t_q2hfz * (t_5x4sb * (t_hsb6t * t_y7rm6))
         t_oesw4_11 = t_r44w6 * t_nwsjf
         t_iubif_16 = t_bw2jd * (t_3iu34 * t_oesw4_11)
         t_27ev7_16 = F * (sin_t_6qa42 * t_iubif_16)
         t_wzmp3_16 = np.where(m_el4yy, cos_t_kl6tx * t_27ev7_16, 0.0)
-        t_hsb6t_2 = t_twnno_2 - t_f2nhc_2 * t_z6drc
+        t_hsb6t_2 = t_twnno_2 - t_f2nhc * t_z6drc
         t_ascdw = (
             t_hsb6t_2 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_r44w6 * t_nwsjf_2))), 0.0)
@@ -35344,23 +35344,23 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_16 = F * (cos_t_wuiya * t_oesw4_11)
         t_kh3v2 = np.where(m_el4yy, -t_s7ixe_16, 0.0) + t_hsb6t + t_gousg * t_dmxmi
         t_z5auc_16 = np.where(m_el4yy, sin_t_vuw2a * t_shxu4_16, 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_16), 0.0)
-        t_yhza4 = (t_gousg_2 * t_dmxmi - (t_z5auc_16 + t_hsb6t_2) - K_L32 * t_kh3v2) * t_6dtnj_3
-        t_jzkve_11 = t_kh3v2 * t_6dtnj_2 - K_L32 * t_yhza4
-        t_jxofc = t_dmxmi * t_6dtnj + t_gousg * t_jzkve_11 + t_gousg_2 * t_yhza4
+        t_yhza4 = (t_gousg_2 * t_dmxmi - (t_z5auc_16 + t_hsb6t_2) - K_L32 * t_kh3v2) * t_6dtnj_4
+        t_jzkve_11 = t_kh3v2 * t_6dtnj_3 - K_L32 * t_yhza4
+        t_jxofc = t_dmxmi * t_6dtnj_2 + t_gousg * t_jzkve_11 + t_gousg_2 * t_yhza4
         t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_o7cco_16 + np.where(m_uklky, t_irojk_2 * t_wmzoo_16, 0.0))
         t_ycqju_16 = t_s7ixe_16 - t_ilple_16
         t_bac74_12 = np.where(m_el4yy, t_ycqju_16, 0.0) + t_gousg * t_cgxsm_16
         t_pdzxe_16 = F * t_5pi5x_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16)
-        t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_3
-        t_2gufb_12 = t_bac74_12 * t_6dtnj_2 - K_L32 * t_5aqsz_12
-        t_zws6c_12 = t_cgxsm_16 * t_6dtnj + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12
+        t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_4
+        t_2gufb_12 = t_bac74_12 * t_6dtnj_3 - K_L32 * t_5aqsz_12
+        t_zws6c_12 = t_cgxsm_16 * t_6dtnj_2 + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12
         t_pzgta = (
             t_wzxld
-            - t_hig3c_6 * t_z6drc
-            - t_hig3c_6 * t_jxofc
+            - t_hig3c_3 * t_z6drc
+            - t_hig3c_3 * t_jxofc
             - t_belws * t_jzkve_11
             + K43 * t_yhza4
-            - t_hig3c_6 * t_zws6c_12
+            - t_hig3c_3 * t_zws6c_12
             - t_belws * t_2gufb_12
             + K43 * t_5aqsz_12
             - t_wzxld
@@ -35395,11 +35395,11 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_cqksd
             + t_6iku5_2 * t_z6drc
             + t_6iku5_2 * t_jxofc
-            + t_edvw3_2 * t_jzkve_11
+            + t_edvw3 * t_jzkve_11
             - K63 * t_yhza4
             - t_bknng * t_pdzxe_16
             + t_6iku5_2 * t_zws6c_12
-            + t_edvw3_2 * t_2gufb_12
+            + t_edvw3 * t_2gufb_12
             - K63 * t_5aqsz_12
             + t_cqksd
         )
@@ -35413,18 +35413,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_pyyxj
         )
         t_vu7pq_3 = t_exsuk * t_6dtnj_7
-        t_4k5hc = t_pyyxj * t_6dtnj_5 - K_L65 * t_vu7pq_3
-        t_b3q5g = t_pzgta * t_6dtnj_4 - K_L54 * t_4k5hc - K_L64 * t_vu7pq_3
-        t_evg2s = t_rmh5p * t_6dtnj_3 - K_L43 * t_b3q5g - K_L53 * t_4k5hc - K_L63 * t_vu7pq_3
+        t_4k5hc = t_pyyxj * t_6dtnj_6 - K_L65 * t_vu7pq_3
+        t_b3q5g = t_pzgta * t_6dtnj_5 - K_L54 * t_4k5hc - K_L64 * t_vu7pq_3
+        t_evg2s = t_rmh5p * t_6dtnj_4 - K_L43 * t_b3q5g - K_L53 * t_4k5hc - K_L63 * t_vu7pq_3
         t_cc6dv = (
-            t_f4zjl * t_6dtnj_2
+            t_f4zjl * t_6dtnj_3
             - K_L32 * t_evg2s
             + t_ae46j * t_b3q5g
             - K_L52 * t_4k5hc
             + t_o5wmi * t_vu7pq_3
         )
         t_eiigr = (
-            t_xelyu * t_6dtnj
+            t_xelyu * t_6dtnj_2
             + t_gousg * t_cc6dv
             + t_gousg_2 * t_evg2s
             + t_w6lcf * t_b3q5g
@@ -35441,19 +35441,19 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_rtokx_3 = sin_phi2 * t_no7he_2 + t_uxnqa_2
         t_xdvnw_2 = sin_theta2 * t_p7h4z
         t_rlx3l_2 = cos_theta2 * t_rtokx_2 - t_xdvnw_2
-        t_tfrrp = K11 * t_rtokx_3 + t_f2nhc * t_rlx3l + t_f2nhc_2 * t_rlx3l_2
+        t_tfrrp = K11 * t_rtokx_3 + t_f2nhc_2 * t_rlx3l + t_f2nhc * t_rlx3l_2
         t_qy56s = (
             t_2qjkk * t_tfrrp
             + PP_v2 * (t_q5yfk * t_rlx3l - t_q5yfk_2 * t_rtokx_3 + t_q5yfk_3 * t_rlx3l_2)
         )
-        t_r6cgw = (np.where(m_nsst6, -(t_x2afy * t_qy56s * t_kntxo), 0.0) + t_tfrrp) * t_6dtnj_6
-        t_nzuwe = t_rlx3l - t_f2nhc * t_r6cgw
+        t_r6cgw = (np.where(m_nsst6, -(t_x2afy * t_qy56s * t_kntxo), 0.0) + t_tfrrp) * t_6dtnj
+        t_nzuwe = t_rlx3l - t_f2nhc_2 * t_r6cgw
         t_r44w6_2 = t_q2hfz * (t_5x4sb * (t_nzuwe * t_y7rm6))
         t_oesw4_12 = t_r44w6_2 * t_nwsjf
         t_iubif_17 = t_bw2jd * (t_3iu34 * t_oesw4_12)
         t_27ev7_17 = F * (sin_t_6qa42 * t_iubif_17)
         t_wzmp3_17 = np.where(m_el4yy, -(cos_t_kl6tx * t_27ev7_17), 0.0)
-        t_nzuwe_2 = t_rlx3l_2 - t_f2nhc_2 * t_r6cgw
+        t_nzuwe_2 = t_rlx3l_2 - t_f2nhc * t_r6cgw
         t_ascdw_2 = (
             t_nzuwe_2 * t_y7rm6 * t_v2nh3
             + np.where(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_r44w6_2 * t_nwsjf_2)), 0.0)
@@ -35482,23 +35482,23 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_s7ixe_17 = F * (cos_t_wuiya * t_oesw4_12)
         t_prsnx = np.where(m_el4yy, t_s7ixe_17, 0.0) - t_nzuwe + t_gousg * t_f57nw
         t_z5auc_17 = np.where(m_el4yy, -(sin_t_vuw2a * t_shxu4_17), 0.0) + np.where(m_uklky, -(t_irojk * t_wfqaw_17), 0.0)
-        t_u23gv = (t_gousg_2 * t_f57nw - (t_z5auc_17 + t_nzuwe_2) - K_L32 * t_prsnx) * t_6dtnj_3
-        t_jzkve_12 = t_prsnx * t_6dtnj_2 - K_L32 * t_u23gv
-        t_sv4m7 = t_f57nw * t_6dtnj + t_gousg * t_jzkve_12 + t_gousg_2 * t_u23gv
+        t_u23gv = (t_gousg_2 * t_f57nw - (t_z5auc_17 + t_nzuwe_2) - K_L32 * t_prsnx) * t_6dtnj_4
+        t_jzkve_12 = t_prsnx * t_6dtnj_3 - K_L32 * t_u23gv
+        t_sv4m7 = t_f57nw * t_6dtnj_2 + t_gousg * t_jzkve_12 + t_gousg_2 * t_u23gv
         t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_o7cco_17 + np.where(m_uklky, t_irojk_2 * t_wmzoo_17, 0.0))
         t_ycqju_17 = t_ilple_17 - t_s7ixe_17
         t_bac74_13 = np.where(m_el4yy, t_ycqju_17, 0.0) + t_gousg * t_cgxsm_17
         t_pdzxe_17 = F * t_5pi5x_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17)
-        t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_3
-        t_2gufb_13 = t_bac74_13 * t_6dtnj_2 - K_L32 * t_5aqsz_13
-        t_zws6c_13 = t_cgxsm_17 * t_6dtnj + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13
+        t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_4
+        t_2gufb_13 = t_bac74_13 * t_6dtnj_3 - K_L32 * t_5aqsz_13
+        t_zws6c_13 = t_cgxsm_17 * t_6dtnj_2 + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13
         t_jl74p = (
             t_tuxd7
-            - t_hig3c_6 * t_r6cgw
-            - t_hig3c_6 * t_sv4m7
+            - t_hig3c_3 * t_r6cgw
+            - t_hig3c_3 * t_sv4m7
             - t_belws * t_jzkve_12
             + K43 * t_u23gv
-            - t_hig3c_6 * t_zws6c_13
+            - t_hig3c_3 * t_zws6c_13
             - t_belws * t_2gufb_13
             + K43 * t_5aqsz_13
             - t_tuxd7
@@ -35532,11 +35532,11 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - t_xfv6t
             + t_6iku5_2 * t_r6cgw
             + t_6iku5_2 * t_sv4m7
-            + t_edvw3_2 * t_jzkve_12
+            + t_edvw3 * t_jzkve_12
             - K63 * t_u23gv
             - t_bknng * t_pdzxe_17
             + t_6iku5_2 * t_zws6c_13
-            + t_edvw3_2 * t_2gufb_13
+            + t_edvw3 * t_2gufb_13
             - K63 * t_5aqsz_13
             + t_xfv6t
         )
@@ -35550,18 +35550,18 @@ def lyapunov_v2_loop_jac(q, r, p, c):
             - K_L65 * t_ofbvz
         )
         t_vu7pq_4 = t_irhj6 * t_6dtnj_7
-        t_7mf3c = t_ofbvz * t_6dtnj_5 - K_L65 * t_vu7pq_4
-        t_qr5re_2 = t_jl74p * t_6dtnj_4 - K_L54 * t_7mf3c - K_L64 * t_vu7pq_4
-        t_evg2s_2 = t_ne6ar * t_6dtnj_3 - K_L43 * t_qr5re_2 - K_L53 * t_7mf3c - K_L63 * t_vu7pq_4
+        t_7mf3c = t_ofbvz * t_6dtnj_6 - K_L65 * t_vu7pq_4
+        t_qr5re_2 = t_jl74p * t_6dtnj_5 - K_L54 * t_7mf3c - K_L64 * t_vu7pq_4
+        t_evg2s_2 = t_ne6ar * t_6dtnj_4 - K_L43 * t_qr5re_2 - K_L53 * t_7mf3c - K_L63 * t_vu7pq_4
         t_cc6dv_2 = (
-            t_ygb7y * t_6dtnj_2
+            t_ygb7y * t_6dtnj_3
             - K_L32 * t_evg2s_2
             + t_ae46j * t_qr5re_2
             - K_L52 * t_7mf3c
             + t_o5wmi * t_vu7pq_4
         )
         t_zm4fl = (
-            t_b3yk4 * t_6dtnj
+            t_b3yk4 * t_6dtnj_2
             + t_gousg * t_cc6dv_2
             + t_gousg_2 * t_evg2s_2
             + t_w6lcf * t_qr5re_2
@@ -36452,8 +36452,8 @@ def rhs_hold(u, p, h):
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -36536,10 +36536,12 @@ def rhs_prepared(x, u, p, h, w):
             t_gcu5g,
             t_32nrs,
         ) = np.moveaxis(w, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        W12 = wx * wy
+        W13 = wx * wz
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -36547,8 +36549,6 @@ def rhs_prepared(x, u, p, h, w):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -37027,15 +37027,17 @@ def outputs_prepared(x, u, p, h):
             t_urwo6,
             t_bknng,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
-        f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        W12 = wx * wy
+        W13 = wx * wz
+        t_ruxs4 = cos_delta2 * F
+        f_x = t_ruxs4 * cos_delta1
+        f_y = sin_delta2 * F
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -37043,8 +37045,6 @@ def outputs_prepared(x, u, p, h):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -37471,8 +37471,8 @@ def rhs_euler_hold(u, p, h):
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -37557,10 +37557,14 @@ def rhs_euler_prepared(x, u, p, h, w):
             t_gcu5g,
             t_32nrs,
         ) = np.moveaxis(w, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        W12 = wx * wy
+        W13 = wx * wz
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         Wt1 = cos_theta1 * wz + sin_theta1 * wy
         w_x1 = wx - theta1_dot
@@ -37568,8 +37572,6 @@ def rhs_euler_prepared(x, u, p, h, w):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         Wt2 = cos_theta2 * wz + sin_theta2 * wy
         w_x2 = wx - theta2_dot
@@ -37883,8 +37885,6 @@ def rhs_euler_prepared(x, u, p, h, w):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * t_r7vy7 + q_2 * t_s4hzu))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -38057,8 +38057,8 @@ def rhs_reduced_hold(u, p, h):
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -38147,10 +38147,12 @@ def rhs_reduced_prepared(x, u, p, h, w):
             t_gcu5g,
             t_32nrs,
         ) = np.moveaxis(w, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        W12 = wx * wy
+        W13 = wx * wz
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
@@ -38160,8 +38162,6 @@ def rhs_reduced_prepared(x, u, p, h, w):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_adduy = cos_theta2 * wz
         t_t2zmi = sin_theta2 * wy
@@ -38724,8 +38724,8 @@ def rhs_reduced_euler_hold(u, p, h):
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -38816,10 +38816,14 @@ def rhs_reduced_euler_prepared(x, u, p, h, w):
             t_gcu5g,
             t_32nrs,
         ) = np.moveaxis(w, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        W12 = wx * wy
+        W13 = wx * wz
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
@@ -38829,8 +38833,6 @@ def rhs_reduced_euler_prepared(x, u, p, h, w):
         chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         t_adduy = cos_theta2 * wz
         t_t2zmi = sin_theta2 * wy
@@ -39198,8 +39200,6 @@ def rhs_reduced_euler_prepared(x, u, p, h, w):
         t_dqtn2 = X_x3 - X_x6 * x_C
         t_7qsh6 = W13 - X_x6
         t_3ipx7 = X_x5 - W12
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -39285,6 +39285,7 @@ def actuate_prepare(p):
         B_1 = me1 * l1
         B_2 = me2 * l2
         return _vector(
+            1.0 / np.cos(delta2_max),
             me1,
             mv1,
             me2,
@@ -39297,7 +39298,6 @@ def actuate_prepare(p):
             M_C + mv1 + mv2,
             e1 * me1,
             e2 * me2,
-            1.0 / np.cos(delta2_max),
             b + d + x_C,
         )
 
@@ -39325,6 +39325,7 @@ def actuate_prepared(x, u_cmd, p, h):
         l2 = p[..., 18]
         I2 = p[..., 20]
         (
+            t_xkg6l,
             me1,
             mv1,
             me2,
@@ -39337,13 +39338,20 @@ def actuate_prepared(x, u_cmd, p, h):
             t_47igz,
             t_fcuad,
             t_z4fbq,
-            t_xkg6l,
             t_bknng,
         ) = np.moveaxis(h, -1, 0)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
+        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
+        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_cmd, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_tdcs7, delta1_cmd, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_dd7v5 * t_xkg6l))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         As_1 = mv1 * sin_phi1
         Ass_1 = As_1 * sin_phi1
         Asc_1 = As_1 * cos_phi1
@@ -39408,15 +39416,7 @@ def actuate_prepared(x, u_cmd, p, h):
         t_6dtnj = 1.0 / K_D2
         K_L32 = t_iy2us * t_6dtnj
         K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_cmd, delta2_max))
-        m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
-        sin_delta2_cmd, cos_delta2_cmd = np.sin(delta2_cmd), np.cos(delta2_cmd)
-        sin_delta1_cmd, cos_delta1_cmd = np.sin(delta1_cmd), np.cos(delta1_cmd)
-        t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_tdcs7, delta1_cmd, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_dd7v5 * t_xkg6l))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_appoi = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * F * cos_delta1_cmd
         df2_act = F * sin_delta2_act - F * sin_delta2_cmd
         df3_act = t_dd7v5 * F - t_appoi * sin_delta1_act
@@ -39476,21 +39476,32 @@ def lyapunov_v1_prepare(p, c):
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
+        W_theta1 = r10 * m1  # (27)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        W_theta2 = r10 * m2  # (27)
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -39502,65 +39513,54 @@ def lyapunov_v1_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
         Bl_1 = B_1 * l1
-        B_2 = me2 * l2
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        W_theta1 = r10 * m1  # (27)
-        W_phi2 = r9 * m2  # (27)
-        W_theta2 = r10 * m2  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_pi35k = W_phi2 / (D2 * D2)
         return _vector(
             t_os4zj,
             t_yx2kz,
             D1,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            W_theta1,
+            t_hyv47,
+            t_hyv47 * I1,
+            t_pi35k,
+            t_pi35k * I2,
+            W_theta2,
+            r4 - t_hyv47 * (I1 * I1) - t_pi35k * (I2 * I2),
+            ax_eq,
+            t_os4zj + t_os4zj,
+            e1 * me1,
+            e2 * me2,
+            M_C + mv1 + mv2,
+            F * F,
+            1.0 / F,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             me1 * (e1 * e1),
-            B_2,
             Bl_2,
             me2 * (e2 * e2),
-            M_C + mv1 + mv2,
-            e1 * me1,
-            e2 * me2,
             t_sfymc,
             J_C1 + (J_z - J_y),
             J_C1 + t_is5lg + t_sfymc,
-            t_os4zj + t_os4zj,
-            ax_eq,
-            W_theta1,
-            W_theta2,
-            t_hyv47,
-            t_pi35k,
-            r4 - t_hyv47 * (I1 * I1) - t_pi35k * (I2 * I2),
-            t_hyv47 * I1,
-            t_pi35k * I2,
-            F * F,
-            1.0 / F,
             b + d + x_C,
         )
 
@@ -39613,177 +39613,446 @@ def lyapunov_v1_prepared(x, p, c, h):
             t_os4zj,
             t_yx2kz,
             D1,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            W_theta1,
+            t_hyv47,
+            t_if7mv,
+            t_pi35k,
+            t_tmzpj,
+            W_theta2,
+            t_wvww5,
+            ax_eq,
+            t_os4zj_2,
+            t_fcuad,
+            t_z4fbq,
+            t_47igz,
+            t_62qfa,
+            t_y7rm6,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             t_xdulz,
-            B_2,
             Bl_2,
             t_uohf6,
-            t_47igz,
-            t_fcuad,
-            t_z4fbq,
             t_sfymc,
             t_g7pzr,
             t_urwo6,
-            t_os4zj_2,
-            ax_eq,
-            W_theta1,
-            W_theta2,
-            t_hyv47,
-            t_pi35k,
-            t_wvww5,
-            t_if7mv,
-            t_tmzpj,
-            t_62qfa,
-            t_y7rm6,
             t_bknng,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
+        t_w7vil = t_rybsf * e1
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
         Wt1 = t_rzamr + t_uu2cl
         w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_w7vil = t_rybsf * e1
         tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_w6q4c = g_1 * wg_1
-        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
         zeta1 = (
             W12 * q_1
             + Wn1 * lc_1 * w_x1
             - chi1 * l1 * (p1 + phi1_dot)
         )
+        loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_6fvzz = t_rybsf * e2
-        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
+        t_mallh = F_n1 * sin_theta1
         q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_7fbo3 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
         zeta2 = (
             W12 * q_2
             + Wn2 * lc_2 * w_x2
             - chi2 * l2 * (p2 + phi2_dot)
         )
+        loss_theta2 = eps2 * theta2_dot
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        t_6fvzz = t_rybsf * e2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
         t_l7fgg = B_2 * eta2 + loss_phi2 * k2
         F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        t_hjphj = sin_phi1 * sin_phi1
+        t_5zi7z = t_yx2kz * t_hjphj
+        D_theta1 = t_5zi7z + I1  # (26)
+        t_nkpga = W_theta1 / (D_theta1 * D_theta1)
+        t_gsmye = t_nkpga * t_5zi7z
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_tbwda = t_yx2kz * cos_theta1
+        t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda
+        cz_theta1 = t_dfhzf + I1  # (26)
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_tbwda_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_tbwda_2  # (25)
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_wywfd = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_wywfd  # (25)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_vptxp = t_pt6a7 * t_frp3h
+        D_theta2 = t_vptxp + I2  # (26)
+        t_yy353 = W_theta2 / (D_theta2 * D_theta2)
+        t_l53od = t_yy353 * t_vptxp
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_wywfd_2 = cos_theta2 * t_frp3h
+        t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2
+        cz_theta2 = t_hkdmv + I2  # (26)
+        f31_v1 = t_gsmye * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_l53od * cz_theta2  # (29)
+        f11_v1 = t_wvww5 - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp)  # (29)
+        t_f6jle = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_f6jle
+        t_aqbxr = vz * r2
+        t_4goj4 = ax_eq * gx_phi1
+        t_glcdw = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_5zi7z_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_rlilm = t_5zi7z * t_l4ozg
+        k_phi1 = (
+            loss_phi1
+            - t_glcdw * t_wjugd
+            - t_glcdw * (Wn1 * Wn1)
+            - theta1_dot * theta1_dot * t_5zi7z_2
+            - t_5zi7z_2 * t_wube7
+            - (theta1_dot + theta1_dot) * t_rlilm
+            - t_yx2kz * t_l4ozg * wx
+            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
+            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
+            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+        )  # (25)
+        t_w4j4g = ax_eq * gx_phi2
+        t_vptxp_2 = t_pt6a7_2 * t_frp3h
+        t_2542d = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_2kwb7 = t_doiln * t_vptxp
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_vptxp_2
+            - t_2542d * t_7ovbh
+            - t_2542d * (Wn2 * Wn2)
+            - theta2_dot * theta2_dot * t_vptxp_2
+            - (theta2_dot + theta2_dot) * t_2kwb7
+            - t_doiln * t_frp3h * wx
+            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
+            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
+            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+        )  # (25)
+        t_btjgw = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_5zi7z_2 * t_hjux3
+        t_7tj6u = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_glcdw * t_prfqf
+            + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
+            + t_7tj6u
+            - t_5zi7z_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_bftmb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_vptxp_2 * t_mw75j
+        t_yshzz = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_2kwb7
+            + t_2542d * t_prfqf_2
+            + t_2kwb7 * t_mw75j
+            + t_yshzz
+            - t_vptxp_2 * t_prfqf_2
+            - t_vptxp_2 * (wx + wx) * phi2_dot
+        )  # (26)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_4goj4 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_w4j4g * I2 + I2 * k_phi2)
+            - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+            - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+            + vy * vz * r1
+        )  # (29)
+        t_a4jxz = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_o2gar = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_eunpd = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_mqczk = sin_theta1 * gx_phi1
+        t_hmyst = t_mqczk * h1
+        cdz_phi1 = t_eunpd * theta1_dot - t_hmyst * phi1_dot
+        t_gifwv = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_ikrsv = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_7s3si = gx_phi2 * sin_theta2
+        t_4urq3 = t_7s3si * h2
+        cdz_phi2 = t_ikrsv * theta2_dot - t_4urq3 * phi2_dot
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * theta1_dot
+        t_pt6a7_3 = cos_phi2 * cos_phi2
+        cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+            - t_pi35k * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+            - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+            - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2)
+        )  # (29)
+        f32_v1 = (
+            t_hyv47 * t_eunpd * cz_phi1
+            + t_pi35k * t_ikrsv * cz_phi2
+            - t_nkpga * cy_theta1 * cz_theta1
+            - t_yy353 * cy_theta2 * cz_theta2
+        )  # (29)
+        f21_v1 = t_if7mv * t_eunpd + t_tmzpj * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2  # (29)
+        t_suqla = f32_v1 - f21_v1 * f_v1_L31
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_eunpd * t_eunpd)
+            - t_pi35k * (t_ikrsv * t_ikrsv)
+            - t_nkpga * (cy_theta1 * cy_theta1)
+            - t_yy353 * (cy_theta2 * cy_theta2)
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_f6jle
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_suqla * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        cdy_theta1 = t_dfhzf * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2)
+        cdy_theta2 = t_hkdmv * theta2_dot + phi2_dot * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+            + t_pi35k * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+            - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+            - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_a4jxz - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_a4jxz - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_nkpga * (cz_theta1 * cz_theta1)
+            - t_yy353 * (cz_theta2 * cz_theta2)
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31
+        u_v1_x3 = u_v1_y3 / f_v1_D3
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_qeyrr = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_uzoih = wg_1 - t_fcuad
+        t_wg7ej = t_qeyrr + t_uzoih
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_vn7oc = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_fv4vq = wg_2 - t_z4fbq
+        t_lqbgn = t_vn7oc + t_fv4vq
+        t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_kd2xx + wqS_2
+        W13 = wx * wz
+        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
+        K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_vl3yj = t_hyv47 * (I1 * wx - t_eunpd * wy + cz_phi1 * wz + t_o2gar)
+        t_afrcl = t_pi35k * (I2 * wx - t_ikrsv * wy + cz_phi2 * wz + t_gifwv)
+        t_c2kne = t_nkpga * (cy_theta1 * wy - t_5zi7z * wx + cz_theta1 * wz + t_btjgw)
+        t_v7ev3 = t_yy353 * (cy_theta2 * wy - t_vptxp * wx + cz_theta2 * wz + t_bftmb)
+        B_v1 = (
+            t_wij2f
+            - t_vl3yj * gy_phi1
+            - t_afrcl * gy_phi2
+            - t_c2kne * gy_theta1
+            - t_v7ev3 * gy_theta2
+        )  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_eytv7 = S_sq1 * tn11_1
+        t_xyodq = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
+        C_v1 = (
+            t_aqbxr
+            - t_vl3yj * gz_phi1
+            - t_afrcl * gz_phi2
+            + t_c2kne * t_mqczk
+            + t_v7ev3 * t_7s3si
+        )  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_ncnom
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = t_47igz - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_dvxnj = Bs_1 + Bs_2
+        t_g3yj5 = Bs_1 + Asc_1 * e1
+        t_pr2pp = Bs_2 + Asc_2 * e2
+        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
+        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_snurv = (
+            t_o6fg5 * sin_phi1
+            + t_l7fgg * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v1 * t_bap4n
+            + G3_v1 * t_bap4n_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_dvxnj * t_ncnom - t_snurv
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2
+        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
+        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_kd2xx
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_3tpbw * t_ncnom
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_zzkan = (
+            Pq_v1 * Pq_v1
+            - PP_v1 * (q1_v1 * q1_v1 - t_62qfa + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        )
+        root_v1 = np.sqrt(np.fmax(0.0, t_zzkan))
+        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
+        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
+        eBc_1 = Bc_1 * e1
+        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
+        t_w6q4c = g_1 * wg_1
+        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
+        wqg_1 = q_1 * wg_1
+        wqq_1 = q_1 * wq_1
+        wgC_1 = cos_theta1 * wqg_1
+        wgS_1 = sin_theta1 * wqg_1
+        M_q1 = F_n1 * q_1
+        I_phi1 = phi1_dot * I1
+        I_theta1 = theta1_dot * I1
+        eBc_2 = Bc_2 * e2
+        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
+        t_7fbo3 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
+        wqg_2 = q_2 * wg_2
+        wqq_2 = q_2 * wq_2
+        wgC_2 = cos_theta2 * wqg_2
+        wgS_2 = sin_theta2 * wqg_2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = t_47igz - Ass_1 - Ass_2
-        t_eytv7 = S_sq1 * tn11_1
-        t_xyodq = S_sq2 * tn11_2
-        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
         t_hig3c = wqq_1 + wqq_2
         K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_uzoih = wg_1 - t_fcuad
-        t_fv4vq = wg_2 - t_z4fbq
-        t_qeyrr = Bc_1 - eAss_1
-        t_wg7ej = t_qeyrr + t_uzoih
-        t_vn7oc = Bc_2 - eAss_2
-        t_lqbgn = t_vn7oc + t_fv4vq
-        t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
-        K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
-        t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn
-        K53 = wqS_1 - t_kd2xx_2 + wqS_2
         t_vykvu = Bl_1 - eBc_1
         t_vwbsx = Bl_2 - eBc_2
         K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2
@@ -39801,17 +40070,10 @@ def lyapunov_v1_prepared(x, p, c, h):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_kd2xx - (t_qeyrr + t_vn7oc)
         t_hig3c_2 = wgS_1 + wgS_2
         K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2
         K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_o36xw + t_2znlb + J_C2 - t_o56io - t_5sxb4
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * l1
         t_hig3c_3 = M_q1 + M_q2
         t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * l2
@@ -39834,8 +40096,8 @@ def lyapunov_v1_prepared(x, p, c, h):
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_3hais * cos_theta1
@@ -39843,283 +40105,21 @@ def lyapunov_v1_prepared(x, p, c, h):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_cl3z7 = 1.0 / K11
-        t_exl37 = t_f2nhc * t_cl3z7
-        K_D2 = K22 - t_f2nhc * t_exl37
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_exl37_2 = t_f2nhc_2 * t_cl3z7
-        t_iy2us = K32 - t_f2nhc * t_exl37_2
-        t_6dtnj = 1.0 / K_D2
-        K_L32 = t_iy2us * t_6dtnj
-        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_tbwda = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_tbwda  # (25)
-        t_glcdw = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_5zi7z = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_5zi7z_2 = t_yx2kz * t_hjphj_2
-        t_rlilm = t_5zi7z_2 * t_l4ozg
-        k_phi1 = (
-            loss_phi1
-            - t_glcdw * t_wjugd
-            - t_glcdw * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_5zi7z
-            - t_5zi7z * t_wube7
-            - (theta1_dot + theta1_dot) * t_rlilm
-            - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
-            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
-        )  # (25)
-        D_theta1 = t_5zi7z_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_mqczk = sin_theta1 * gx_phi1
-        t_hmyst = t_mqczk * h1
-        cy_theta1 = t_hmyst - t_hjphj * t_tbwda  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_tbwda_2 = t_yx2kz * cos_theta1
-        t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2
-        cz_theta1 = t_dfhzf + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_5zi7z * t_hjux3
-        t_7tj6u = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_glcdw * t_prfqf
-            + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
-            + t_7tj6u
-            - t_5zi7z * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_wywfd = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_wywfd  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_vptxp = t_pt6a7 * t_frp3h
-        t_2542d = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_vptxp_2 = t_pt6a7_2 * t_frp3h
-        t_2kwb7 = t_doiln * t_vptxp_2
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_vptxp
-            - t_2542d * t_7ovbh
-            - t_2542d * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_vptxp
-            - (theta2_dot + theta2_dot) * t_2kwb7
-            - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
-            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
-        )  # (25)
-        D_theta2 = t_vptxp_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_7s3si = gx_phi2 * sin_theta2
-        t_4urq3 = t_7s3si * h2
-        cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_wywfd_2 = cos_theta2 * t_frp3h
-        t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2
-        cz_theta2 = t_hkdmv + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_vptxp * t_mw75j
-        t_yshzz = Dd_theta2 * theta2_dot
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_2kwb7
-            + t_2542d * t_prfqf_2
-            + t_2kwb7 * t_mw75j
-            + t_yshzz
-            - t_vptxp * t_prfqf_2
-            - t_vptxp * (wx + wx) * phi2_dot
-        )  # (26)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_eunpd = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_eunpd * theta1_dot - t_hmyst * phi1_dot
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_dfhzf * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * theta1_dot
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_ikrsv = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_ikrsv * theta2_dot - t_4urq3 * phi2_dot
-        t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_hkdmv * theta2_dot + phi2_dot * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_o2gar = D1 * phi1_dot
-        t_vl3yj = t_hyv47 * (I1 * wx - t_eunpd * wy + cz_phi1 * wz + t_o2gar)
-        t_gifwv = D2 * phi2_dot
-        t_afrcl = t_pi35k * (I2 * wx - t_ikrsv * wy + cz_phi2 * wz + t_gifwv)
-        t_nkpga = W_theta1 / (D_theta1 * D_theta1)
-        t_btjgw = D_theta1 * theta1_dot
-        t_c2kne = t_nkpga * (cy_theta1 * wy - t_5zi7z_2 * wx + cz_theta1 * wz + t_btjgw)
-        t_yy353 = W_theta2 / (D_theta2 * D_theta2)
-        t_bftmb = D_theta2 * theta2_dot
-        t_v7ev3 = t_yy353 * (cy_theta2 * wy - t_vptxp_2 * wx + cz_theta2 * wz + t_bftmb)
-        B_v1 = (
-            t_wij2f
-            - t_vl3yj * gy_phi1
-            - t_afrcl * gy_phi2
-            - t_c2kne * gy_theta1
-            - t_v7ev3 * gy_theta2
-        )  # (29)
-        t_aqbxr = vz * r2
-        C_v1 = (
-            t_aqbxr
-            - t_vl3yj * gz_phi1
-            - t_afrcl * gz_phi2
-            + t_c2kne * t_mqczk
-            + t_v7ev3 * t_7s3si
-        )  # (29)
-        t_4goj4 = ax_eq * gx_phi1
-        t_w4j4g = ax_eq * gx_phi2
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_4goj4 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_w4j4g * I2 + I2 * k_phi2)
-            - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
-            - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
-            + vy * vz * r1
-        )  # (29)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-            + t_pi35k * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-            - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-            - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-            + vx * vz * r2
-        )  # (29)
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-            - t_pi35k * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-            - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-            - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2)
-        )  # (29)
-        f11_v1 = t_wvww5 - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2)  # (29)
-        t_gsmye = t_nkpga * t_5zi7z_2
-        t_l53od = t_yy353 * t_vptxp_2
-        f21_v1 = t_if7mv * t_eunpd + t_tmzpj * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2  # (29)
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_eunpd * t_eunpd)
-            - t_pi35k * (t_ikrsv * t_ikrsv)
-            - t_nkpga * (cy_theta1 * cy_theta1)
-            - t_yy353 * (cy_theta2 * cy_theta2)
-        )  # (29)
-        f31_v1 = t_gsmye * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_l53od * cz_theta2  # (29)
-        f32_v1 = (
-            t_hyv47 * t_eunpd * cz_phi1
-            + t_pi35k * t_ikrsv * cz_phi2
-            - t_nkpga * cy_theta1 * cz_theta1
-            - t_yy353 * cy_theta2 * cz_theta2
-        )  # (29)
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_nkpga * (cz_theta1 * cz_theta1)
-            - t_yy353 * (cz_theta2 * cz_theta2)
-        )  # (29)
-        t_f6jle = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_f6jle
-        f_v1_L31 = f31_v1 * t_f6jle
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_suqla = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_2 = 1.0 / f_v1_D2
-        f_v1_L32 = t_suqla * t_6dtnj_2
-        f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31
-        t_a4jxz = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_a4jxz - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_a4jxz - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_dvxnj = Bs_1 + Bs_2
-        t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_g3yj5 = Bs_1 + Asc_1 * e1
-        t_pr2pp = Bs_2 + Asc_2 * e2
-        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
-        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
-        t_snurv = (
-            t_o6fg5 * sin_phi1
-            + t_l7fgg * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_bap4n
-            + G3_v1 * t_bap4n_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_dvxnj * t_ncnom - t_snurv
-        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_kd2xx_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_3tpbw * t_ncnom
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_ncnom
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_zzkan = (
-            Pq_v1 * Pq_v1
-            - PP_v1 * (q1_v1 * q1_v1 - t_62qfa + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        )
-        root_v1 = np.sqrt(np.fmax(0.0, t_zzkan))
-        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        t_exl37 = t_f2nhc_2 * t_cl3z7
+        K_D2 = K22 - t_f2nhc_2 * t_exl37
+        t_exl37_2 = t_f2nhc * t_cl3z7
+        t_iy2us = K32 - t_f2nhc_2 * t_exl37_2
+        t_6dtnj_2 = 1.0 / K_D2
+        K_L32 = t_iy2us * t_6dtnj_2
+        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2
         f1_v1 = q1_v1 + K11 * ax_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
-        delta2_v1 = np.arcsin(sin_d2_v1)
-        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         t_qh3cx = F * cos_delta2_v1
-        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
@@ -40127,7 +40127,7 @@ def lyapunov_v1_prepared(x, p, c, h):
         t_gu5fe = t_qh3cx * sin_delta1_v1
         da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2
         da_v1_x3 = da_v1_y3 / K_D3
-        da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3
+        da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3
         da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3
         Mx_v1 = (
             n4
@@ -40148,8 +40148,8 @@ def lyapunov_v1_prepared(x, p, c, h):
             - G3_v1 * K66
             + t_bap4n_2 * ax_v1
             + t_bap4n_2 * da_v1_x1
-            + t_kd2xx_2 * a2_v1
-            + t_kd2xx_2 * da_v1_x2
+            + t_kd2xx * a2_v1
+            + t_kd2xx * da_v1_x2
             - K63 * a3_v1
             - K63 * da_v1_x3
             + K64 * t_ncnom
@@ -40207,22 +40207,33 @@ def lyapunov_v1_loop_prepare(p, c):
         D1 = t_yx2kz + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
+        W_theta1 = r10 * m1  # (27)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        W_theta2 = r10 * m2  # (27)
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -40234,17 +40245,6 @@ def lyapunov_v1_loop_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
-        B_2 = me2 * l2
-        W_theta1 = r10 * m1  # (27)
-        W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
-        W_theta2 = r10 * m2  # (27)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         Bl_1 = B_1 * l1
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
@@ -40253,26 +40253,23 @@ def lyapunov_v1_loop_prepare(p, c):
             t_yx2kz,
             D1,
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             W_theta1,
             t_hyv47,
@@ -40289,6 +40286,9 @@ def lyapunov_v1_loop_prepare(p, c):
             F * F,
             1.0 / F,
             1.0 / np.cos(delta2_max),
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             me1 * (e1 * e1),
             Bl_2,
@@ -40353,26 +40353,23 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
             t_yx2kz,
             D1,
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             W_theta1,
             t_hyv47,
@@ -40389,6 +40386,9 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
             t_62qfa,
             t_y7rm6,
             t_xkg6l,
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             t_xdulz,
             Bl_2,
@@ -40400,12 +40400,13 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -40422,10 +40423,8 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -40676,6 +40675,7 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
+        W13 = wx * wz
         u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
         G3_v1 = W13 - u_v1_x2
         SC1 = cos_theta1 * sin_theta1
@@ -40768,16 +40768,16 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
@@ -41114,21 +41114,32 @@ def lyapunov_v1_observe_prepare(p, c):
         t_yx2kz = t_os4zj * m1
         D1 = t_yx2kz + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
+        W_theta1 = r10 * m1  # (27)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        W_theta2 = r10 * m2  # (27)
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -41140,67 +41151,56 @@ def lyapunov_v1_observe_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
         Bl_1 = B_1 * l1
-        B_2 = me2 * l2
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        W_phi1 = r9 * m1  # (27)
-        W_theta1 = r10 * m1  # (27)
-        W_phi2 = r9 * m2  # (27)
-        W_theta2 = r10 * m2  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_pi35k = W_phi2 / (D2 * D2)
         return _vector(
             t_os4zj,
             t_yx2kz,
             D1,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            W_theta1,
+            t_hyv47,
+            t_hyv47 * I1,
+            t_pi35k,
+            t_pi35k * I2,
+            W_theta2,
+            r4 - t_hyv47 * (I1 * I1) - t_pi35k * (I2 * I2),
+            ax_eq,
+            t_os4zj + t_os4zj,
+            e1 * me1,
+            e2 * me2,
+            M_C + mv1 + mv2,
+            F * F,
+            1.0 / F,
+            1.0 / np.cos(delta2_max),
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             me1 * (e1 * e1),
-            B_2,
             Bl_2,
             me2 * (e2 * e2),
-            M_C + mv1 + mv2,
-            e1 * me1,
-            e2 * me2,
             t_sfymc,
             J_C1 + (J_z - J_y),
             J_C1 + t_is5lg + t_sfymc,
-            t_os4zj + t_os4zj,
-            ax_eq,
-            W_theta1,
-            W_theta2,
-            t_hyv47,
-            t_pi35k,
-            r4 - t_hyv47 * (I1 * I1) - t_pi35k * (I2 * I2),
-            t_hyv47 * I1,
-            t_pi35k * I2,
-            F * F,
-            1.0 / F,
             b + d + x_C,
-            1.0 / np.cos(delta2_max),
         )
 
 
@@ -41254,178 +41254,453 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             t_os4zj,
             t_yx2kz,
             D1,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            W_theta1,
+            t_hyv47,
+            t_if7mv,
+            t_pi35k,
+            t_tmzpj,
+            W_theta2,
+            t_wvww5,
+            ax_eq,
+            t_os4zj_2,
+            t_fcuad,
+            t_z4fbq,
+            t_47igz,
+            t_62qfa,
+            t_y7rm6,
+            t_xkg6l,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             t_xdulz,
-            B_2,
             Bl_2,
             t_uohf6,
-            t_47igz,
-            t_fcuad,
-            t_z4fbq,
             t_sfymc,
             t_g7pzr,
             t_urwo6,
-            t_os4zj_2,
-            ax_eq,
-            W_theta1,
-            W_theta2,
-            t_hyv47,
-            t_pi35k,
-            t_wvww5,
-            t_if7mv,
-            t_tmzpj,
-            t_62qfa,
-            t_y7rm6,
             t_bknng,
-            t_xkg6l,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_rybsf = wy * wy + wz * wz
+        t_w7vil = t_rybsf * e1
         t_rzamr = cos_theta1 * wz
         t_uu2cl = sin_theta1 * wy
         Wt1 = t_rzamr + t_uu2cl
         w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
         sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_w7vil = t_rybsf * e1
         tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_w6q4c = g_1 * wg_1
-        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
         zeta1 = (
             W12 * q_1
             + Wn1 * lc_1 * w_x1
             - chi1 * l1 * (p1 + phi1_dot)
         )
+        loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_6fvzz = t_rybsf * e2
-        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
+        t_mallh = F_n1 * sin_theta1
         q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_7fbo3 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        t_adduy = cos_theta2 * wz
+        t_t2zmi = sin_theta2 * wy
+        Wt2 = t_adduy + t_t2zmi
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
         zeta2 = (
             W12 * q_2
             + Wn2 * lc_2 * w_x2
             - chi2 * l2 * (p2 + phi2_dot)
         )
+        loss_theta2 = eps2 * theta2_dot
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        t_6fvzz = t_rybsf * e2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
         t_l7fgg = B_2 * eta2 + loss_phi2 * k2
         F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        t_hjphj = sin_phi1 * sin_phi1
+        t_5zi7z = t_yx2kz * t_hjphj
+        D_theta1 = t_5zi7z + I1  # (26)
+        t_nkpga = W_theta1 / (D_theta1 * D_theta1)
+        t_gsmye = t_nkpga * t_5zi7z
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
+        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        t_n4yir = gy_theta1 * h1
+        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_tbwda = t_yx2kz * cos_theta1
+        t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda
+        cz_theta1 = t_dfhzf + I1  # (26)
+        t_3s3hq = lc_1 * m1
+        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gy_phi1 * h1
+        t_tbwda_2 = t_yx2kz * sin_theta1
+        cz_phi1 = t_ik6g5 - t_tbwda_2  # (25)
+        t_7pqnn = lc_2 * m2
+        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_tkdjn = gy_phi2 * h2
+        t_wywfd = sin_theta2 * t_frp3h
+        cz_phi2 = t_tkdjn - t_wywfd  # (25)
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_vptxp = t_pt6a7 * t_frp3h
+        D_theta2 = t_vptxp + I2  # (26)
+        t_yy353 = W_theta2 / (D_theta2 * D_theta2)
+        t_l53od = t_yy353 * t_vptxp
+        gx_phi2 = t_popww * sin_phi2  # (25)
+        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_epql5 = gy_theta2 * h2
+        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_wywfd_2 = cos_theta2 * t_frp3h
+        t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2
+        cz_theta2 = t_hkdmv + I2  # (26)
+        f31_v1 = t_gsmye * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_l53od * cz_theta2  # (29)
+        f11_v1 = t_wvww5 - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp)  # (29)
+        t_f6jle = 1.0 / f11_v1
+        f_v1_L31 = f31_v1 * t_f6jle
+        t_aqbxr = vz * r2
+        t_4goj4 = ax_eq * gx_phi1
+        t_glcdw = gx_phi1 * h1
+        t_l4ozg = t_uu2cl + t_rzamr
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_5zi7z_2 = t_yx2kz * t_hjphj_2
+        t_wube7 = wx * wx
+        t_rlilm = t_5zi7z * t_l4ozg
+        k_phi1 = (
+            loss_phi1
+            - t_glcdw * t_wjugd
+            - t_glcdw * (Wn1 * Wn1)
+            - theta1_dot * theta1_dot * t_5zi7z_2
+            - t_5zi7z_2 * t_wube7
+            - (theta1_dot + theta1_dot) * t_rlilm
+            - t_yx2kz * t_l4ozg * wx
+            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
+            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
+            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+        )  # (25)
+        t_w4j4g = ax_eq * gx_phi2
+        t_vptxp_2 = t_pt6a7_2 * t_frp3h
+        t_2542d = gx_phi2 * h2
+        t_doiln = t_t2zmi + t_adduy
+        t_7ovbh = t_doiln * t_doiln
+        t_2kwb7 = t_doiln * t_vptxp
+        k_phi2 = (
+            loss_phi2
+            - t_wube7 * t_vptxp_2
+            - t_2542d * t_7ovbh
+            - t_2542d * (Wn2 * Wn2)
+            - theta2_dot * theta2_dot * t_vptxp_2
+            - (theta2_dot + theta2_dot) * t_2kwb7
+            - t_doiln * t_frp3h * wx
+            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
+            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
+            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+        )  # (25)
+        t_btjgw = D_theta1 * theta1_dot
+        t_hjux3 = phi1_dot + phi1_dot
+        Dd_theta1 = t_5zi7z_2 * t_hjux3
+        t_7tj6u = Dd_theta1 * theta1_dot
+        t_prfqf = Wn1 * wx
+        k_theta1 = (
+            loss_theta1
+            + t_glcdw * t_prfqf
+            + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
+            + t_7tj6u
+            - t_5zi7z_2 * t_prfqf
+            - Dd_theta1 * wx
+        )  # (26)
+        t_bftmb = D_theta2 * theta2_dot
+        t_mw75j = phi2_dot + phi2_dot
+        Dd_theta2 = t_vptxp_2 * t_mw75j
+        t_yshzz = Dd_theta2 * theta2_dot
+        t_prfqf_2 = Wn2 * wx
+        k_theta2 = (
+            loss_theta2
+            + Wn2 * t_2kwb7
+            + t_2542d * t_prfqf_2
+            + t_2kwb7 * t_mw75j
+            + t_yshzz
+            - t_vptxp_2 * t_prfqf_2
+            - t_vptxp_2 * (wx + wx) * phi2_dot
+        )  # (26)
+        g1_v1 = (
+            att1 * r3
+            - t_aqbxr * vy
+            - t_hyv47 * (t_4goj4 * I1 + I1 * k_phi1)
+            - t_pi35k * (t_w4j4g * I2 + I2 * k_phi2)
+            - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+            - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+            + vy * vz * r1
+        )  # (29)
+        t_a4jxz = wx * w3 + g1_v1
+        t_wij2f = vy * r1
+        t_o2gar = D1 * phi1_dot
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5_2 = gz_phi1 * h1
+        t_eunpd = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
+        t_mqczk = sin_theta1 * gx_phi1
+        t_hmyst = t_mqczk * h1
+        cdz_phi1 = t_eunpd * theta1_dot - t_hmyst * phi1_dot
+        t_gifwv = D2 * phi2_dot
+        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_tkdjn_2 = gz_phi2 * h2
+        t_ikrsv = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
+        t_7s3si = gx_phi2 * sin_theta2
+        t_4urq3 = t_7s3si * h2
+        cdz_phi2 = t_ikrsv * theta2_dot - t_4urq3 * phi2_dot
+        t_hjphj_3 = cos_phi1 * cos_phi1
+        cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * theta1_dot
+        t_pt6a7_3 = cos_phi2 * cos_phi2
+        cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+            - t_pi35k * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+            - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+            - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2)
+        )  # (29)
+        f32_v1 = (
+            t_hyv47 * t_eunpd * cz_phi1
+            + t_pi35k * t_ikrsv * cz_phi2
+            - t_nkpga * cy_theta1 * cz_theta1
+            - t_yy353 * cy_theta2 * cz_theta2
+        )  # (29)
+        f21_v1 = t_if7mv * t_eunpd + t_tmzpj * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2  # (29)
+        t_suqla = f32_v1 - f21_v1 * f_v1_L31
+        f22_v1 = (
+            r6
+            - t_hyv47 * (t_eunpd * t_eunpd)
+            - t_pi35k * (t_ikrsv * t_ikrsv)
+            - t_nkpga * (cy_theta1 * cy_theta1)
+            - t_yy353 * (cy_theta2 * cy_theta2)
+        )  # (29)
+        f_v1_L21 = f21_v1 * t_f6jle
+        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
+        t_6dtnj = 1.0 / f_v1_D2
+        f_v1_L32 = t_suqla * t_6dtnj
+        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        cdy_theta1 = t_dfhzf * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2)
+        cdy_theta2 = t_hkdmv * theta2_dot + phi2_dot * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+            + t_pi35k * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+            - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+            - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+            + vx * vz * r2
+        )  # (29)
+        u_v1_y2 = f_v1_L21 * t_a4jxz - (wy * w4 + g2_v1)
+        u_v1_y3 = f_v1_L31 * t_a4jxz - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f33_v1 = (
+            r8
+            - t_hyv47 * (cz_phi1 * cz_phi1)
+            - t_pi35k * (cz_phi2 * cz_phi2)
+            - t_nkpga * (cz_theta1 * cz_theta1)
+            - t_yy353 * (cz_theta2 * cz_theta2)
+        )  # (29)
+        f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31
+        u_v1_x3 = u_v1_y3 / f_v1_D3
+        G2_v1 = W12 + u_v1_x3
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_qeyrr = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_uzoih = wg_1 - t_fcuad
+        t_wg7ej = t_qeyrr + t_uzoih
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_vn7oc = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_fv4vq = wg_2 - t_z4fbq
+        t_lqbgn = t_vn7oc + t_fv4vq
+        t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_kd2xx + wqS_2
+        W13 = wx * wz
+        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
+        G3_v1 = W13 - u_v1_x2
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
+        K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_vl3yj = t_hyv47 * (I1 * wx - t_eunpd * wy + cz_phi1 * wz + t_o2gar)
+        t_afrcl = t_pi35k * (I2 * wx - t_ikrsv * wy + cz_phi2 * wz + t_gifwv)
+        t_c2kne = t_nkpga * (cy_theta1 * wy - t_5zi7z * wx + cz_theta1 * wz + t_btjgw)
+        t_v7ev3 = t_yy353 * (cy_theta2 * wy - t_vptxp * wx + cz_theta2 * wz + t_bftmb)
+        B_v1 = (
+            t_wij2f
+            - t_vl3yj * gy_phi1
+            - t_afrcl * gy_phi2
+            - t_c2kne * gy_theta1
+            - t_v7ev3 * gy_theta2
+        )  # (29)
+        a2_v1 = G2_v1 * x_C - B_v1 * w1
+        t_eytv7 = S_sq1 * tn11_1
+        t_xyodq = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
+        C_v1 = (
+            t_aqbxr
+            - t_vl3yj * gz_phi1
+            - t_afrcl * gz_phi2
+            + t_c2kne * t_mqczk
+            + t_v7ev3 * t_7s3si
+        )  # (29)
+        a3_v1 = G3_v1 * x_C - C_v1 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        q3_v1 = (
+            n3
+            + G2_v1 * K53
+            + G3_v1 * K63
+            + K32 * a2_v1
+            + K33 * a3_v1
+            - K43 * t_ncnom
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = t_47igz - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_dvxnj = Bs_1 + Bs_2
+        t_g3yj5 = Bs_1 + Asc_1 * e1
+        t_pr2pp = Bs_2 + Asc_2 * e2
+        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
+        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_snurv = (
+            t_o6fg5 * sin_phi1
+            + t_l7fgg * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v1 * t_bap4n
+            + G3_v1 * t_bap4n_2
+            + t_f2nhc_2 * a2_v1
+            + t_f2nhc * a3_v1
+        )
+        q1_v1 = t_dvxnj * t_ncnom - t_snurv
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2
+        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
+        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v1 = (
+            n2
+            + G2_v1 * K52
+            - G3_v1 * t_kd2xx
+            + K22 * a2_v1
+            + K32 * a3_v1
+            + t_3tpbw * t_ncnom
+        )
+        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
+        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_zzkan = (
+            Pq_v1 * Pq_v1
+            - PP_v1 * (q1_v1 * q1_v1 - t_62qfa + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        )
+        root_v1 = np.sqrt(np.fmax(0.0, t_zzkan))
+        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
+        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
+        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
+        delta2_v1 = np.arcsin(sin_d2_v1)
+        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
+        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
+        t_vbwgu = cos_delta2_v1 * sin_delta1_v1
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        eBc_1 = Bc_1 * e1
+        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
+        t_w6q4c = g_1 * wg_1
+        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
+        wqg_1 = q_1 * wg_1
+        wqq_1 = q_1 * wq_1
+        wgC_1 = cos_theta1 * wqg_1
+        wgS_1 = sin_theta1 * wqg_1
+        M_q1 = F_n1 * q_1
+        I_phi1 = phi1_dot * I1
+        I_theta1 = theta1_dot * I1
+        eBc_2 = Bc_2 * e2
+        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
+        t_7fbo3 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
+        wqg_2 = q_2 * wg_2
+        wqq_2 = q_2 * wq_2
+        wgC_2 = cos_theta2 * wqg_2
+        wgS_2 = sin_theta2 * wqg_2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = t_47igz - Ass_1 - Ass_2
-        t_eytv7 = S_sq1 * tn11_1
-        t_xyodq = S_sq2 * tn11_2
-        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
         t_hig3c = wqq_1 + wqq_2
         K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_uzoih = wg_1 - t_fcuad
-        t_fv4vq = wg_2 - t_z4fbq
-        t_qeyrr = Bc_1 - eAss_1
-        t_wg7ej = t_qeyrr + t_uzoih
-        t_vn7oc = Bc_2 - eAss_2
-        t_lqbgn = t_vn7oc + t_fv4vq
-        t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
-        K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
-        t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn
-        K53 = wqS_1 - t_kd2xx_2 + wqS_2
         t_vykvu = Bl_1 - eBc_1
         t_vwbsx = Bl_2 - eBc_2
         K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2
@@ -41443,17 +41718,10 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_kd2xx - (t_qeyrr + t_vn7oc)
         t_hig3c_2 = wgS_1 + wgS_2
         K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2
         K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_o36xw + t_2znlb + J_C2 - t_o56io - t_5sxb4
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * l1
         t_hig3c_3 = M_q1 + M_q2
         t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * l2
@@ -41476,8 +41744,8 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_3hais * cos_theta1
@@ -41485,283 +41753,21 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_cl3z7 = 1.0 / K11
-        t_exl37 = t_f2nhc * t_cl3z7
-        K_D2 = K22 - t_f2nhc * t_exl37
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_exl37_2 = t_f2nhc_2 * t_cl3z7
-        t_iy2us = K32 - t_f2nhc * t_exl37_2
-        t_6dtnj = 1.0 / K_D2
-        K_L32 = t_iy2us * t_6dtnj
-        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_tbwda = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_tbwda  # (25)
-        t_glcdw = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_5zi7z = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
-        t_5zi7z_2 = t_yx2kz * t_hjphj_2
-        t_rlilm = t_5zi7z_2 * t_l4ozg
-        k_phi1 = (
-            loss_phi1
-            - t_glcdw * t_wjugd
-            - t_glcdw * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_5zi7z
-            - t_5zi7z * t_wube7
-            - (theta1_dot + theta1_dot) * t_rlilm
-            - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
-            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
-        )  # (25)
-        D_theta1 = t_5zi7z_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_mqczk = sin_theta1 * gx_phi1
-        t_hmyst = t_mqczk * h1
-        cy_theta1 = t_hmyst - t_hjphj * t_tbwda  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_tbwda_2 = t_yx2kz * cos_theta1
-        t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2
-        cz_theta1 = t_dfhzf + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_5zi7z * t_hjux3
-        t_7tj6u = Dd_theta1 * theta1_dot
-        k_theta1 = (
-            loss_theta1
-            + t_glcdw * t_prfqf
-            + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
-            + t_7tj6u
-            - t_5zi7z * t_prfqf
-            - Dd_theta1 * wx
-        )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_wywfd = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_wywfd  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_vptxp = t_pt6a7 * t_frp3h
-        t_2542d = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
-        t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_vptxp_2 = t_pt6a7_2 * t_frp3h
-        t_2kwb7 = t_doiln * t_vptxp_2
-        k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_vptxp
-            - t_2542d * t_7ovbh
-            - t_2542d * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_vptxp
-            - (theta2_dot + theta2_dot) * t_2kwb7
-            - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
-            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
-        )  # (25)
-        D_theta2 = t_vptxp_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_7s3si = gx_phi2 * sin_theta2
-        t_4urq3 = t_7s3si * h2
-        cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_wywfd_2 = cos_theta2 * t_frp3h
-        t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2
-        cz_theta2 = t_hkdmv + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_vptxp * t_mw75j
-        t_yshzz = Dd_theta2 * theta2_dot
-        k_theta2 = (
-            loss_theta2
-            + Wn2 * t_2kwb7
-            + t_2542d * t_prfqf_2
-            + t_2kwb7 * t_mw75j
-            + t_yshzz
-            - t_vptxp * t_prfqf_2
-            - t_vptxp * (wx + wx) * phi2_dot
-        )  # (26)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_eunpd = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_eunpd * theta1_dot - t_hmyst * phi1_dot
-        t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_dfhzf * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * theta1_dot
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_ikrsv = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_ikrsv * theta2_dot - t_4urq3 * phi2_dot
-        t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_hkdmv * theta2_dot + phi2_dot * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        t_wij2f = vy * r1
-        t_o2gar = D1 * phi1_dot
-        t_vl3yj = t_hyv47 * (I1 * wx - t_eunpd * wy + cz_phi1 * wz + t_o2gar)
-        t_gifwv = D2 * phi2_dot
-        t_afrcl = t_pi35k * (I2 * wx - t_ikrsv * wy + cz_phi2 * wz + t_gifwv)
-        t_nkpga = W_theta1 / (D_theta1 * D_theta1)
-        t_btjgw = D_theta1 * theta1_dot
-        t_c2kne = t_nkpga * (cy_theta1 * wy - t_5zi7z_2 * wx + cz_theta1 * wz + t_btjgw)
-        t_yy353 = W_theta2 / (D_theta2 * D_theta2)
-        t_bftmb = D_theta2 * theta2_dot
-        t_v7ev3 = t_yy353 * (cy_theta2 * wy - t_vptxp_2 * wx + cz_theta2 * wz + t_bftmb)
-        B_v1 = (
-            t_wij2f
-            - t_vl3yj * gy_phi1
-            - t_afrcl * gy_phi2
-            - t_c2kne * gy_theta1
-            - t_v7ev3 * gy_theta2
-        )  # (29)
-        t_aqbxr = vz * r2
-        C_v1 = (
-            t_aqbxr
-            - t_vl3yj * gz_phi1
-            - t_afrcl * gz_phi2
-            + t_c2kne * t_mqczk
-            + t_v7ev3 * t_7s3si
-        )  # (29)
-        t_4goj4 = ax_eq * gx_phi1
-        t_w4j4g = ax_eq * gx_phi2
-        g1_v1 = (
-            att1 * r3
-            - t_aqbxr * vy
-            - t_hyv47 * (t_4goj4 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_w4j4g * I2 + I2 * k_phi2)
-            - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
-            - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
-            + vy * vz * r1
-        )  # (29)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-            + t_pi35k * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-            - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-            - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-            + vx * vz * r2
-        )  # (29)
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-            - t_pi35k * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-            - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-            - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2)
-        )  # (29)
-        f11_v1 = t_wvww5 - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2)  # (29)
-        t_gsmye = t_nkpga * t_5zi7z_2
-        t_l53od = t_yy353 * t_vptxp_2
-        f21_v1 = t_if7mv * t_eunpd + t_tmzpj * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2  # (29)
-        f22_v1 = (
-            r6
-            - t_hyv47 * (t_eunpd * t_eunpd)
-            - t_pi35k * (t_ikrsv * t_ikrsv)
-            - t_nkpga * (cy_theta1 * cy_theta1)
-            - t_yy353 * (cy_theta2 * cy_theta2)
-        )  # (29)
-        f31_v1 = t_gsmye * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_l53od * cz_theta2  # (29)
-        f32_v1 = (
-            t_hyv47 * t_eunpd * cz_phi1
-            + t_pi35k * t_ikrsv * cz_phi2
-            - t_nkpga * cy_theta1 * cz_theta1
-            - t_yy353 * cy_theta2 * cz_theta2
-        )  # (29)
-        f33_v1 = (
-            r8
-            - t_hyv47 * (cz_phi1 * cz_phi1)
-            - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_nkpga * (cz_theta1 * cz_theta1)
-            - t_yy353 * (cz_theta2 * cz_theta2)
-        )  # (29)
-        t_f6jle = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_f6jle
-        f_v1_L31 = f31_v1 * t_f6jle
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_suqla = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj_2 = 1.0 / f_v1_D2
-        f_v1_L32 = t_suqla * t_6dtnj_2
-        f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31
-        t_a4jxz = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_a4jxz - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_a4jxz - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_dvxnj = Bs_1 + Bs_2
-        t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_g3yj5 = Bs_1 + Asc_1 * e1
-        t_pr2pp = Bs_2 + Asc_2 * e2
-        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
-        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
-        t_snurv = (
-            t_o6fg5 * sin_phi1
-            + t_l7fgg * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_bap4n
-            + G3_v1 * t_bap4n_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
-        )
-        q1_v1 = t_dvxnj * t_ncnom - t_snurv
-        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_kd2xx_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_3tpbw * t_ncnom
-        )
-        q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_ncnom
-        )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_zzkan = (
-            Pq_v1 * Pq_v1
-            - PP_v1 * (q1_v1 * q1_v1 - t_62qfa + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        )
-        root_v1 = np.sqrt(np.fmax(0.0, t_zzkan))
-        ax_v1 = (root_v1 - Pq_v1) / PP_v1
+        t_exl37 = t_f2nhc_2 * t_cl3z7
+        K_D2 = K22 - t_f2nhc_2 * t_exl37
+        t_exl37_2 = t_f2nhc * t_cl3z7
+        t_iy2us = K32 - t_f2nhc_2 * t_exl37_2
+        t_6dtnj_2 = 1.0 / K_D2
+        K_L32 = t_iy2us * t_6dtnj_2
+        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2
         f1_v1 = q1_v1 + K11 * ax_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
-        sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
-        cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
-        delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
-        delta2_v1 = np.arcsin(sin_d2_v1)
-        sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         t_qh3cx = F * cos_delta2_v1
-        sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
@@ -41770,7 +41776,7 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
         da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2
         t_6dtnj_3 = 1.0 / K_D3
         da_v1_x3 = da_v1_y3 * t_6dtnj_3
-        da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3
+        da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3
         da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3
         Mx_v1 = (
             n4
@@ -41791,8 +41797,8 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             - G3_v1 * K66
             + t_bap4n_2 * ax_v1
             + t_bap4n_2 * da_v1_x1
-            + t_kd2xx_2 * a2_v1
-            + t_kd2xx_2 * da_v1_x2
+            + t_kd2xx * a2_v1
+            + t_kd2xx * da_v1_x2
             - K63 * a3_v1
             - K63 * da_v1_x3
             + K64 * t_ncnom
@@ -41810,27 +41816,21 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
             - K54 * t_ncnom
             + t_jczim * t_bknng
         )
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
-        t_vbwgu = cos_delta2_v1 * sin_delta1_v1
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_gbb3a = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * F * cos_delta1_v1
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_vbwgu * F - t_gbb3a * sin_delta1_act
         da_act_y2 = df2_act + t_exl37 * df1_act
         da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2
         da_act_x3 = da_act_y3 * t_6dtnj_3
-        da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3
+        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
         da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3
         Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3
         My = (
             My_v1
             - df3_act * t_bknng
             + t_bap4n_2 * da_act_x1
-            + t_kd2xx_2 * da_act_x2
+            + t_kd2xx * da_act_x2
             - K63 * da_act_x3
         )
         Mz = (
@@ -41904,22 +41904,33 @@ def lyapunov_v1_loop_euler_prepare(p, c):
         D1 = t_yx2kz + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D2 = t_frp3h + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         t_omhyl = m + m0
         M_C = t_omhyl + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
+        W_theta1 = r10 * m1  # (27)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D1 * D1)
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D2 * D2)
+        W_theta2 = r10 * m2  # (27)
+        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -41931,17 +41942,6 @@ def lyapunov_v1_loop_euler_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
-        B_2 = me2 * l2
-        W_theta1 = r10 * m1  # (27)
-        W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
-        W_theta2 = r10 * m2  # (27)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
         Bl_1 = B_1 * l1
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
@@ -41950,26 +41950,23 @@ def lyapunov_v1_loop_euler_prepare(p, c):
             t_yx2kz,
             D1,
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             W_theta1,
             t_hyv47,
@@ -41986,6 +41983,9 @@ def lyapunov_v1_loop_euler_prepare(p, c):
             F * F,
             1.0 / F,
             1.0 / np.cos(delta2_max),
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             me1 * (e1 * e1),
             Bl_2,
@@ -42050,26 +42050,23 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
             t_yx2kz,
             D1,
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_nfvux,
             t_frp3h,
             D2,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             W_theta1,
             t_hyv47,
@@ -42086,6 +42083,9 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
             t_62qfa,
             t_y7rm6,
             t_xkg6l,
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             t_xdulz,
             Bl_2,
@@ -42097,12 +42097,13 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -42119,10 +42120,8 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -42373,6 +42372,7 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
+        W13 = wx * wz
         u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
         G3_v1 = W13 - u_v1_x2
         SC1 = cos_theta1 * sin_theta1
@@ -42465,16 +42465,18 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
+        m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
@@ -42760,8 +42762,6 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * t_r7vy7 + q_2 * t_s4hzu))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -42903,8 +42903,10 @@ def lyapunov_v1_loop_reduced_prepared(q, p, c, h):
             t_jx6g7,
         ) = np.moveaxis(h, -1, 0)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -42956,10 +42958,8 @@ def lyapunov_v1_loop_reduced_prepared(q, p, c, h):
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
         )  # (26)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = t_popww * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_zlzao = gy_phi2 * h2
@@ -43282,8 +43282,12 @@ def lyapunov_v1_loop_reduced_euler_prepared(q, p, c, h):
             t_jx6g7,
         ) = np.moveaxis(h, -1, 0)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -43335,10 +43339,8 @@ def lyapunov_v1_loop_reduced_euler_prepared(q, p, c, h):
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
         )  # (26)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = t_popww * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_zlzao = gy_phi2 * h2
@@ -43497,8 +43499,6 @@ def lyapunov_v1_loop_reduced_euler_prepared(q, p, c, h):
         u_v1_x1 = -t_pgbjp
         t_zzjzp = B_v1 * w1
         t_dnphw = C_v1 * w2
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -43576,18 +43576,22 @@ def lyapunov_v2_prepare(p, c):
         r8 = c[..., 7]
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -43599,46 +43603,42 @@ def lyapunov_v2_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
         Bl_1 = B_1 * l1
-        B_2 = me2 * l2
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
         return _vector(
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            1.0 / r8,
+            e1 * me1,
+            e2 * me2,
+            1.0 / r6,
+            1.0 / r4,
+            M_C + mv1 + mv2,
+            F * F,
+            1.0 / F,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             me1 * (e1 * e1),
-            B_2,
             Bl_2,
             me2 * (e2 * e2),
-            M_C + mv1 + mv2,
-            e1 * me1,
-            e2 * me2,
             t_sfymc,
             J_C1 + (J_z - J_y),
             J_C1 + t_is5lg + t_sfymc,
-            1.0 / r8,
-            1.0 / r6,
-            1.0 / r4,
-            F * F,
-            1.0 / F,
             b + d + x_C,
         )
 
@@ -43684,164 +43684,232 @@ def lyapunov_v2_prepared(x, p, c, h):
         w4 = c[..., 11]
         w5 = c[..., 12]
         (
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            t_t6fx5,
+            t_fcuad,
+            t_z4fbq,
+            t_yjeu3,
+            t_ma4ro,
+            t_47igz,
+            t_62qfa,
+            t_y7rm6,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             t_xdulz,
-            B_2,
             Bl_2,
             t_uohf6,
-            t_47igz,
-            t_fcuad,
-            t_z4fbq,
             t_sfymc,
             t_g7pzr,
             t_urwo6,
-            t_t6fx5,
-            t_yjeu3,
-            t_ma4ro,
-            t_62qfa,
-            t_y7rm6,
             t_bknng,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         t_rybsf = wy * wy + wz * wz
         t_w7vil = t_rybsf * e1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_w6q4c = g_1 * wg_1
-        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
         zeta1 = (
             W12 * q_1
             + Wn1 * lc_1 * w_x1
             - chi1 * l1 * (p1 + phi1_dot)
         )
+        loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_6fvzz = t_rybsf * e2
-        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
+        t_mallh = F_n1 * sin_theta1
         q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_7fbo3 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
         zeta2 = (
             W12 * q_2
             + Wn2 * lc_2 * w_x2
             - chi2 * l2 * (p2 + phi2_dot)
         )
+        loss_theta2 = eps2 * theta2_dot
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        t_6fvzz = t_rybsf * e2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
         t_l7fgg = B_2 * eta2 + loss_phi2 * k2
         F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_qeyrr = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_uzoih = wg_1 - t_fcuad
+        t_wg7ej = t_qeyrr + t_uzoih
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_vn7oc = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_fv4vq = wg_2 - t_z4fbq
+        t_lqbgn = t_vn7oc + t_fv4vq
+        t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_kd2xx + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
+        K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_eytv7 = S_sq1 * tn11_1
+        t_xyodq = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_mlur2 = (wx * w3 + g1_v2) * t_ma4ro
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_mlur2
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = t_47igz - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_dvxnj = Bs_1 + Bs_2
+        t_g3yj5 = Bs_1 + Asc_1 * e1
+        t_pr2pp = Bs_2 + Asc_2 * e2
+        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
+        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_vo4h3 = (
+            t_o6fg5 * sin_phi1
+            + t_l7fgg * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v2 * t_bap4n
+            + G3_v2 * t_bap4n_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2
+        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
+        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_kd2xx
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_3tpbw * t_mlur2
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_6owaj = (
+            Pq_v2 * Pq_v2
+            - PP_v2 * (q1_v2 * q1_v2 - t_62qfa + q2_v2 * q2_v2 + q3_v2 * q3_v2)
+        )
+        root_v2 = np.sqrt(np.fmax(0.0, t_6owaj))
+        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
+        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
+        eBc_1 = Bc_1 * e1
+        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
+        t_w6q4c = g_1 * wg_1
+        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
+        wqg_1 = q_1 * wg_1
+        wqq_1 = q_1 * wq_1
+        wgC_1 = cos_theta1 * wqg_1
+        wgS_1 = sin_theta1 * wqg_1
+        M_q1 = F_n1 * q_1
+        I_phi1 = phi1_dot * I1
+        I_theta1 = theta1_dot * I1
+        eBc_2 = Bc_2 * e2
+        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
+        t_7fbo3 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
+        wqg_2 = q_2 * wg_2
+        wqq_2 = q_2 * wq_2
+        wgC_2 = cos_theta2 * wqg_2
+        wgS_2 = sin_theta2 * wqg_2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = t_47igz - Ass_1 - Ass_2
-        t_eytv7 = S_sq1 * tn11_1
-        t_xyodq = S_sq2 * tn11_2
-        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
         t_hig3c = wqq_1 + wqq_2
         K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_uzoih = wg_1 - t_fcuad
-        t_fv4vq = wg_2 - t_z4fbq
-        t_qeyrr = Bc_1 - eAss_1
-        t_wg7ej = t_qeyrr + t_uzoih
-        t_vn7oc = Bc_2 - eAss_2
-        t_lqbgn = t_vn7oc + t_fv4vq
-        t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
-        K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
-        t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn
-        K53 = wqS_1 - t_kd2xx_2 + wqS_2
         t_vykvu = Bl_1 - eBc_1
         t_vwbsx = Bl_2 - eBc_2
         K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2
@@ -43859,17 +43927,10 @@ def lyapunov_v2_prepared(x, p, c, h):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_kd2xx - (t_qeyrr + t_vn7oc)
         t_hig3c_2 = wgS_1 + wgS_2
         K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2
         K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_o36xw + t_2znlb + J_C2 - t_o56io - t_5sxb4
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * l1
         t_hig3c_3 = M_q1 + M_q2
         t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * l2
@@ -43892,8 +43953,8 @@ def lyapunov_v2_prepared(x, p, c, h):
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_3hais * cos_theta1
@@ -43901,82 +43962,21 @@ def lyapunov_v2_prepared(x, p, c, h):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_cl3z7 = 1.0 / K11
-        t_exl37 = t_f2nhc * t_cl3z7
-        K_D2 = K22 - t_f2nhc * t_exl37
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_exl37_2 = t_f2nhc_2 * t_cl3z7
-        t_iy2us = K32 - t_f2nhc * t_exl37_2
+        t_exl37 = t_f2nhc_2 * t_cl3z7
+        K_D2 = K22 - t_f2nhc_2 * t_exl37
+        t_exl37_2 = t_f2nhc * t_cl3z7
+        t_iy2us = K32 - t_f2nhc_2 * t_exl37_2
         t_6dtnj = 1.0 / K_D2
         K_L32 = t_iy2us * t_6dtnj
-        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
-        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_dvxnj = Bs_1 + Bs_2
-        t_mlur2 = (wx * w3 + g1_v2) * t_ma4ro
-        t_g3yj5 = Bs_1 + Asc_1 * e1
-        t_pr2pp = Bs_2 + Asc_2 * e2
-        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
-        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
-        t_vo4h3 = (
-            t_o6fg5 * sin_phi1
-            + t_l7fgg * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_bap4n
-            + G3_v2 * t_bap4n_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3
-        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_kd2xx_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_3tpbw * t_mlur2
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_mlur2
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_6owaj = (
-            Pq_v2 * Pq_v2
-            - PP_v2 * (q1_v2 * q1_v2 - t_62qfa + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        )
-        root_v2 = np.sqrt(np.fmax(0.0, t_6owaj))
-        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2
         f1_v2 = q1_v2 + K11 * ax_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
-        delta2_v2 = np.arcsin(sin_d2_v2)
-        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         t_qh3cx = F * cos_delta2_v2
-        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
@@ -44005,8 +44005,8 @@ def lyapunov_v2_prepared(x, p, c, h):
             - G3_v2 * K66
             + t_bap4n_2 * ax_v2
             + t_bap4n_2 * da_v2_x1
-            + t_kd2xx_2 * a2_v2
-            + t_kd2xx_2 * da_v2_x2
+            + t_kd2xx * a2_v2
+            + t_kd2xx * da_v2_x2
             - K63 * a3_v2
             - K63 * da_v2_x3
             + K64 * t_mlur2
@@ -44062,19 +44062,23 @@ def lyapunov_v2_loop_prepare(p, c):
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -44086,32 +44090,25 @@ def lyapunov_v2_loop_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
-        B_2 = me2 * l2
         Bl_1 = B_1 * l1
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
         return _vector(
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             1.0 / r8,
             e1 * me1,
@@ -44122,6 +44119,9 @@ def lyapunov_v2_loop_prepare(p, c):
             F * F,
             1.0 / F,
             1.0 / np.cos(delta2_max),
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             me1 * (e1 * e1),
             Bl_2,
@@ -44179,23 +44179,20 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         w5 = c[..., 12]
         (
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             t_t6fx5,
             t_fcuad,
@@ -44206,6 +44203,9 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
             t_62qfa,
             t_y7rm6,
             t_xkg6l,
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             t_xdulz,
             Bl_2,
@@ -44217,12 +44217,13 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -44237,10 +44238,8 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -44304,6 +44303,7 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
+        W13 = wx * wz
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
@@ -44380,16 +44380,16 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
         delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
@@ -44724,18 +44724,22 @@ def lyapunov_v2_observe_prepare(p, c):
         r8 = c[..., 7]
         D1 = l1 * l1 * m1 + I1
         t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
         me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
         me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_nkfhl * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_xgfi7 * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -44747,48 +44751,44 @@ def lyapunov_v2_observe_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
         Bl_1 = B_1 * l1
-        B_2 = me2 * l2
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
         return _vector(
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            1.0 / r8,
+            e1 * me1,
+            e2 * me2,
+            1.0 / r6,
+            1.0 / r4,
+            M_C + mv1 + mv2,
+            F * F,
+            1.0 / F,
+            1.0 / np.cos(delta2_max),
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             me1 * (e1 * e1),
-            B_2,
             Bl_2,
             me2 * (e2 * e2),
-            M_C + mv1 + mv2,
-            e1 * me1,
-            e2 * me2,
             t_sfymc,
             J_C1 + (J_z - J_y),
             J_C1 + t_is5lg + t_sfymc,
-            1.0 / r8,
-            1.0 / r6,
-            1.0 / r4,
-            F * F,
-            1.0 / F,
             b + d + x_C,
-            1.0 / np.cos(delta2_max),
         )
 
 
@@ -44835,165 +44835,239 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
         w4 = c[..., 11]
         w5 = c[..., 12]
         (
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
+            e1,
+            t_6nwd2,
+            k1,
+            mv1,
+            B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
+            B_2,
+            t_t6fx5,
+            t_fcuad,
+            t_z4fbq,
+            t_yjeu3,
+            t_ma4ro,
+            t_47igz,
+            t_62qfa,
+            t_y7rm6,
+            t_xkg6l,
             J_C1,
             J_C3,
             J_C2,
-            e1,
-            e2,
-            B_1,
             Bl_1,
             t_xdulz,
-            B_2,
             Bl_2,
             t_uohf6,
-            t_47igz,
-            t_fcuad,
-            t_z4fbq,
             t_sfymc,
             t_g7pzr,
             t_urwo6,
-            t_t6fx5,
-            t_yjeu3,
-            t_ma4ro,
-            t_62qfa,
-            t_y7rm6,
             t_bknng,
-            t_xkg6l,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
         t_rybsf = wy * wy + wz * wz
         t_w7vil = t_rybsf * e1
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        p1 = Wn1 + phi1_dot
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
         tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_w6q4c = g_1 * wg_1
-        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
         eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        loss_phi1 = eps1 * phi1_dot
+        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
+        q_1 = sin_phi1 * l1
+        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
+        W12 = wx * wy
+        lc_1 = cos_phi1 * l1
         zeta1 = (
             W12 * q_1
             + Wn1 * lc_1 * w_x1
             - chi1 * l1 * (p1 + phi1_dot)
         )
+        loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_o6fg5 = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_6fvzz = t_rybsf * e2
-        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
+        t_mallh = F_n1 * sin_theta1
         q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_7fbo3 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        lc_2 = cos_phi2 * l2
+        w_x2 = wx - theta2_dot
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        p2 = Wn2 + phi2_dot
         zeta2 = (
             W12 * q_2
             + Wn2 * lc_2 * w_x2
             - chi2 * l2 * (p2 + phi2_dot)
         )
+        loss_theta2 = eps2 * theta2_dot
         F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
+        t_lbh6o = F_n2 * sin_theta2
+        t_6fvzz = t_rybsf * e2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        loss_phi2 = eps2 * phi2_dot
         t_l7fgg = B_2 * eta2 + loss_phi2 * k2
         F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2
+        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        B_v2 = vy * r1  # (29)
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
+        wth_1 = th_1 * I1
+        wq_1 = q_1 * wth_1
+        wqS_1 = sin_theta1 * wq_1
+        SC1 = cos_theta1 * sin_theta1
+        Bc_1 = B_1 * cos_phi1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        eAss_1 = Ass_1 * e1
+        t_qeyrr = Bc_1 - eAss_1
+        g_1 = e1 - lc_1
+        wg_1 = g_1 * wth_1
+        t_uzoih = wg_1 - t_fcuad
+        t_wg7ej = t_qeyrr + t_uzoih
+        SC2 = cos_theta2 * sin_theta2
+        Bc_2 = B_2 * cos_phi2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        eAss_2 = Ass_2 * e2
+        t_vn7oc = Bc_2 - eAss_2
+        g_2 = e2 - lc_2
+        wth_2 = th_2 * I2
+        wg_2 = g_2 * wth_2
+        t_fv4vq = wg_2 - t_z4fbq
+        t_lqbgn = t_vn7oc + t_fv4vq
+        t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn
+        wq_2 = q_2 * wth_2
+        wqS_2 = sin_theta2 * wq_2
+        K53 = wqS_1 - t_kd2xx + wqS_2
+        W13 = wx * wz
+        C_v2 = vz * r2  # (29)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
+        S_sq1 = sin_theta1 * sin_theta1
+        S_sq2 = sin_theta2 * sin_theta2
+        t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
+        K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc)
+        tn11_1 = Ass_1 + me1 - wth_1
+        tn11_2 = Ass_2 + me2 - wth_2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        a2_v2 = G2_v2 * x_C - B_v2 * w1
+        t_eytv7 = S_sq1 * tn11_1
+        t_xyodq = S_sq2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
+        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
+        t_mlur2 = (wx * w3 + g1_v2) * t_ma4ro
+        q3_v2 = (
+            n3
+            + G2_v2 * K53
+            + G3_v2 * K63
+            + K32 * a2_v2
+            + K33 * a3_v2
+            - K43 * t_mlur2
+        )
+        Asc_1 = As_1 * cos_phi1
+        Asc_2 = As_2 * cos_phi2
+        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        K11 = t_47igz - Ass_1 - Ass_2
+        Bs_1 = B_1 * sin_phi1
+        Bs_2 = B_2 * sin_phi2
+        t_dvxnj = Bs_1 + Bs_2
+        t_g3yj5 = Bs_1 + Asc_1 * e1
+        t_pr2pp = Bs_2 + Asc_2 * e2
+        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
+        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
+        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_vo4h3 = (
+            t_o6fg5 * sin_phi1
+            + t_l7fgg * sin_phi2
+            + cos_phi1 * tension1
+            + cos_phi2 * tension2
+            + G2_v2 * t_bap4n
+            + G3_v2 * t_bap4n_2
+            + t_f2nhc_2 * a2_v2
+            + t_f2nhc * a3_v2
+        )
+        q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3
+        t_mallh_2 = F_n1 * cos_theta1
+        t_lbh6o_2 = F_n2 * cos_theta2
+        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        wqC_1 = cos_theta1 * wq_1
+        wqC_2 = cos_theta2 * wq_2
+        K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2
+        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
+        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        q2_v2 = (
+            n2
+            + G2_v2 * K52
+            - G3_v2 * t_kd2xx
+            + K22 * a2_v2
+            + K32 * a3_v2
+            + t_3tpbw * t_mlur2
+        )
+        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
+        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
+        t_6owaj = (
+            Pq_v2 * Pq_v2
+            - PP_v2 * (q1_v2 * q1_v2 - t_62qfa + q2_v2 * q2_v2 + q3_v2 * q3_v2)
+        )
+        root_v2 = np.sqrt(np.fmax(0.0, t_6owaj))
+        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
+        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta2_v2 = np.arcsin(sin_d2_v2)
+        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
+        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
+        t_vbwgu = cos_delta2_v2 * sin_delta1_v2
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
+        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        eBc_1 = Bc_1 * e1
+        t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
+        t_w6q4c = g_1 * wg_1
+        tn44_1 = t_xdulz + t_o36xw - t_w6q4c
+        wqg_1 = q_1 * wg_1
+        wqq_1 = q_1 * wq_1
+        wgC_1 = cos_theta1 * wqg_1
+        wgS_1 = sin_theta1 * wqg_1
+        M_q1 = F_n1 * q_1
+        I_phi1 = phi1_dot * I1
+        I_theta1 = theta1_dot * I1
+        eBc_2 = Bc_2 * e2
+        t_2znlb = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
+        t_7fbo3 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_2znlb - t_7fbo3
+        wqg_2 = q_2 * wg_2
+        wqq_2 = q_2 * wq_2
+        wgC_2 = cos_theta2 * wqg_2
+        wgS_2 = sin_theta2 * wqg_2
         M_q2 = F_n2 * q_2
         I_phi2 = phi2_dot * I2
         I_theta2 = theta2_dot * I2
-        K11 = t_47igz - Ass_1 - Ass_2
-        t_eytv7 = S_sq1 * tn11_1
-        t_xyodq = S_sq2 * tn11_2
-        K22 = t_eytv7 + t_xyodq + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_eytv7 - t_xyodq
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
         t_hig3c = wqq_1 + wqq_2
         K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_uzoih = wg_1 - t_fcuad
-        t_fv4vq = wg_2 - t_z4fbq
-        t_qeyrr = Bc_1 - eAss_1
-        t_wg7ej = t_qeyrr + t_uzoih
-        t_vn7oc = Bc_2 - eAss_2
-        t_lqbgn = t_vn7oc + t_fv4vq
-        t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn
-        K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
-        t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn
-        K53 = wqS_1 - t_kd2xx_2 + wqS_2
         t_vykvu = Bl_1 - eBc_1
         t_vwbsx = Bl_2 - eBc_2
         K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2
@@ -45011,17 +45085,10 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             + -2.0 * wgC_1
             + -2.0 * wgC_2
         )
-        K63 = t_kd2xx - (t_qeyrr + t_vn7oc)
         t_hig3c_2 = wgS_1 + wgS_2
         K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2
         K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2
         K66 = t_o36xw + t_2znlb + J_C2 - t_o56io - t_5sxb4
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
         t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * l1
         t_hig3c_3 = M_q1 + M_q2
         t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * l2
@@ -45044,8 +45111,8 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             - W12 * t_g7pzr
             - I_phi1 * wy
             - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+            + t_mallh_2 * g_1
+            + t_lbh6o_2 * g_2
         )
         n6 = (
             t_3hais * cos_theta1
@@ -45053,82 +45120,21 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             + I_theta1 * wx
             + I_theta2 * wx
             - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
+            - t_mallh * g_1
+            - t_lbh6o * g_2
             - I_phi1 * wz
             - I_phi2 * wz
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
         t_cl3z7 = 1.0 / K11
-        t_exl37 = t_f2nhc * t_cl3z7
-        K_D2 = K22 - t_f2nhc * t_exl37
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_exl37_2 = t_f2nhc_2 * t_cl3z7
-        t_iy2us = K32 - t_f2nhc * t_exl37_2
+        t_exl37 = t_f2nhc_2 * t_cl3z7
+        K_D2 = K22 - t_f2nhc_2 * t_exl37
+        t_exl37_2 = t_f2nhc * t_cl3z7
+        t_iy2us = K32 - t_f2nhc_2 * t_exl37_2
         t_6dtnj = 1.0 / K_D2
         K_L32 = t_iy2us * t_6dtnj
-        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2
-        B_v2 = vy * r1  # (29)
-        C_v2 = vz * r2  # (29)
-        g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * t_t6fx5
-        G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_dvxnj = Bs_1 + Bs_2
-        t_mlur2 = (wx * w3 + g1_v2) * t_ma4ro
-        t_g3yj5 = Bs_1 + Asc_1 * e1
-        t_pr2pp = Bs_2 + Asc_2 * e2
-        t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2
-        t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2
-        t_vo4h3 = (
-            t_o6fg5 * sin_phi1
-            + t_l7fgg * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_bap4n
-            + G3_v2 * t_bap4n_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
-        )
-        q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3
-        t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_kd2xx_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_3tpbw * t_mlur2
-        )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_mlur2
-        )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_6owaj = (
-            Pq_v2 * Pq_v2
-            - PP_v2 * (q1_v2 * q1_v2 - t_62qfa + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        )
-        root_v2 = np.sqrt(np.fmax(0.0, t_6owaj))
-        ax_v2 = (root_v2 - Pq_v2) / PP_v2
+        K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2
         f1_v2 = q1_v2 + K11 * ax_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
-        cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
-        delta2_v2 = np.arcsin(sin_d2_v2)
-        sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         t_qh3cx = F * cos_delta2_v2
-        sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
@@ -45158,8 +45164,8 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             - G3_v2 * K66
             + t_bap4n_2 * ax_v2
             + t_bap4n_2 * da_v2_x1
-            + t_kd2xx_2 * a2_v2
-            + t_kd2xx_2 * da_v2_x2
+            + t_kd2xx * a2_v2
+            + t_kd2xx * da_v2_x2
             - K63 * a3_v2
             - K63 * da_v2_x3
             + K64 * t_mlur2
@@ -45177,13 +45183,7 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             - K54 * t_mlur2
             + t_jczim * t_bknng
         )
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
-        t_vbwgu = cos_delta2_v2 * sin_delta1_v2
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         t_gbb3a = F * cos_delta2_act
-        sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * F * cos_delta1_v2
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_vbwgu * F - t_gbb3a * sin_delta1_act
@@ -45197,7 +45197,7 @@ def lyapunov_v2_observe_prepared(q, p, c, h):
             My_v2
             - df3_act * t_bknng
             + t_bap4n_2 * da_act_x1
-            + t_kd2xx_2 * da_act_x2
+            + t_kd2xx * da_act_x2
             - K63 * da_act_x3
         )
         Mz = (
@@ -45269,19 +45269,23 @@ def lyapunov_v2_loop_euler_prepare(p, c):
         D1 = l1 * l1 * m1 + I1
         t_gbl6n = 1.0 / D1
         t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
         me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
         D2 = l2 * l2 * m2 + I2
         t_jx6g7 = 1.0 / D2
         t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
         me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
         M_C = m + m0 + me1 + me2
         x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        e1 = h1 - x_C
+        t_6nwd2 = l1 * m1
+        k1 = t_wywjk * l1
+        mv1 = t_6nwd2 * k1
+        B_1 = me1 * l1
+        e2 = h2 - x_C
+        t_popww = l2 * m2
+        k2 = t_jzg7x * l2
+        mv2 = t_popww * k2
+        B_2 = me2 * l2
         S_C = (
             me1 * (h1 * h1)
             + me2 * (h2 * h2)
@@ -45293,32 +45297,25 @@ def lyapunov_v2_loop_euler_prepare(p, c):
         J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
         J_C2 = I0 + J_y + t_is5lg + S_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        B_1 = me1 * l1
-        B_2 = me2 * l2
         Bl_1 = B_1 * l1
         Bl_2 = B_2 * l2
         t_sfymc = J_y - J_z
         return _vector(
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             1.0 / r8,
             e1 * me1,
@@ -45329,6 +45326,9 @@ def lyapunov_v2_loop_euler_prepare(p, c):
             F * F,
             1.0 / F,
             1.0 / np.cos(delta2_max),
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             me1 * (e1 * e1),
             Bl_2,
@@ -45386,23 +45386,20 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         w5 = c[..., 12]
         (
             t_gbl6n,
-            k1,
             me1,
-            t_6nwd2,
-            mv1,
             t_jx6g7,
-            k2,
             me2,
-            t_popww,
-            mv2,
             M_C,
             x_C,
-            J_C1,
-            J_C3,
-            J_C2,
             e1,
-            e2,
+            t_6nwd2,
+            k1,
+            mv1,
             B_1,
+            e2,
+            t_popww,
+            k2,
+            mv2,
             B_2,
             t_t6fx5,
             t_fcuad,
@@ -45413,6 +45410,9 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
             t_62qfa,
             t_y7rm6,
             t_xkg6l,
+            J_C1,
+            J_C3,
+            J_C2,
             Bl_1,
             t_xdulz,
             Bl_2,
@@ -45424,12 +45424,13 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        W12 = wx * wy
-        W13 = wx * wz
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         q_1 = sin_phi1 * l1
         th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        W12 = wx * wy
         Wn1 = cos_theta1 * wy - sin_theta1 * wz
         lc_1 = cos_phi1 * l1
         w_x1 = wx - theta1_dot
@@ -45444,10 +45445,8 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         loss_theta1 = eps1 * theta1_dot
         F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
         t_mallh = F_n1 * cos_theta1
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         q_2 = sin_phi2 * l2
         th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         Wn2 = cos_theta2 * wy - sin_theta2 * wz
         lc_2 = cos_phi2 * l2
         w_x2 = wx - theta2_dot
@@ -45511,6 +45510,7 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         wq_2 = q_2 * wth_2
         wqC_2 = cos_theta2 * wq_2
         K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2
+        W13 = wx * wz
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         G3_v2 = W13 + (wy * w4 + g2_v2) * t_yjeu3
@@ -45587,16 +45587,18 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
         delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
+        m_m575p = (np.abs(delta2_v2) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
@@ -45882,8 +45884,6 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
             - X_x3 * sin_theta2
         )
         theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * t_r7vy7 + q_2 * t_s4hzu))
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
@@ -46005,8 +46005,10 @@ def lyapunov_v2_loop_reduced_prepared(q, p, c, h):
             t_jx6g7,
         ) = np.moveaxis(h, -1, 0)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -46052,10 +46054,8 @@ def lyapunov_v2_loop_reduced_prepared(q, p, c, h):
             - t_27rts * t_ybskz
             - t_vzfs6 * wx
         )  # (26)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = t_popww * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_kuf7x = sin_theta2 * t_frp3h
@@ -46259,8 +46259,12 @@ def lyapunov_v2_loop_reduced_euler_prepared(q, p, c, h):
             t_jx6g7,
         ) = np.moveaxis(h, -1, 0)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
         t_pv3py = cos_phi1 * l1 * m1
         gy_phi1 = sin_theta1 * t_pv3py  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
@@ -46306,10 +46310,8 @@ def lyapunov_v2_loop_reduced_euler_prepared(q, p, c, h):
             - t_27rts * t_ybskz
             - t_vzfs6 * wx
         )  # (26)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         gx_phi2 = t_popww * sin_phi2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         gy_phi2 = t_aafcb * sin_theta2  # (25)
         gz_phi2 = t_aafcb * cos_theta2  # (25)
         t_kuf7x = sin_theta2 * t_frp3h
@@ -46365,8 +46367,6 @@ def lyapunov_v2_loop_reduced_euler_prepared(q, p, c, h):
         u_v2_x1 = -t_mlur2
         t_si2fh = B_v2 * w1
         t_gkvv2 = C_v2 * w2
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz

@@ -40,6 +40,34 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     enum { along_Mz_cmd = 2 };
     enum { along_delta1_cmd = 3 };
     enum { along_delta2_cmd = 4 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_6k2ny = -p[delta2_max];
+    const real t_arc6h = mv_min(u_cmd[delta2_cmd], p[delta2_max]);
+    const real delta2_act = mv_max(t_6k2ny, t_arc6h);
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_r3kxd = t_dd7v5 * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_r3kxd);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_xdpyp = mv_asin(t_2g6s5);
+    const real t_qerph = -p[delta1_max];
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    const mask m_lyzdv = LT(t_33tdi, K(-1.0));
+    const mask m_3egkw = LT(K(-1.0), t_33tdi);
+    const mask m_24spq = LT(K(1.0), t_r3kxd);
+    const mask m_phdii = AND(m_3egkw, m_24spq);
+    const mask m_35nsk = OR(m_lyzdv, m_phdii);
+    const mask m_25iwn = OR(m_35nsk, m_24spq);
+    const real t_2hlb5 = SELECT(m_tdcs7, u_cmd[delta1_cmd], SELECT(m_25iwn, t_xdpyp, t_xdpyp));
+    const real t_jtckg = mv_min(p[delta1_max], t_2hlb5);
+    const real t_lfdbd = mv_max(t_qerph, t_jtckg);
+    real sin_t_lfdbd, cos_t_lfdbd; mv_sincos(t_lfdbd, &sin_t_lfdbd, &cos_t_lfdbd);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -54,10 +82,6 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -126,32 +150,8 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_6dtnj_2 = K(1.0) / K_D2;
     const real K_L32 = t_upifj * t_6dtnj_2;
     const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6k2ny = -p[delta2_max];
-    const real t_arc6h = mv_min(u_cmd[delta2_cmd], p[delta2_max]);
-    const real delta2_act = mv_max(t_6k2ny, t_arc6h);
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real t_appoi = p[F] * cos_delta2_act;
-    const real t_qerph = -p[delta1_max];
-    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
-    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
-    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
-    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
-    const real t_r3kxd = t_dd7v5 * t_xkg6l;
-    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_r3kxd);
-    const mask m_lyzdv = LT(t_33tdi, K(-1.0));
-    const mask m_3egkw = LT(K(-1.0), t_33tdi);
-    const mask m_24spq = LT(K(1.0), t_r3kxd);
-    const mask m_phdii = AND(m_3egkw, m_24spq);
-    const mask m_35nsk = OR(m_lyzdv, m_phdii);
-    const mask m_25iwn = OR(m_35nsk, m_24spq);
-    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
-    const real t_xdpyp = mv_asin(t_2g6s5);
-    const real t_2hlb5 = SELECT(m_tdcs7, u_cmd[delta1_cmd], SELECT(m_25iwn, t_xdpyp, t_xdpyp));
-    const real t_jtckg = mv_min(p[delta1_max], t_2hlb5);
-    const real t_lfdbd = mv_max(t_qerph, t_jtckg);
-    real sin_t_lfdbd, cos_t_lfdbd; mv_sincos(t_lfdbd, &sin_t_lfdbd, &cos_t_lfdbd);
     const real t_kdhs7 = cos_delta2_cmd * p[F];
     const real t_umjdh = t_appoi * cos_t_lfdbd - t_kdhs7 * cos_delta1_cmd;
     const real t_shor5 = t_umjdh * t_6dtnj;
@@ -371,25 +371,469 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     enum { along_theta1_dot = 14 };
     enum { along_phi2_dot = 15 };
     enum { along_theta2_dot = 16 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real t_cmacw = Wn2 * lc_2;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_a3tjf = chi2 * p[l2];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_rsijc = K(1.0) / (D_theta1 * D_theta1);
+    const real t_wdxch = W_theta1 * t_rsijc;
+    const real t_al3x7 = t_wdxch * t_lgf4h;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_e7iwk = K(1.0) / (D_theta2 * D_theta2);
+    const real t_iyr6v = W_theta2 * t_e7iwk;
+    const real t_fre5h = t_iyr6v * t_6pfo6;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2;  /* (29) */
+    const real t_6dxqs = t_lgf4h * t_lgf4h;
+    const real t_ggxz2 = t_6pfo6 * t_6pfo6;
+    const real f11_v1 = c[r4]
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_wdxch * t_6dxqs
+        - t_iyr6v * t_ggxz2;  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real t_aqbxr = x[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_4evkh = Wn1 * Wn1;
+    const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_ytkv4 = t_yx2kz * t_l4ozg;
+    const real t_kf34p = t_os4zj * t_wjugd;
+    const real t_qseuj = t_kf34p * sin_phi1;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
+    const real t_sakwz = t_os4zj_2 * t_hjphj;
+    const real t_nuf3e = t_sakwz * t_l4ozg;
+    const real t_3tn47 = cos_phi1 * t_l4ozg * p[h1];
+    const real t_bddlq = t_os4zj_2 * sin_phi1;
+    const real t_2vtqb = t_bddlq * cos_phi1;
+    const real t_zlme3 = t_2vtqb * x[theta1_dot];
+    const real k_phi1 = loss_phi1
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * t_4evkh
+        - t_f5hf3 * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - t_2zkgz * t_mgpcw
+        - t_ytkv4 * x[wx]
+        + t_qseuj * cos_phi1 * p[m1]
+        + t_nuf3e * x[wx] * p[m1]
+        + t_3tn47 * x[wx] * p[l1] * p[m1]
+        + t_zlme3 * x[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_4evkh_2 = Wn2 * Wn2;
+    const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
+    const real t_m7bta = x[theta2_dot] + x[theta2_dot];
+    const real t_n7l2g = t_doiln * t_6pfo6;
+    const real t_md67w = t_doiln * t_frp3h;
+    const real t_eftew = t_7ovbh * sin_phi2;
+    const real t_doiln_2 = t_doiln + t_doiln;
+    const real t_ocqsw = t_doiln_2 * t_pt6a7 * t_nfvux;
+    const real t_jzkl6 = t_doiln * cos_phi2 * p[h2];
+    const real t_7ia3v = sin_phi2 + sin_phi2;
+    const real t_r4pbf = t_7ia3v * cos_phi2 * t_nfvux;
+    const real t_vficm = t_r4pbf * x[theta2_dot];
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * t_4evkh_2
+        - t_h6l62 * t_6pfo6_2
+        - t_m7bta * t_n7l2g
+        - t_md67w * x[wx]
+        + t_eftew * cos_phi2 * t_nfvux * p[m2]
+        + t_ocqsw * x[wx] * p[m2]
+        + t_jzkl6 * x[wx] * p[l2] * p[m2]
+        + t_vficm * x[wx] * p[m2];  /* (25) */
+    const real t_4maxk = D_theta1 * x[theta1_dot];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
+    const real t_prfqf = Wn1 * x[wx];
+    const real k_theta1 = loss_theta1
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1);
+    const real t_qu7qb = D_theta2 * x[theta2_dot];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * x[theta2_dot];
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_f2ypg = x[wx] + x[wx];
+    const real t_rfj2a = t_6pfo6_2 * t_f2ypg;
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_rfj2a * x[phi2_dot];  /* (26) */
+    const real t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2);
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_wdxch * t_42oey
+        - t_iyr6v * t_imhcr
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_4pqij = D1 * x[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
+    const real t_lzacu = D2 * x[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real t_exlis = t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3;
+    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
+    const real cdz_theta1 = x[phi1_dot] * t_exlis - cy_theta1 * x[theta1_dot];
+    const real t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1;
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real t_erw3p = t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = x[phi2_dot] * t_erw3p - cy_theta2 * x[theta2_dot];
+    const real t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2;
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_wdxch * t_skje5
+        - t_iyr6v * t_2tsuo;  /* (29) */
+    const real t_m2xao = t_hyv47 * t_2ksfs;
+    const real t_fgpdt = t_pi35k * t_zshn6;
+    const real t_nacmc = t_wdxch * cy_theta1;
+    const real t_47hyg = t_iyr6v * cy_theta2;
+    const real f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_yo2ei = cy_theta1 * cy_theta1;
+    const real t_tkz7a = cy_theta2 * cy_theta2;
+    const real f22_v1 = c[r6]
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_wdxch * t_yo2ei
+        - t_iyr6v * t_tkz7a;  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_exlis_2 = t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2;
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * t_exlis_2;
+    const real t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1;
+    const real t_erw3p_2 = t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3;
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * t_erw3p_2;
+    const real t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2;
+    const real g2_v1 = x[att2] * c[r5]
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_wdxch * t_glvjv
+        - t_iyr6v * t_wiuaa
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_7mbmh = cz_theta1 * cz_theta1;
+    const real t_74fkc = cz_theta2 * cz_theta2;
+    const real f33_v1 = c[r8]
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_wdxch * t_7mbmh
+        - t_iyr6v * t_74fkc;  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_6dtnj_2 = K(1.0) / f_v1_D3;
+    const real u_v1_x3 = u_v1_y3 * t_6dtnj_2;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real t_texm7 = u_v1_y2 * t_6dtnj;
+    const real u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
+    const real t_7ferw = cy_theta1 * x[wy] - t_lgf4h * x[wx] + cz_theta1 * x[wz] + t_4maxk;
+    const real t_fcz3l = t_wdxch * t_7ferw;
+    const real t_vfu6k = cy_theta2 * x[wy] - t_6pfo6 * x[wx] + cz_theta2 * x[wz] + t_qu7qb;
+    const real t_nv7vh = t_iyr6v * t_vfu6k;
+    const real B_v1 = t_wij2f
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_fcz3l * gy_theta1
+        - t_nv7vh * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real C_v1 = t_aqbxr
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_fcz3l * t_iouus
+        + t_nv7vh * t_cfuim;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_aocun = t_y6t4t * t_a2lgz;
+    const real t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_bewoy;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_asytu;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_edvw3
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_belws * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_teqv5 = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
+    const real t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5;
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_qo4xj));
+    const real t_6dtnj_3 = K(1.0) / PP_v1;
+    const real ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_3;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real t_whut6 = f2_v1 * t_y7rm6;
+    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_yel6o);
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real t_n42kg = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
+    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const mask m_77gct = LT(t_qo4xj, K(0.0));
+    const real t_arpa7 = (SELECT(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_3;
+    const real t_j4iq4 = q2_v1 - t_f2nhc_2 * t_arpa7;
+    const real t_p6s3n = t_j4iq4 * t_y7rm6;
+    const real t_ec4a7 = mv_min(SPLAT(K(1.0)), t_p6s3n);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_ec4a7);
+    const mask m_ismjq = LT(t_yel6o, K(-1.0));
+    const mask m_xniro = LT(K(-1.0), t_yel6o);
+    const mask m_2wilq = LT(K(1.0), t_whut6);
+    const mask m_7hs2r = AND(m_xniro, m_2wilq);
+    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
+    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
+    const real t_wuiya = SELECT(m_nzov7, delta2_v1, mv_asin(t_dmbry));
+    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const real t_j4iq4_2 = q3_v1 - t_f2nhc * t_arpa7;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v1, t_v4pjv);
+    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
+    const real t_lkkb4 = t_j4iq4_2 * t_y7rm6 * t_v2nh3;
+    const real t_bftdw = -t_lkkb4;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_bftdw);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
+    const mask m_s2see = LT(K(-1.0), t_6xn6x);
+    const mask m_7ozlc = LT(K(1.0), t_n42kg);
+    const mask m_tuozf = AND(m_s2see, m_7ozlc);
+    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
+    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
+    const real t_vuw2a = SELECT(m_ld5rn, delta1_v1, mv_asin(t_xb3pe));
+    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -399,150 +843,40 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -550,322 +884,18 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_4evkh = Wn1 * Wn1;
-    const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = x[wx] * x[wx];
-    const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
-    const real t_ytkv4 = t_yx2kz * t_l4ozg;
-    const real t_kf34p = t_os4zj * t_wjugd;
-    const real t_qseuj = t_kf34p * sin_phi1;
-    const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real t_sakwz = t_os4zj_2 * t_hjphj_2;
-    const real t_nuf3e = t_sakwz * t_l4ozg;
-    const real t_3tn47 = cos_phi1 * t_l4ozg * p[h1];
-    const real t_bddlq = t_os4zj_2 * sin_phi1;
-    const real t_2vtqb = t_bddlq * cos_phi1;
-    const real t_zlme3 = t_2vtqb * x[theta1_dot];
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * t_4evkh
-        - t_f5hf3 * t_lgf4h
-        - t_lgf4h * t_wube7
-        - t_2zkgz * t_mgpcw
-        - t_ytkv4 * x[wx]
-        + t_qseuj * cos_phi1 * p[m1]
-        + t_nuf3e * x[wx] * p[m1]
-        + t_3tn47 * x[wx] * p[l1] * p[m1]
-        + t_zlme3 * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
-    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * x[wx];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
-        - Dd_theta1 * x[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_4evkh_2 = Wn2 * Wn2;
-    const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
-    const real t_m7bta = x[theta2_dot] + x[theta2_dot];
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_n7l2g = t_doiln * t_6pfo6_2;
-    const real t_md67w = t_doiln * t_frp3h;
-    const real t_eftew = t_7ovbh * sin_phi2;
-    const real t_doiln_2 = t_doiln + t_doiln;
-    const real t_ocqsw = t_doiln_2 * t_pt6a7_2 * t_nfvux;
-    const real t_jzkl6 = t_doiln * cos_phi2 * p[h2];
-    const real t_7ia3v = sin_phi2 + sin_phi2;
-    const real t_r4pbf = t_7ia3v * cos_phi2 * t_nfvux;
-    const real t_vficm = t_r4pbf * x[theta2_dot];
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * t_4evkh_2
-        - t_h6l62 * t_6pfo6
-        - t_m7bta * t_n7l2g
-        - t_md67w * x[wx]
-        + t_eftew * cos_phi2 * t_nfvux * p[m2]
-        + t_ocqsw * x[wx] * p[m2]
-        + t_jzkl6 * x[wx] * p[l2] * p[m2]
-        + t_vficm * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * x[theta2_dot];
-    const real t_f2ypg = x[wx] + x[wx];
-    const real t_rfj2a = t_6pfo6 * t_f2ypg;
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_rfj2a * x[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real t_exlis = t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl;
-    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * t_exlis;
-    const real t_exlis_2 = t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3;
-    const real cdz_theta1 = x[phi1_dot] * t_exlis_2 - cy_theta1 * x[theta1_dot];
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real t_erw3p = t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * t_erw3p;
-    const real t_erw3p_2 = t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3;
-    const real cdz_theta2 = x[phi2_dot] * t_erw3p_2 - cy_theta2 * x[theta2_dot];
-    const real t_wij2f = x[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * x[phi1_dot];
-    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * x[phi2_dot];
-    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
-    const real t_rsijc = K(1.0) / (D_theta1 * D_theta1);
-    const real t_wdxch = W_theta1 * t_rsijc;
-    const real t_4maxk = D_theta1 * x[theta1_dot];
-    const real t_7ferw = cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz] + t_4maxk;
-    const real t_fcz3l = t_wdxch * t_7ferw;
-    const real t_e7iwk = K(1.0) / (D_theta2 * D_theta2);
-    const real t_iyr6v = W_theta2 * t_e7iwk;
-    const real t_qu7qb = D_theta2 * x[theta2_dot];
-    const real t_vfu6k = cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz] + t_qu7qb;
-    const real t_nv7vh = t_iyr6v * t_vfu6k;
-    const real B_v1 = t_wij2f
-        - t_xlxwl * gy_phi1
-        - t_hgt7a * gy_phi2
-        - t_fcz3l * gy_theta1
-        - t_nv7vh * gy_theta2;  /* (29) */
-    const real t_aqbxr = x[vz] * c[r2];
-    const real C_v1 = t_aqbxr
-        - t_xlxwl * gz_phi1
-        - t_hgt7a * gz_phi2
-        + t_fcz3l * t_iouus
-        + t_nv7vh * t_cfuim;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1);
-    const real t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2);
-    const real g1_v1 = x[att1] * c[r3]
-        - t_aqbxr * x[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_wdxch * t_42oey
-        - t_iyr6v * t_imhcr
-        + x[vy] * x[vz] * c[r1];  /* (29) */
-    const real t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1;
-    const real t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2;
-    const real g2_v1 = x[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_wdxch * t_glvjv
-        - t_iyr6v * t_wiuaa
-        + x[vx] * x[vz] * c[r2];  /* (29) */
-    const real t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1;
-    const real t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2;
-    const real g3_v1 = x[att3] * c[r7]
-        - t_wij2f * x[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_wdxch * t_skje5
-        - t_iyr6v * t_2tsuo;  /* (29) */
-    const real t_6dxqs = t_lgf4h_2 * t_lgf4h_2;
-    const real t_ggxz2 = t_6pfo6_2 * t_6pfo6_2;
-    const real f11_v1 = c[r4]
-        - t_hyv47 * (p[I1] * p[I1])
-        - t_pi35k * (p[I2] * p[I2])
-        - t_wdxch * t_6dxqs
-        - t_iyr6v * t_ggxz2;  /* (29) */
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_al3x7 = t_wdxch * t_lgf4h_2;
-    const real t_fre5h = t_iyr6v * t_6pfo6_2;
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2;  /* (29) */
-    const real t_yo2ei = cy_theta1 * cy_theta1;
-    const real t_tkz7a = cy_theta2 * cy_theta2;
-    const real f22_v1 = c[r6]
-        - t_hyv47 * (t_2ksfs * t_2ksfs)
-        - t_pi35k * (t_zshn6 * t_zshn6)
-        - t_wdxch * t_yo2ei
-        - t_iyr6v * t_tkz7a;  /* (29) */
-    const real f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2;  /* (29) */
-    const real t_m2xao = t_hyv47 * t_2ksfs;
-    const real t_fgpdt = t_pi35k * t_zshn6;
-    const real t_nacmc = t_wdxch * cy_theta1;
-    const real t_47hyg = t_iyr6v * cy_theta2;
-    const real f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2;  /* (29) */
-    const real t_7mbmh = cz_theta1 * cz_theta1;
-    const real t_74fkc = cz_theta2 * cz_theta2;
-    const real f33_v1 = c[r8]
-        - t_hyv47 * (cz_phi1 * cz_phi1)
-        - t_pi35k * (cz_phi2 * cz_phi2)
-        - t_wdxch * t_7mbmh
-        - t_iyr6v * t_74fkc;  /* (29) */
-    const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_3 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj_3;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real t_6dtnj_4 = K(1.0) / f_v1_D3;
-    const real u_v1_x3 = u_v1_y3 * t_6dtnj_4;
-    const real t_texm7 = u_v1_y2 * t_6dtnj_3;
-    const real u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_hig3c_5 = Bs_1 + Bs_2;
-    const real t_aocun = t_y6t4t * t_a2lgz;
-    const real t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_hig3c_5 * t_bewoy - t_asytu;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_teqv5 = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
-    const real t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5;
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_qo4xj));
-    const real t_6dtnj_5 = K(1.0) / PP_v1;
-    const real ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_5;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real t_whut6 = f2_v1 * t_y7rm6;
-    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_yel6o);
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real t_n42kg = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
-    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real t_6dtnj_4 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_4;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_4;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_5 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_5;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real t_caymt = cos_phi1 * along_x[along_phi1];
     const real t_elpoq = B_1 * t_caymt;
     const real t_ph2zw = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
@@ -931,13 +961,13 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_u52po = (sin_phi1 + sin_phi1) * t_caymt;
     const real t_avv2w = t_yx2kz * t_u52po;
     const real t_su25s = t_wdxch * t_rsijc * ((D_theta1 + D_theta1) * t_avv2w);
-    const real t_6xdhf = t_wdxch * t_avv2w - t_lgf4h_2 * t_su25s;
+    const real t_6xdhf = t_wdxch * t_avv2w - t_lgf4h * t_su25s;
     const real t_7hn5w = t_6nwd2 * t_caymt;
     const real t_mypv5 = cos_theta1 * t_7hn5w - gx_phi1 * t_cfvjs;
     const real t_urtfh = p[h1] * t_mypv5;
     const real t_a54cl = cos_phi1 * t_caymt - sin_phi1 * t_caymt_2;
     const real t_2twwq = t_yx2kz * t_cfvjs;
-    const real t_xs2gu = t_urtfh - (t_dmccl_2 * t_a54cl - t_hjphj * t_2twwq);
+    const real t_xs2gu = t_urtfh - (t_dmccl * t_a54cl - t_hjphj_2 * t_2twwq);
     const real t_thg73 = p[m1] * t_lf5wu_2;
     const real t_olfrr = t_3s3hq * t_cfvjs_2 - sin_theta1 * t_thg73;
     const real t_itlu7 = p[h1] * t_olfrr;
@@ -951,20 +981,20 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_y5awn = t_7ia3v * t_acpzf;
     const real t_y3tan = t_frp3h * t_y5awn;
     const real t_v6uhk = t_iyr6v * t_e7iwk * ((D_theta2 + D_theta2) * t_y3tan);
-    const real t_xgnbj = t_iyr6v * t_y3tan - t_6pfo6_2 * t_v6uhk;
+    const real t_xgnbj = t_iyr6v * t_y3tan - t_6pfo6 * t_v6uhk;
     const real t_aotwv = t_popww * t_acpzf;
     const real t_kax34 = cos_theta2 * t_aotwv - gx_phi2 * t_3nsm2;
     const real t_yfzrx = p[h2] * t_kax34;
     const real t_odf2v = cos_phi2 * t_acpzf - sin_phi2 * t_acpzf_2;
     const real t_faxhz_2 = t_frp3h * t_3nsm2;
-    const real t_eyusu = t_yfzrx - (t_c4pkx_2 * t_odf2v - t_pt6a7 * t_faxhz_2);
+    const real t_eyusu = t_yfzrx - (t_c4pkx_2 * t_odf2v - t_pt6a7_2 * t_faxhz_2);
     const real t_rk5tc = cz_theta1 * t_6xdhf
         + t_al3x7 * t_xs2gu
         - (t_if7mv * t_wx5bv + t_tmzpj * t_l2uv4)
         + (cz_theta2 * t_xgnbj + t_fre5h * t_eyusu);
-    const real t_mnr5c = t_wdxch * ((t_lgf4h_2 + t_lgf4h_2) * t_avv2w)
+    const real t_mnr5c = t_wdxch * ((t_lgf4h + t_lgf4h) * t_avv2w)
         - t_6dxqs * t_su25s
-        + (t_iyr6v * ((t_6pfo6_2 + t_6pfo6_2) * t_y3tan) - t_ggxz2 * t_v6uhk);
+        + (t_iyr6v * ((t_6pfo6 + t_6pfo6) * t_y3tan) - t_ggxz2 * t_v6uhk);
     const real t_g25lb = t_rk5tc * t_a2lgz + f_v1_L31 * t_a2lgz * t_mnr5c;
     const real t_c2js2 = c[r2] * along_x[along_vz];
     const real t_tr4ll = ax_eq * t_7hn5w;
@@ -973,7 +1003,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_qb4jj = (t_l4ozg + t_l4ozg) * t_5djln_2;
     const real t_yco5k = t_yx2kz * t_a54cl;
     const real t_p5ouv = t_f2ypg * along_x[along_wx];
-    const real t_tyt57 = t_l4ozg * t_avv2w + t_lgf4h_2 * t_5djln_2;
+    const real t_tyt57 = t_l4ozg * t_avv2w + t_lgf4h * t_5djln_2;
     const real t_fzxum = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_qb4jj) + t_kf34p * t_caymt) - t_qseuj * t_caymt_2);
     const real t_yml4b = p[m1] * (x[wx] * (t_l4ozg * (t_os4zj_2 * t_u52po) + t_sakwz * t_5djln_2) + t_nuf3e * along_x[along_wx]);
     const real t_fxasq = p[l1] * (x[wx] * (p[h1] * (cos_phi1 * t_5djln_2 - t_l4ozg * t_caymt_2)) + t_3tn47 * along_x[along_wx]);
@@ -981,8 +1011,8 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_mi7tv = t_zmble
         - (t_wjugd * t_42brb + t_sxxxk * t_qb4jj)
         - (t_4evkh * t_42brb + t_sxxxk * ((Wn1 + Wn1) * t_gvj6n))
-        - (t_lgf4h * (t_2zkgz * along_x[along_theta1_dot]) + t_f5hf3 * t_yco5k)
-        - (t_wube7 * t_yco5k + t_lgf4h * t_p5ouv)
+        - (t_lgf4h_2 * (t_2zkgz * along_x[along_theta1_dot]) + t_f5hf3 * t_yco5k)
+        - (t_wube7 * t_yco5k + t_lgf4h_2 * t_p5ouv)
         - (t_mgpcw * (along_x[along_theta1_dot] + along_x[along_theta1_dot]) + t_2zkgz * t_tyt57)
         - (x[wx] * (t_yx2kz * t_5djln_2) + t_ytkv4 * along_x[along_wx])
         + t_fzxum
@@ -994,18 +1024,18 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_mrmcz = p[h2] * t_aotwv;
     const real t_wvpk3_2 = t_2hibi + t_6srrg;
     const real t_p3nxh = t_doiln_2 * t_wvpk3_2;
-    const real t_3woyn = t_6pfo6_2 * t_wvpk3_2 + t_doiln * t_y3tan;
+    const real t_3woyn = t_6pfo6 * t_wvpk3_2 + t_doiln * t_y3tan;
     const real t_jjlf5 = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_p3nxh + t_7ovbh * t_acpzf) - t_eftew * t_acpzf_2));
-    const real t_hthjj = x[wx] * (t_nfvux * (t_pt6a7_2 * (t_wvpk3_2 + t_wvpk3_2) + t_doiln_2 * t_y5awn))
+    const real t_hthjj = x[wx] * (t_nfvux * (t_pt6a7 * (t_wvpk3_2 + t_wvpk3_2) + t_doiln_2 * t_y5awn))
         + t_ocqsw * along_x[along_wx];
     const real t_b446y = p[l2] * (x[wx] * (p[h2] * (cos_phi2 * t_wvpk3_2 - t_doiln * t_acpzf_2)) + t_jzkl6 * along_x[along_wx]);
     const real t_gje3g = x[theta2_dot] * (t_nfvux * (cos_phi2 * (t_acpzf + t_acpzf) - t_7ia3v * t_acpzf_2))
         + t_r4pbf * along_x[along_theta2_dot];
     const real t_4o7sv = t_trbl5
-        - (t_6pfo6 * t_p5ouv + t_wube7 * t_c3th3)
+        - (t_6pfo6_2 * t_p5ouv + t_wube7 * t_c3th3)
         - (t_7ovbh * t_mrmcz + t_2ys72 * t_p3nxh)
         - (t_4evkh_2 * t_mrmcz + t_2ys72 * ((Wn2 + Wn2) * t_ki4dj))
-        - (t_6pfo6 * (t_m7bta * along_x[along_theta2_dot]) + t_h6l62 * t_c3th3)
+        - (t_6pfo6_2 * (t_m7bta * along_x[along_theta2_dot]) + t_h6l62 * t_c3th3)
         - (t_n7l2g * (along_x[along_theta2_dot] + along_x[along_theta2_dot]) + t_m7bta * t_3woyn)
         - (x[wx] * (t_frp3h * t_wvpk3_2) + t_md67w * along_x[along_wx])
         + t_jjlf5
@@ -1014,7 +1044,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + p[m2] * (x[wx] * t_gje3g + t_vficm * along_x[along_wx]);
     const real t_4qsnt = x[theta1_dot] * t_avv2w + D_theta1 * along_x[along_theta1_dot];
     const real t_jootr = along_x[along_phi1_dot] + along_x[along_phi1_dot];
-    const real t_oybio = t_hjux3 * t_yco5k + t_lgf4h * t_jootr;
+    const real t_oybio = t_hjux3 * t_yco5k + t_lgf4h_2 * t_jootr;
     const real t_juyfh = x[theta1_dot] * t_oybio + Dd_theta1 * along_x[along_theta1_dot];
     const real t_j62t5 = x[wx] * t_gvj6n + Wn1 * along_x[along_wx];
     const real t_vdiww = t_sqgls
@@ -1022,14 +1052,14 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_hjux3 * t_tyt57 + t_mgpcw * t_jootr)
         + (Wn1 * t_tyt57 + t_mgpcw * t_gvj6n)
         + t_juyfh
-        - (t_prfqf * t_yco5k + t_lgf4h * t_j62t5)
+        - (t_prfqf * t_yco5k + t_lgf4h_2 * t_j62t5)
         - (x[wx] * t_oybio + Dd_theta1 * along_x[along_wx]);
     const real t_fmm7u = Dd_theta1 * t_4qsnt
         + t_4maxk * t_oybio
-        - (t_lgf4h_2 * t_juyfh + t_7xuxq * t_avv2w + (k_theta1 * t_avv2w + t_lgf4h_2 * t_vdiww));
+        - (t_lgf4h * t_juyfh + t_7xuxq * t_avv2w + (k_theta1 * t_avv2w + t_lgf4h * t_vdiww));
     const real t_5c3s2 = x[theta2_dot] * t_y3tan + D_theta2 * along_x[along_theta2_dot];
     const real t_r7fvk = along_x[along_phi2_dot] + along_x[along_phi2_dot];
-    const real t_5nhln = t_mw75j * t_c3th3 + t_6pfo6 * t_r7fvk;
+    const real t_5nhln = t_mw75j * t_c3th3 + t_6pfo6_2 * t_r7fvk;
     const real t_gqcyt = x[theta2_dot] * t_5nhln + Dd_theta2 * along_x[along_theta2_dot];
     const real t_6mjy2 = x[wx] * t_ki4dj + Wn2 * along_x[along_wx];
     const real t_5jlrq = t_lon4y
@@ -1037,11 +1067,11 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_prfqf_2 * t_mrmcz + t_2ys72 * t_6mjy2)
         + (t_mw75j * t_3woyn + t_n7l2g * t_r7fvk)
         + t_gqcyt
-        - (t_prfqf_2 * t_c3th3 + t_6pfo6 * t_6mjy2)
-        - (x[phi2_dot] * (t_f2ypg * t_c3th3 + t_6pfo6 * (along_x[along_wx] + along_x[along_wx])) + t_rfj2a * along_x[along_phi2_dot]);
+        - (t_prfqf_2 * t_c3th3 + t_6pfo6_2 * t_6mjy2)
+        - (x[phi2_dot] * (t_f2ypg * t_c3th3 + t_6pfo6_2 * (along_x[along_wx] + along_x[along_wx])) + t_rfj2a * along_x[along_phi2_dot]);
     const real t_ihi7a = Dd_theta2 * t_5c3s2
         + t_qu7qb * t_5nhln
-        - (t_6pfo6_2 * t_gqcyt + t_5f4es * t_y3tan + (k_theta2 * t_y3tan + t_6pfo6_2 * t_5jlrq));
+        - (t_6pfo6 * t_gqcyt + t_5f4es * t_y3tan + (k_theta2 * t_y3tan + t_6pfo6 * t_5jlrq));
     const real t_k73lu = c[r3] * along_x[along_att1]
         - (x[vy] * t_c2js2 + t_aqbxr * along_x[along_vy])
         - t_hyv47 * (p[I1] * t_tr4ll + p[I1] * t_mi7tv)
@@ -1074,23 +1104,23 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (k_phi2 * t_l2uv4 + cz_phi2 * t_4o7sv)
         - (cdz_phi2 * t_yh4ge + t_ancih);
     const real t_u52po_2 = (cos_phi1 + cos_phi1) * t_caymt_2;
-    const real t_3yuii = t_dmccl_2 * t_u52po
-        - t_hjphj_2 * t_2twwq
+    const real t_3yuii = t_dmccl * t_u52po
+        - t_hjphj * t_2twwq
         - t_itlu7_2
-        + (t_hjphj_3 * t_2twwq + t_dmccl_2 * t_u52po_2);
-    const real t_xs2gu_2 = t_urtfh_2 - (t_dmccl * t_a54cl + t_hjphj * t_2twwq_2);
-    const real t_duuvh = t_4maxk * (t_exlis_2 * along_x[along_phi1_dot] + x[phi1_dot] * t_3yuii - (x[theta1_dot] * t_xs2gu_2 + cy_theta1 * along_x[along_theta1_dot]));
+        + (t_hjphj_3 * t_2twwq + t_dmccl * t_u52po_2);
+    const real t_xs2gu_2 = t_urtfh_2 - (t_dmccl_2 * t_a54cl + t_hjphj_2 * t_2twwq_2);
+    const real t_duuvh = t_4maxk * (t_exlis * along_x[along_phi1_dot] + x[phi1_dot] * t_3yuii - (x[theta1_dot] * t_xs2gu_2 + cy_theta1 * along_x[along_theta1_dot]));
     const real t_nkdb2 = cz_theta1 * t_juyfh
         + t_7xuxq * t_xs2gu
         + (k_theta1 * t_xs2gu + cz_theta1 * t_vdiww)
         - (cdz_theta1 * t_4qsnt + t_duuvh);
     const real t_y5awn_2 = (cos_phi2 + cos_phi2) * t_acpzf_2;
     const real t_essok = t_c4pkx_2 * t_y5awn
-        - t_pt6a7_2 * t_faxhz_2
+        - t_pt6a7 * t_faxhz_2
         - t_mswiw_2
         + (t_pt6a7_3 * t_faxhz_2 + t_c4pkx_2 * t_y5awn_2);
-    const real t_eyusu_2 = t_yfzrx_2 - (t_pt6a7 * t_faxhz + t_c4pkx * t_odf2v);
-    const real t_ak33g = t_qu7qb * (t_erw3p_2 * along_x[along_phi2_dot] + x[phi2_dot] * t_essok - (x[theta2_dot] * t_eyusu_2 + cy_theta2 * along_x[along_theta2_dot]));
+    const real t_eyusu_2 = t_yfzrx_2 - (t_pt6a7_2 * t_faxhz + t_c4pkx * t_odf2v);
+    const real t_ak33g = t_qu7qb * (t_erw3p * along_x[along_phi2_dot] + x[phi2_dot] * t_essok - (x[theta2_dot] * t_eyusu_2 + cy_theta2 * along_x[along_theta2_dot]));
     const real t_di6ua = cz_theta2 * t_gqcyt
         + t_5f4es * t_eyusu
         + (k_theta2 * t_eyusu + cz_theta2 * t_5jlrq)
@@ -1117,7 +1147,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_wdxch * ((cy_theta1 + cy_theta1) * t_xs2gu_2) - t_yo2ei * t_su25s)
         + (t_iyr6v * ((cy_theta2 + cy_theta2) * t_eyusu_2) - t_tkz7a * t_v6uhk)
         + (f_v1_L21 * t_uaezc + f21_v1 * t_p4cnv);
-    const real t_q4o4n = t_2gbdr * t_6dtnj_3 + f_v1_L32 * t_6dtnj_3 * t_m6e35;
+    const real t_q4o4n = t_2gbdr * t_6dtnj + f_v1_L32 * t_6dtnj * t_m6e35;
     const real t_lgawj = t_4pqij * (x[phi1_dot] * t_urtfh + t_n4yir * along_x[along_phi1_dot] + (x[theta1_dot] * t_wx5bv + cz_phi1 * along_x[along_theta1_dot]));
     const real t_x7bm3 = t_2ksfs * t_tr4ll
         + t_chbo3 * t_bho24
@@ -1129,17 +1159,17 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (k_phi2 * t_nikee + t_zshn6 * t_4o7sv)
         + (cdy_phi2 * t_yh4ge + t_gamtm);
     const real t_3yuii_2 = t_itlu7
-        + (t_dmccl * t_u52po + t_hjphj_2 * t_2twwq_2)
-        - (t_hjphj_3 * t_2twwq_2 - t_dmccl * t_u52po_2);
-    const real t_xup6b = t_4maxk * (x[theta1_dot] * t_xs2gu + t_scs5l * along_x[along_theta1_dot] + (t_exlis * along_x[along_phi1_dot] + x[phi1_dot] * t_3yuii_2));
+        + (t_dmccl_2 * t_u52po + t_hjphj * t_2twwq_2)
+        - (t_hjphj_3 * t_2twwq_2 - t_dmccl_2 * t_u52po_2);
+    const real t_xup6b = t_4maxk * (x[theta1_dot] * t_xs2gu + t_scs5l * along_x[along_theta1_dot] + (t_exlis_2 * along_x[along_phi1_dot] + x[phi1_dot] * t_3yuii_2));
     const real t_bubby = cy_theta1 * t_juyfh
         + t_7xuxq * t_xs2gu_2
         + (k_theta1 * t_xs2gu_2 + cy_theta1 * t_vdiww)
         - (cdy_theta1 * t_4qsnt + t_xup6b);
     const real t_essok_2 = t_mswiw
-        + (t_pt6a7_2 * t_faxhz + t_c4pkx * t_y5awn)
+        + (t_pt6a7 * t_faxhz + t_c4pkx * t_y5awn)
         - (t_pt6a7_3 * t_faxhz - t_c4pkx * t_y5awn_2);
-    const real t_6cxas = t_qu7qb * (x[theta2_dot] * t_eyusu + t_rdvkg * along_x[along_theta2_dot] + (t_erw3p * along_x[along_phi2_dot] + x[phi2_dot] * t_essok_2));
+    const real t_6cxas = t_qu7qb * (x[theta2_dot] * t_eyusu + t_rdvkg * along_x[along_theta2_dot] + (t_erw3p_2 * along_x[along_phi2_dot] + x[phi2_dot] * t_essok_2));
     const real t_balke = cy_theta2 * t_gqcyt
         + t_5f4es * t_eyusu_2
         + (k_theta2 * t_eyusu_2 + cy_theta2 * t_5jlrq)
@@ -1161,7 +1191,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_iyr6v * ((cz_theta2 + cz_theta2) * t_eyusu) - t_74fkc * t_v6uhk)
         + (f_v1_L32 * t_2gbdr + t_vk4eg * t_q4o4n)
         + (f_v1_L31 * t_rk5tc + f31_v1 * t_g25lb);
-    const real t_4h5dq = t_byjtt * t_6dtnj_4 + u_v1_x3 * t_6dtnj_4 * t_ioibd;
+    const real t_4h5dq = t_byjtt * t_6dtnj_2 + u_v1_x3 * t_6dtnj_2 * t_ioibd;
     const real t_l7llk = t_y5zog + t_4h5dq;
     const real t_pqxvx = p[I1] * t_7x4oq;
     const real t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx;
@@ -1184,16 +1214,14 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (sin_theta1 * t_cyell + t_yzhyr * t_cfvjs_2)
         + (sin_theta2 * t_qcrez + t_q6put * t_3nsm2_2);
     const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
-    const real t_7aer2 = t_e6xrn * t_6dtnj_3
-        + t_texm7 * t_6dtnj_3 * t_m6e35
+    const real t_7aer2 = t_e6xrn * t_6dtnj
+        + t_texm7 * t_6dtnj * t_m6e35
         - (u_v1_x3 * t_q4o4n + f_v1_L32 * t_4h5dq);
     const real t_sgjgb = t_d5jt4 - t_7aer2;
     const real t_oltsa = wqg_1 * t_cfvjs_2 + sin_theta1 * t_6yo4d + (wqg_2 * t_3nsm2_2 + sin_theta2 * t_gz7ew);
     const real t_utmr2 = t_oltsa
         + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
         + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2);
-    const mask m_77gct = LT(t_qo4xj, K(0.0));
-    const real t_arpa7 = (SELECT(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_5;
     const real t_2jney = t_elpoq + t_pz7ut;
     const mask m_nsst6 = NOT(m_77gct);
     const mask m_rhjsc = LE(K(0.0), t_qo4xj);
@@ -1228,13 +1256,13 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_jdeg4 = t_pi35k * t_vikx7;
     const real t_ndiqk = x[wy] * t_xs2gu_2
         + cy_theta1 * along_x[along_wy]
-        - (x[wx] * t_avv2w + t_lgf4h_2 * along_x[along_wx])
+        - (x[wx] * t_avv2w + t_lgf4h * along_x[along_wx])
         + (x[wz] * t_xs2gu + cz_theta1 * along_x[along_wz])
         + t_4qsnt;
     const real t_tc2yf = t_wdxch * t_ndiqk - t_7ferw * t_su25s;
     const real t_lk6gl = x[wy] * t_eyusu_2
         + cy_theta2 * along_x[along_wy]
-        - (x[wx] * t_y3tan + t_6pfo6_2 * along_x[along_wx])
+        - (x[wx] * t_y3tan + t_6pfo6 * along_x[along_wx])
         + (x[wz] * t_eyusu + cz_theta2 * along_x[along_wz])
         + t_5c3s2;
     const real t_ksepd = t_iyr6v * t_lk6gl - t_vfu6k * t_v6uhk;
@@ -1258,9 +1286,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (cos_phi2 * t_a4vbo - tension2 * t_acpzf_2)
         + (t_6iku5 * t_l7llk + G2_v1 * t_fmlla)
         + (t_6iku5_2 * t_sgjgb + G3_v1 * t_fmlla_2)
-        + (a2_v1 * t_6zhlz + t_f2nhc * t_ht64o)
-        + (a3_v1 * t_6zhlz_2 + t_f2nhc_2 * t_npec7);
-    const real t_fzepq = t_bewoy * t_2jney + t_hig3c_5 * t_5uhyd - t_equau;
+        + (a2_v1 * t_6zhlz + t_f2nhc_2 * t_ht64o)
+        + (a3_v1 * t_6zhlz_2 + t_f2nhc * t_npec7);
+    const real t_fzepq = t_bewoy * t_2jney + t_hig3c_3 * t_5uhyd - t_equau;
     const real t_4adkh_2 = sin_phi1 * t_a6n2y + As_1 * t_caymt;
     const real t_ipkuk_2 = sin_phi2 * t_jgxpx + As_2 * t_acpzf;
     const real t_njjnc = t_4adkh_2 + t_ipkuk_2;
@@ -1298,7 +1326,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
         + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
         + (K52 * t_l7llk + G2_v1 * t_xmogo)
-        - (t_edvw3_2 * t_sgjgb + G3_v1 * t_dqvol)
+        - (t_edvw3 * t_sgjgb + G3_v1 * t_dqvol)
         + (a2_v1 * t_xz6vd + K22 * t_ht64o)
         + (a3_v1 * t_asjie + K32 * t_npec7)
         + (t_bewoy * t_atv7n + t_belws * t_5uhyd);
@@ -1324,50 +1352,22 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - (t_bewoy * t_atv7n_2 + K43 * t_5uhyd);
     const real t_pjgl2 = K11 * t_fzepq
         - q1_v1 * t_njjnc
-        - (q2_v1 * t_6zhlz + t_f2nhc * t_66msf)
-        - (q3_v1 * t_6zhlz_2 + t_f2nhc_2 * t_a2opi);
-    const real t_nszf3 = (t_f2nhc + t_f2nhc) * t_6zhlz
+        - (q2_v1 * t_6zhlz + t_f2nhc_2 * t_66msf)
+        - (q3_v1 * t_6zhlz_2 + t_f2nhc * t_a2opi);
+    const real t_nszf3 = (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz
         - (K11 + K11) * t_njjnc
-        + (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz_2;
+        + (t_f2nhc + t_f2nhc) * t_6zhlz_2;
     const real t_mlr47 = (q1_v1 + q1_v1) * t_fzepq
         + (q2_v1 + q2_v1) * t_66msf
         + (q3_v1 + q3_v1) * t_a2opi;
     const real t_cicc4 = t_bl2rl / (NUM(m_otwkd) + t_bl2rl) * ((Pq_v1 + Pq_v1) * t_pjgl2 - (t_teqv5 * t_nszf3 + PP_v1 * t_mlr47));
-    const real t_icwrq = (SELECT0(m_nsst6, t_cicc4 / (root_v1 + root_v1)) - t_pjgl2) * t_6dtnj_5
-        - t_arpa7 * t_6dtnj_5 * t_nszf3;
-    const mask m_ismjq = LT(t_yel6o, K(-1.0));
-    const mask m_xniro = LT(K(-1.0), t_yel6o);
-    const mask m_2wilq = LT(K(1.0), t_whut6);
-    const mask m_7hs2r = AND(m_xniro, m_2wilq);
-    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
-    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
-    const real t_j4iq4 = q2_v1 - t_f2nhc * t_arpa7;
-    const real t_p6s3n = t_j4iq4 * t_y7rm6;
-    const real t_ec4a7 = mv_min(SPLAT(K(1.0)), t_p6s3n);
-    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_ec4a7);
-    const real t_wuiya = SELECT(m_nzov7, delta2_v1, mv_asin(t_dmbry));
-    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const real t_icwrq = (SELECT0(m_nsst6, t_cicc4 / (root_v1 + root_v1)) - t_pjgl2) * t_6dtnj_3
+        - t_arpa7 * t_6dtnj_3 * t_nszf3;
     const real t_irojk = p[F] * cos_t_wuiya;
-    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
-    const mask m_s2see = LT(K(-1.0), t_6xn6x);
-    const mask m_7ozlc = LT(K(1.0), t_n42kg);
-    const mask m_tuozf = AND(m_s2see, m_7ozlc);
-    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
-    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
-    const real t_j4iq4_2 = q3_v1 - t_f2nhc_2 * t_arpa7;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
-    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v1, t_v4pjv);
-    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
-    const real t_lkkb4 = t_j4iq4_2 * t_y7rm6 * t_v2nh3;
-    const real t_bftdw = -t_lkkb4;
-    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_bftdw);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
-    const real t_vuw2a = SELECT(m_ld5rn, delta1_v1, mv_asin(t_xb3pe));
-    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
     const real t_4z6my = t_irojk * cos_t_vuw2a - (q1_v1 + K11 * t_arpa7);
-    const real t_spwqr = t_4z6my * t_6dtnj;
+    const real t_spwqr = t_4z6my * t_6dtnj_4;
     const real t_smcos = p[F] * sin_t_wuiya - t_j4iq4 + t_gousg * t_4z6my;
-    const real t_rwi6j = t_smcos * t_6dtnj_2;
+    const real t_rwi6j = t_smcos * t_6dtnj_5;
     const real t_6dtnj_6 = K(1.0) / K_D3;
     const real t_4l37s = (t_gousg_2 * t_4z6my - (t_irojk * sin_t_vuw2a + t_j4iq4_2) - K_L32 * t_smcos) * t_6dtnj_6;
     const real t_35pfh = t_rwi6j - K_L32 * t_4l37s;
@@ -1379,7 +1379,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const mask m_c3yhz = LE(t_p6s3n, K(1.0));
     const real t_hkwhb = NUM(m_c3yhz);
     const mask m_wiivb = LE(K(1.0), t_p6s3n);
-    const real t_aaqzd = t_66msf - (t_arpa7 * t_6zhlz + t_f2nhc * t_icwrq);
+    const real t_aaqzd = t_66msf - (t_arpa7 * t_6zhlz + t_f2nhc_2 * t_icwrq);
     const real t_cyjqv = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_wiivb) + t_hkwhb) * (t_aaqzd * t_y7rm6));
     const real t_4tqvz = t_cyjqv / t_v4pjv;
     const real t_ajthi = p[F] * (sin_t_wuiya * t_4tqvz);
@@ -1390,7 +1390,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const mask m_n24ux = LE(t_bftdw, K(1.0));
     const real t_nowqj = NUM(m_n24ux);
     const mask m_lq75g = LE(K(1.0), t_bftdw);
-    const real t_3mf7h = t_a2opi - (t_arpa7 * t_6zhlz_2 + t_f2nhc_2 * t_icwrq);
+    const real t_3mf7h = t_a2opi - (t_arpa7 * t_6zhlz_2 + t_f2nhc * t_icwrq);
     const mask m_iloht = LE(K(1e-09), t_7wk4r);
     const real t_ght2v = NUM(m_iloht);
     const mask m_7bqhg = LE(t_7wk4r, K(1e-09));
@@ -1400,13 +1400,13 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_m33y2 = SELECT0(m_el4yy, -(cos_t_vuw2a * t_ajthi))
         + SELECT0(m_uklky, t_irojk * (sin_t_vuw2a * t_nsvzp))
         - (t_fzepq + (K11 * t_icwrq - t_arpa7 * t_njjnc));
-    const real t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc;
+    const real t_3vbu4 = t_6zhlz * t_6dtnj_4 + t_gousg * t_6dtnj_4 * t_njjnc;
     const real t_b76bo = p[F] * (cos_t_wuiya * t_4tqvz);
     const real t_b4k7l = SELECT0(m_el4yy, t_b76bo) - t_aaqzd + (t_4z6my * t_3vbu4 + t_gousg * t_m33y2);
-    const real t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4);
-    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc;
-    const real t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2);
-    const real t_vfj6b = t_ibs4j * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_ybyvj;
+    const real t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc_2 * t_3vbu4);
+    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj_4 + t_gousg_2 * t_6dtnj_4 * t_njjnc;
+    const real t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc_2 * t_3vbu4_2);
+    const real t_vfj6b = t_ibs4j * t_6dtnj_5 - K_L32 * t_6dtnj_5 * t_ybyvj;
     const real t_dufwl = SELECT0(m_el4yy, -(sin_t_vuw2a * t_ajthi)) + SELECT0(m_uklky, -(t_irojk * (cos_t_vuw2a * t_nsvzp)));
     const real t_o2rs6 = t_4z6my * t_3vbu4_2
         + t_gousg_2 * t_m33y2
@@ -1414,13 +1414,13 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - (t_smcos * t_vfj6b + K_L32 * t_b4k7l);
     const real t_a26ph = t_qqj6d
         - (K_L32 * t_ibs4j + t_upifj * t_vfj6b)
-        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2);
+        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc * t_3vbu4_2);
     const real t_lwnr7 = t_o2rs6 * t_6dtnj_6 - t_4l37s * t_6dtnj_6 * t_a26ph;
-    const real t_s2zhc = t_b4k7l * t_6dtnj_2
-        - t_rwi6j * t_6dtnj_2 * t_ybyvj
+    const real t_s2zhc = t_b4k7l * t_6dtnj_5
+        - t_rwi6j * t_6dtnj_5 * t_ybyvj
         - (t_4l37s * t_vfj6b + K_L32 * t_lwnr7);
-    const real t_xyeou = t_m33y2 * t_6dtnj
-        + t_spwqr * t_6dtnj * t_njjnc
+    const real t_xyeou = t_m33y2 * t_6dtnj_4
+        + t_spwqr * t_6dtnj_4 * t_njjnc
         + (t_35pfh * t_3vbu4 + t_gousg * t_s2zhc)
         + (t_4l37s * t_3vbu4_2 + t_gousg_2 * t_lwnr7);
     const real t_bknng = p[b] + p[d] + x_C;
@@ -1436,8 +1436,8 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
         - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-        - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-        - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
+        - (g_1 * t_qq2dd_2 + t_mallh * t_lf5wu_2)
+        - (g_2 * t_2ta3i_2 + t_lbh6o * t_kfqtb_2)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
     const real t_g3h43 = e1 * t_zalnt - K(-2.0) * t_cyell;
@@ -1468,8 +1468,8 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
         + (K54 * t_l7llk + G2_v1 * t_qznw4)
         + (K64 * t_sgjgb + G3_v1 * t_utmr2)
-        - (t_arpa7 * t_2jney + t_hig3c_5 * t_icwrq)
-        - (t_rrgkr * t_2jney + t_hig3c_5 * t_xyeou)
+        - (t_arpa7 * t_2jney + t_hig3c_3 * t_icwrq)
+        - (t_rrgkr * t_2jney + t_hig3c_3 * t_xyeou)
         - (a2_v1 * t_atv7n + t_belws * t_ht64o)
         - (t_35pfh * t_atv7n + t_belws * t_s2zhc)
         + (a3_v1 * t_atv7n_2 + K43 * t_npec7)
@@ -1481,8 +1481,8 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - (K66 * t_sgjgb + G3_v1 * (t_g3h43 + t_7xl72 - t_snmto - t_hxniq))
         + (t_arpa7 * t_fmlla_2 + t_6iku5_2 * t_icwrq)
         + (t_rrgkr * t_fmlla_2 + t_6iku5_2 * t_xyeou)
-        + (a2_v1 * t_dqvol + t_edvw3_2 * t_ht64o)
-        + (t_35pfh * t_dqvol + t_edvw3_2 * t_s2zhc)
+        + (a2_v1 * t_dqvol + t_edvw3 * t_ht64o)
+        + (t_35pfh * t_dqvol + t_edvw3 * t_s2zhc)
         - (a3_v1 * t_a3u5g + K63 * t_npec7)
         - (t_4l37s * t_a3u5g + K63 * t_lwnr7)
         + (t_bewoy * t_utmr2 + K64 * t_5uhyd);
@@ -1493,8 +1493,8 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-        + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+        + (g_1 * t_qq2dd + t_mallh_2 * t_lf5wu_2)
+        + (g_2 * t_2ta3i + t_lbh6o_2 * t_kfqtb_2)
         + (K55 * t_l7llk + G2_v1 * t_sr4zu)
         + (K65 * t_sgjgb + G3_v1 * t_5tzyn)
         - (t_arpa7 * t_fmlla + t_6iku5 * t_icwrq)
@@ -1567,27 +1567,523 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
     enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
+    const real t_7uxgo = Wt1 * cos_phi1;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_fyz6s = t_7uxgo + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real t_7uxgo_2 = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_7uxgo_2;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real t_ayiti = t_pc5rt * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
+    const real t_f2pcf = F_t1 * cos_theta1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real t_cmacw = Wn2 * lc_2;
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real t_365dx = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_365dx;
+    const real t_a3tjf = chi2 * p[l2];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real t_dkl52 = p2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_365dx_2 = Wt2 * cos_phi2;
+    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real t_ki236 = t_63ozv * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_ki236;
+    const real t_u5rk4 = F_t2 * cos_theta2;
+    const real n3 = t_f2pcf - (t_mallh + t_lbh6o) + t_u5rk4;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_rsijc = K(1.0) / (D_theta1 * D_theta1);
+    const real t_wdxch = W_theta1 * t_rsijc;
+    const real t_al3x7 = t_wdxch * t_lgf4h;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_ym66j = t_hjphj_2 * t_dmccl;
+    const real t_jey6y = t_n4yir - t_ym66j;
+    const real cz_theta1 = t_jey6y + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_e7iwk = K(1.0) / (D_theta2 * D_theta2);
+    const real t_iyr6v = W_theta2 * t_e7iwk;
+    const real t_fre5h = t_iyr6v * t_6pfo6;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2;  /* (29) */
+    const real t_6dxqs = t_lgf4h * t_lgf4h;
+    const real t_ggxz2 = t_6pfo6 * t_6pfo6;
+    const real f11_v1 = c[r4]
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_wdxch * t_6dxqs
+        - t_iyr6v * t_ggxz2;  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_4evkh = Wn1 * Wn1;
+    const real t_f5hf3 = q[theta1_dot] * q[theta1_dot];
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_2zkgz = q[theta1_dot] + q[theta1_dot];
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_ytkv4 = t_yx2kz * t_l4ozg;
+    const real t_kf34p = t_os4zj * t_wjugd;
+    const real t_qseuj = t_kf34p * sin_phi1;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
+    const real t_sakwz = t_os4zj_2 * t_hjphj;
+    const real t_nuf3e = t_sakwz * t_l4ozg;
+    const real t_3tn47 = cos_phi1 * t_l4ozg * p[h1];
+    const real t_bddlq = t_os4zj_2 * sin_phi1;
+    const real t_2vtqb = t_bddlq * cos_phi1;
+    const real t_zlme3 = t_2vtqb * q[theta1_dot];
+    const real k_phi1 = loss_phi1
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * t_4evkh
+        - t_f5hf3 * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - t_2zkgz * t_mgpcw
+        - t_ytkv4 * q[wx]
+        + t_qseuj * cos_phi1 * p[m1]
+        + t_nuf3e * q[wx] * p[m1]
+        + t_3tn47 * q[wx] * p[l1] * p[m1]
+        + t_zlme3 * q[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_4evkh_2 = Wn2 * Wn2;
+    const real t_h6l62 = q[theta2_dot] * q[theta2_dot];
+    const real t_m7bta = q[theta2_dot] + q[theta2_dot];
+    const real t_n7l2g = t_doiln * t_6pfo6;
+    const real t_md67w = t_doiln * t_frp3h;
+    const real t_eftew = t_7ovbh * sin_phi2;
+    const real t_doiln_2 = t_doiln + t_doiln;
+    const real t_ocqsw = t_doiln_2 * t_pt6a7 * t_nfvux;
+    const real t_jzkl6 = t_doiln * cos_phi2 * p[h2];
+    const real t_7ia3v = sin_phi2 + sin_phi2;
+    const real t_pt6a7_3 = t_7ia3v * cos_phi2;
+    const real t_nmy6y = t_pt6a7_3 * t_nfvux;
+    const real t_pw5o4 = t_nmy6y * q[theta2_dot];
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * t_4evkh_2
+        - t_h6l62 * t_6pfo6_2
+        - t_m7bta * t_n7l2g
+        - t_md67w * q[wx]
+        + t_eftew * cos_phi2 * t_nfvux * p[m2]
+        + t_ocqsw * q[wx] * p[m2]
+        + t_jzkl6 * q[wx] * p[l2] * p[m2]
+        + t_pw5o4 * q[wx] * p[m2];  /* (25) */
+    const real t_4maxk = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1);
+    const real t_qu7qb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
+    const real t_f2ypg = q[wx] + q[wx];
+    const real t_rfj2a = t_6pfo6_2 * t_f2ypg;
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_rfj2a * q[phi2_dot];  /* (26) */
+    const real t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2);
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_wdxch * t_42oey
+        - t_iyr6v * t_imhcr
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_4pqij = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
+    const real t_lzacu = D2 * q[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_ym66j_2 = t_hjphj * t_dmccl;
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real t_f4an4 = t_ik6g5_2 + t_ym66j_2 - t_dmccl * t_hjphj_3;
+    const real t_ym66j_3 = t_hjphj_2 * t_dmccl_2;
+    const real cy_theta1 = t_d2e6j - t_ym66j_3;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * t_f4an4 - cy_theta1 * q[theta1_dot];
+    const real t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1;
+    const real t_pt6a7_4 = cos_phi2 * cos_phi2;
+    const real t_erw3p = t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_4;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * t_erw3p - cy_theta2 * q[theta2_dot];
+    const real t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2;
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_wdxch * t_skje5
+        - t_iyr6v * t_2tsuo;  /* (29) */
+    const real t_m2xao = t_hyv47 * t_2ksfs;
+    const real t_fgpdt = t_pi35k * t_zshn6;
+    const real t_nacmc = t_wdxch * cy_theta1;
+    const real t_47hyg = t_iyr6v * cy_theta2;
+    const real f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_yo2ei = cy_theta1 * cy_theta1;
+    const real t_tkz7a = cy_theta2 * cy_theta2;
+    const real f22_v1 = c[r6]
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_wdxch * t_yo2ei
+        - t_iyr6v * t_tkz7a;  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real t_ym66j_4 = t_hjphj * t_dmccl_2;
+    const real t_ym66j_5 = t_hjphj_3 * t_dmccl_2;
+    const real t_uu5al = t_ik6g5 + t_ym66j_4 - t_ym66j_5;
+    const real cdy_theta1 = t_jey6y * q[theta1_dot] + q[phi1_dot] * t_uu5al;
+    const real t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1;
+    const real t_erw3p_2 = t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_4;
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * t_erw3p_2;
+    const real t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2;
+    const real g2_v1 = q[att2] * c[r5]
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_wdxch * t_glvjv
+        - t_iyr6v * t_wiuaa
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_7mbmh = cz_theta1 * cz_theta1;
+    const real t_74fkc = cz_theta2 * cz_theta2;
+    const real f33_v1 = c[r8]
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_wdxch * t_7mbmh
+        - t_iyr6v * t_74fkc;  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_6dtnj_2 = K(1.0) / f_v1_D3;
+    const real u_v1_x3 = u_v1_y3 * t_6dtnj_2;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real t_texm7 = u_v1_y2 * t_6dtnj;
+    const real u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_qjlib = t_hgt7a * gy_phi2;
+    const real t_7ferw = cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk;
+    const real t_fcz3l = t_wdxch * t_7ferw;
+    const real t_vfu6k = cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_qu7qb;
+    const real t_nv7vh = t_iyr6v * t_vfu6k;
+    const real t_vfq4r = t_nv7vh * gy_theta2;
+    const real B_v1 = t_wij2f - t_xlxwl * gy_phi1 - t_qjlib - t_fcz3l * gy_theta1 - t_vfq4r;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real t_qjlib_2 = t_hgt7a * gz_phi2;
+    const real t_xfdcf = t_nv7vh * t_cfuim;
+    const real C_v1 = t_aqbxr - t_xlxwl * gz_phi1 - t_qjlib_2 + t_fcz3l * t_iouus + t_xfdcf;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_f2pcf_2 = Bc_1 * cos_theta1;
+    const real t_u5rk4_2 = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_f2pcf_2 - t_u5rk4_2;
+    const real t_aocun = t_y6t4t * t_a2lgz;
+    const real t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_bewoy;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real t_f2pcf_3 = Asc_1 * cos_theta1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_u5rk4_3 = Asc_2 * cos_theta2;
+    const real t_f2nhc = t_f2pcf_3 + t_u5rk4_3;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ayiti_2 = t_pc5rt * sin_phi1;
+    const real t_ki236_2 = t_63ozv * sin_phi2;
+    const real t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_rmbl5 = t_2jubo * sin_theta1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_oja3l = t_ittbm * sin_theta2;
+    const real t_6iku5 = t_rmbl5 + t_oja3l;
+    const real t_rmbl5_2 = t_2jubo * cos_theta1;
+    const real t_oja3l_2 = t_ittbm * cos_theta2;
+    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
+    const real t_f2pcf_4 = Asc_1 * sin_theta1;
+    const real t_u5rk4_4 = Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = t_f2pcf_4 + t_u5rk4_4;
+    const real t_bojwf = t_ep53l
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_bojwf;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real t_f2pcf_5 = F_t1 * sin_theta1;
+    const real t_u5rk4_5 = F_t2 * sin_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + t_f2pcf_5 + t_u5rk4_5;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_f2pcf_6 = Bc_1 * sin_theta1;
+    const real t_u5rk4_6 = Bc_2 * sin_theta2;
+    const real t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_edvw3
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_belws * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_teqv5 = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
+    const real t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5;
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_qo4xj));
+    const real t_6dtnj_3 = K(1.0) / PP_v1;
+    const real ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_3;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real t_whut6 = f2_v1 * t_y7rm6;
+    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_yel6o);
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real t_n42kg = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
+    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const mask m_77gct = LT(t_qo4xj, K(0.0));
+    const real t_arpa7 = (SELECT(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_3;
+    const real t_j4iq4 = q2_v1 - t_f2nhc_2 * t_arpa7;
+    const real t_5v2dw = t_j4iq4 * t_y7rm6;
+    const real t_ec4a7 = mv_min(SPLAT(K(1.0)), t_5v2dw);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_ec4a7);
+    const real t_j4iq4_2 = q3_v1 - t_f2nhc * t_arpa7;
+    const mask m_ismjq = LT(t_yel6o, K(-1.0));
+    const mask m_xniro = LT(K(-1.0), t_yel6o);
+    const mask m_2wilq = LT(K(1.0), t_whut6);
+    const mask m_7hs2r = AND(m_xniro, m_2wilq);
+    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
+    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v1, t_v4pjv);
+    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
+    const real t_jgoa3 = t_j4iq4_2 * t_y7rm6 * t_v2nh3;
+    const real t_bftdw = -t_jgoa3;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_bftdw);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_jzhza = mv_cos(delta2_v1) * mv_sin(delta1_v1) * t_xkg6l;
+    const real t_mnszy = mv_min(SPLAT(K(1.0)), t_jzhza);
+    const real t_wuiya = SELECT(m_nzov7, delta2_v1, mv_asin(t_dmbry));
+    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
+    const mask m_s2see = LT(K(-1.0), t_6xn6x);
+    const mask m_7ozlc = LT(K(1.0), t_n42kg);
+    const mask m_tuozf = AND(m_s2see, m_7ozlc);
+    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
+    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
+    const real t_vuw2a = SELECT(m_ld5rn, delta1_v1, mv_asin(t_xb3pe));
+    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
+    const real t_a7hee = cos_t_wuiya * sin_t_vuw2a;
+    const real t_n35pv = t_a7hee * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_qerph = -p[delta1_max];
+    const mask m_gc6fd = LE(mv_fabs(t_wuiya), p[delta2_max]);
+    const mask m_rwno7 = LT(t_mnszy, K(-1.0));
+    const mask m_6lq2n = LT(K(-1.0), t_mnszy);
+    const mask m_h6j7n = LT(K(1.0), t_jzhza);
+    const mask m_us2hz = LT(t_jzhza, K(1.0));
+    const mask m_ojgi7 = AND(m_nzov7, m_ld5rn);
+    const mask m_zdn5f = AND(m_us2hz, m_ojgi7);
+    const mask m_5doda = OR(m_h6j7n, m_zdn5f);
+    const mask m_yua5q = OR(m_5doda, m_ojgi7);
+    const mask m_hv2m7 = AND(m_6lq2n, m_yua5q);
+    const mask m_3kx4h = OR(m_rwno7, m_hv2m7);
+    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
+    const real t_kt564 = SELECT(m_gc6fd, t_vuw2a, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_mnszy)), mv_asin(t_2g6s5)));
+    const real t_ytmgr = mv_min(p[delta1_max], t_kt564);
+    const real t_kl6tx = mv_max(t_qerph, t_ytmgr);
+    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
+    const real t_6k2ny = -p[delta2_max];
+    const real t_ihx4i = mv_min(t_wuiya, p[delta2_max]);
+    const real t_6qa42 = mv_max(t_6k2ny, t_ihx4i);
+    real sin_t_6qa42, cos_t_6qa42; mv_sincos(t_6qa42, &sin_t_6qa42, &cos_t_6qa42);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -1597,162 +2093,44 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real t_7uxgo = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
-    const real t_7uxgo_2 = Wt1 * cos_phi1;
-    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real t_365dx = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_365dx;
-    const real t_365dx_2 = Wt2 * cos_phi2;
-    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real t_ayiti = t_pc5rt * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real t_ki236 = t_63ozv * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_ki236;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real t_f2pcf = Bc_1 * cos_theta1;
-    const real t_u5rk4 = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_mttiv = t_yzhyr * sin_theta1;
     const real t_q6put = Bl_2 - eBc_2;
     const real t_zkamf = t_q6put * sin_theta2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -1760,30 +2138,19 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
     const real t_mttiv_2 = t_yzhyr * cos_theta1;
     const real t_zkamf_2 = t_q6put * cos_theta2;
-    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K64 = t_hig3c_5 + t_mttiv_2 + t_zkamf_2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_f2pcf_2 = F_t1 * sin_theta1;
-    const real t_u5rk4_2 = F_t2 * sin_theta2;
-    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
-    const real t_f2pcf_3 = F_t1 * cos_theta1;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real t_u5rk4_3 = F_t2 * cos_theta2;
-    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real t_6nfyn = t_sfymc * q[wy];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -1796,13 +2163,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_4d6tt = t_rbrf6 * sin_theta2;
     const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
     const real n5 = t_l3oem
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_4d6tt
         - W12 * t_g7pzr
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real t_l3oem_2 = t_lsqzr * cos_theta1;
     const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
     const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
@@ -1811,58 +2178,40 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * t_urwo6
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2pcf_4 = Asc_1 * sin_theta1;
-    const real t_u5rk4_4 = Asc_2 * sin_theta2;
-    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2pcf_5 = Asc_1 * cos_theta1;
-    const real t_u5rk4_5 = Asc_2 * cos_theta2;
-    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_7exg5 * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_rmbl5 = t_2jubo * sin_theta1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_oja3l = t_ittbm * sin_theta2;
-    const real t_6iku5 = t_rmbl5 + t_oja3l;
-    const real t_thnvm = t_6iku5 * t_6dtnj;
-    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
-    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
-    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_f2pcf_6 = Bc_1 * sin_theta1;
-    const real t_u5rk4_6 = Bc_2 * sin_theta2;
-    const real t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
-    const real t_ae46j = t_cawlo * t_6dtnj_2;
-    const real t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_e6q5b * t_6dtnj_3;
-    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
-    const real K_L53 = t_g6lxe * t_6dtnj_3;
-    const real t_rmbl5_2 = t_2jubo * cos_theta1;
-    const real t_oja3l_2 = t_ittbm * cos_theta2;
-    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
-    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
-    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
-    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
-    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
-    const real K_L63 = t_hbw2v * t_6dtnj_3;
-    const real K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_6 * t_thnvm;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_sjdff * t_6dtnj_4;
-    const real t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_6 * t_thnvm_2;
-    const real K_L64 = t_5ejts * t_6dtnj_4;
+    const real t_6dtnj_4 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_4;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_4;
+    const real t_7exg5 = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_5 = K(1.0) / K_D2;
+    const real K_L32 = t_7exg5 * t_6dtnj_5;
+    const real t_thnvm = t_6iku5 * t_6dtnj_4;
+    const real t_7exg5_2 = K52 - t_f2nhc_2 * t_thnvm;
+    const real K_L52 = t_7exg5_2 * t_6dtnj_5;
+    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj_4;
+    const real t_cawlo = t_belws + t_f2nhc_2 * t_w6lcf;
+    const real t_ae46j = t_cawlo * t_6dtnj_5;
+    const real t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc * t_w6lcf;
+    const real t_6dtnj_6 = K(1.0) / K_D3;
+    const real K_L43 = t_e6q5b * t_6dtnj_6;
+    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc * t_thnvm;
+    const real K_L53 = t_g6lxe * t_6dtnj_6;
+    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj_4;
+    const real t_du5u3 = t_edvw3 + t_f2nhc_2 * t_thnvm_2;
+    const real t_o5wmi = t_du5u3 * t_6dtnj_5;
+    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc * t_thnvm_2;
+    const real K_L63 = t_hbw2v * t_6dtnj_6;
+    const real K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_3 * t_thnvm;
+    const real t_6dtnj_7 = K(1.0) / K_D4;
+    const real K_L54 = t_sjdff * t_6dtnj_7;
+    const real t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_3 * t_thnvm_2;
+    const real K_L64 = t_5ejts * t_6dtnj_7;
     const real K_D5 = K55
         - t_7exg5_2 * K_L52
         - t_g6lxe * K_L53
@@ -1873,364 +2222,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_g6lxe * K_L63
         - t_sjdff * K_L64
         - t_6iku5 * t_thnvm_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_eq4wy * t_6dtnj_5;
+    const real t_6dtnj_8 = K(1.0) / K_D5;
+    const real K_L65 = t_eq4wy * t_6dtnj_8;
     const real K_D6 = K66
         - t_du5u3 * t_o5wmi
         - t_hbw2v * K_L63
         - t_5ejts * K_L64
         - t_eq4wy * K_L65
         - t_6iku5_2 * t_thnvm_2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_4evkh = Wn1 * Wn1;
-    const real t_f5hf3 = q[theta1_dot] * q[theta1_dot];
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = q[wx] * q[wx];
-    const real t_2zkgz = q[theta1_dot] + q[theta1_dot];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
-    const real t_ytkv4 = t_yx2kz * t_l4ozg;
-    const real t_kf34p = t_os4zj * t_wjugd;
-    const real t_qseuj = t_kf34p * sin_phi1;
-    const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real t_sakwz = t_os4zj_2 * t_hjphj_2;
-    const real t_nuf3e = t_sakwz * t_l4ozg;
-    const real t_3tn47 = cos_phi1 * t_l4ozg * p[h1];
-    const real t_bddlq = t_os4zj_2 * sin_phi1;
-    const real t_2vtqb = t_bddlq * cos_phi1;
-    const real t_zlme3 = t_2vtqb * q[theta1_dot];
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * t_4evkh
-        - t_f5hf3 * t_lgf4h
-        - t_lgf4h * t_wube7
-        - t_2zkgz * t_mgpcw
-        - t_ytkv4 * q[wx]
-        + t_qseuj * cos_phi1 * p[m1]
-        + t_nuf3e * q[wx] * p[m1]
-        + t_3tn47 * q[wx] * p[l1] * p[m1]
-        + t_zlme3 * q[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real t_ym66j = t_hjphj * t_dmccl;
-    const real cy_theta1 = t_d2e6j - t_ym66j;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_ym66j_2 = t_hjphj * t_dmccl_2;
-    const real t_jey6y = t_n4yir - t_ym66j_2;
-    const real cz_theta1 = t_jey6y + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * q[wx];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
-        - Dd_theta1 * q[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_4evkh_2 = Wn2 * Wn2;
-    const real t_h6l62 = q[theta2_dot] * q[theta2_dot];
-    const real t_m7bta = q[theta2_dot] + q[theta2_dot];
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_n7l2g = t_doiln * t_6pfo6_2;
-    const real t_md67w = t_doiln * t_frp3h;
-    const real t_eftew = t_7ovbh * sin_phi2;
-    const real t_doiln_2 = t_doiln + t_doiln;
-    const real t_ocqsw = t_doiln_2 * t_pt6a7_2 * t_nfvux;
-    const real t_jzkl6 = t_doiln * cos_phi2 * p[h2];
-    const real t_7ia3v = sin_phi2 + sin_phi2;
-    const real t_pt6a7_3 = t_7ia3v * cos_phi2;
-    const real t_nmy6y = t_pt6a7_3 * t_nfvux;
-    const real t_pw5o4 = t_nmy6y * q[theta2_dot];
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * t_4evkh_2
-        - t_h6l62 * t_6pfo6
-        - t_m7bta * t_n7l2g
-        - t_md67w * q[wx]
-        + t_eftew * cos_phi2 * t_nfvux * p[m2]
-        + t_ocqsw * q[wx] * p[m2]
-        + t_jzkl6 * q[wx] * p[l2] * p[m2]
-        + t_pw5o4 * q[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * q[theta2_dot];
-    const real t_f2ypg = q[wx] + q[wx];
-    const real t_rfj2a = t_6pfo6 * t_f2ypg;
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_rfj2a * q[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_ym66j_3 = t_hjphj_2 * t_dmccl;
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real t_ym66j_4 = t_hjphj_3 * t_dmccl;
-    const real t_uu5al = t_ik6g5 + t_ym66j_3 - t_ym66j_4;
-    const real cdy_theta1 = t_jey6y * q[theta1_dot] + q[phi1_dot] * t_uu5al;
-    const real t_ym66j_5 = t_hjphj_2 * t_dmccl_2;
-    const real t_f4an4 = t_ik6g5_2 + t_ym66j_5 - t_dmccl_2 * t_hjphj_3;
-    const real cdz_theta1 = q[phi1_dot] * t_f4an4 - cy_theta1 * q[theta1_dot];
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7_4 = cos_phi2 * cos_phi2;
-    const real t_erw3p = t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_4;
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * t_erw3p;
-    const real t_erw3p_2 = t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_4;
-    const real cdz_theta2 = q[phi2_dot] * t_erw3p_2 - cy_theta2 * q[theta2_dot];
-    const real t_wij2f = q[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * q[phi1_dot];
-    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * q[phi2_dot];
-    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
-    const real t_qjlib = t_hgt7a * gy_phi2;
-    const real t_rsijc = K(1.0) / (D_theta1 * D_theta1);
-    const real t_wdxch = W_theta1 * t_rsijc;
-    const real t_4maxk = D_theta1 * q[theta1_dot];
-    const real t_7ferw = cy_theta1 * q[wy] - t_lgf4h_2 * q[wx] + cz_theta1 * q[wz] + t_4maxk;
-    const real t_fcz3l = t_wdxch * t_7ferw;
-    const real t_e7iwk = K(1.0) / (D_theta2 * D_theta2);
-    const real t_iyr6v = W_theta2 * t_e7iwk;
-    const real t_qu7qb = D_theta2 * q[theta2_dot];
-    const real t_vfu6k = cy_theta2 * q[wy] - t_6pfo6_2 * q[wx] + cz_theta2 * q[wz] + t_qu7qb;
-    const real t_nv7vh = t_iyr6v * t_vfu6k;
-    const real t_vfq4r = t_nv7vh * gy_theta2;
-    const real B_v1 = t_wij2f - t_xlxwl * gy_phi1 - t_qjlib - t_fcz3l * gy_theta1 - t_vfq4r;  /* (29) */
-    const real t_aqbxr = q[vz] * c[r2];
-    const real t_qjlib_2 = t_hgt7a * gz_phi2;
-    const real t_xfdcf = t_nv7vh * t_cfuim;
-    const real C_v1 = t_aqbxr - t_xlxwl * gz_phi1 - t_qjlib_2 + t_fcz3l * t_iouus + t_xfdcf;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real t_42oey = t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1);
-    const real t_imhcr = t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2);
-    const real g1_v1 = q[att1] * c[r3]
-        - t_aqbxr * q[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_wdxch * t_42oey
-        - t_iyr6v * t_imhcr
-        + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real t_glvjv = t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1;
-    const real t_wiuaa = t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2;
-    const real g2_v1 = q[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_wdxch * t_glvjv
-        - t_iyr6v * t_wiuaa
-        + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real t_skje5 = t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1;
-    const real t_2tsuo = t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2;
-    const real g3_v1 = q[att3] * c[r7]
-        - t_wij2f * q[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_wdxch * t_skje5
-        - t_iyr6v * t_2tsuo;  /* (29) */
-    const real t_6dxqs = t_lgf4h_2 * t_lgf4h_2;
-    const real t_ggxz2 = t_6pfo6_2 * t_6pfo6_2;
-    const real f11_v1 = c[r4]
-        - t_hyv47 * (p[I1] * p[I1])
-        - t_pi35k * (p[I2] * p[I2])
-        - t_wdxch * t_6dxqs
-        - t_iyr6v * t_ggxz2;  /* (29) */
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_al3x7 = t_wdxch * t_lgf4h_2;
-    const real t_fre5h = t_iyr6v * t_6pfo6_2;
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_al3x7 * cy_theta1 + t_fre5h * cy_theta2;  /* (29) */
-    const real t_yo2ei = cy_theta1 * cy_theta1;
-    const real t_tkz7a = cy_theta2 * cy_theta2;
-    const real f22_v1 = c[r6]
-        - t_hyv47 * (t_2ksfs * t_2ksfs)
-        - t_pi35k * (t_zshn6 * t_zshn6)
-        - t_wdxch * t_yo2ei
-        - t_iyr6v * t_tkz7a;  /* (29) */
-    const real f31_v1 = t_al3x7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_fre5h * cz_theta2;  /* (29) */
-    const real t_m2xao = t_hyv47 * t_2ksfs;
-    const real t_fgpdt = t_pi35k * t_zshn6;
-    const real t_nacmc = t_wdxch * cy_theta1;
-    const real t_47hyg = t_iyr6v * cy_theta2;
-    const real f32_v1 = t_m2xao * cz_phi1 + t_fgpdt * cz_phi2 - t_nacmc * cz_theta1 - t_47hyg * cz_theta2;  /* (29) */
-    const real t_7mbmh = cz_theta1 * cz_theta1;
-    const real t_74fkc = cz_theta2 * cz_theta2;
-    const real f33_v1 = c[r8]
-        - t_hyv47 * (cz_phi1 * cz_phi1)
-        - t_pi35k * (cz_phi2 * cz_phi2)
-        - t_wdxch * t_7mbmh
-        - t_iyr6v * t_74fkc;  /* (29) */
-    const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_6 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj_6;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real t_6dtnj_7 = K(1.0) / f_v1_D3;
-    const real u_v1_x3 = u_v1_y3 * t_6dtnj_7;
-    const real t_texm7 = u_v1_y2 * t_6dtnj_6;
-    const real u_v1_x2 = t_texm7 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_aocun = t_y6t4t * t_a2lgz;
-    const real t_bewoy = t_aocun + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ayiti_2 = t_pc5rt * sin_phi1;
-    const real t_ki236_2 = t_63ozv * sin_phi2;
-    const real t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_bojwf = t_ep53l
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_hig3c_6 * t_bewoy - t_bojwf;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_teqv5 = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
-    const real t_qo4xj = Pq_v1 * Pq_v1 - PP_v1 * t_teqv5;
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_qo4xj));
-    const real t_6dtnj_8 = K(1.0) / PP_v1;
-    const real ax_v1 = (root_v1 - Pq_v1) * t_6dtnj_8;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real t_whut6 = f2_v1 * t_y7rm6;
-    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_yel6o);
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real t_n42kg = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
-    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
-    const mask m_ismjq = LT(t_yel6o, K(-1.0));
-    const mask m_xniro = LT(K(-1.0), t_yel6o);
-    const mask m_2wilq = LT(K(1.0), t_whut6);
-    const mask m_7hs2r = AND(m_xniro, m_2wilq);
-    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
-    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
     const mask m_el4yy = NOT(m_nzov7);
-    const real t_qerph = -p[delta1_max];
-    const mask m_77gct = LT(t_qo4xj, K(0.0));
-    const real t_arpa7 = (SELECT(m_77gct, root_v1, root_v1) - Pq_v1) * t_6dtnj_8;
-    const real t_j4iq4 = q2_v1 - t_f2nhc * t_arpa7;
-    const real t_5v2dw = t_j4iq4 * t_y7rm6;
-    const real t_ec4a7 = mv_min(SPLAT(K(1.0)), t_5v2dw);
-    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_ec4a7);
-    const real t_wuiya = SELECT(m_nzov7, delta2_v1, mv_asin(t_dmbry));
-    const mask m_gc6fd = LE(mv_fabs(t_wuiya), p[delta2_max]);
-    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
-    const mask m_s2see = LT(K(-1.0), t_6xn6x);
-    const mask m_7ozlc = LT(K(1.0), t_n42kg);
-    const mask m_tuozf = AND(m_s2see, m_7ozlc);
-    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
-    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
-    const real t_j4iq4_2 = q3_v1 - t_f2nhc_2 * t_arpa7;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
-    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v1, t_v4pjv);
-    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
-    const real t_jgoa3 = t_j4iq4_2 * t_y7rm6 * t_v2nh3;
-    const real t_bftdw = -t_jgoa3;
-    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_bftdw);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
-    const real t_vuw2a = SELECT(m_ld5rn, delta1_v1, mv_asin(t_xb3pe));
-    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
-    const real t_jzhza = mv_cos(delta2_v1) * mv_sin(delta1_v1) * t_xkg6l;
-    const real t_mnszy = mv_min(SPLAT(K(1.0)), t_jzhza);
-    const mask m_rwno7 = LT(t_mnszy, K(-1.0));
-    const mask m_6lq2n = LT(K(-1.0), t_mnszy);
-    const mask m_h6j7n = LT(K(1.0), t_jzhza);
-    const mask m_us2hz = LT(t_jzhza, K(1.0));
-    const mask m_ojgi7 = AND(m_nzov7, m_ld5rn);
-    const mask m_zdn5f = AND(m_us2hz, m_ojgi7);
-    const mask m_5doda = OR(m_h6j7n, m_zdn5f);
-    const mask m_yua5q = OR(m_5doda, m_ojgi7);
-    const mask m_hv2m7 = AND(m_6lq2n, m_yua5q);
-    const mask m_3kx4h = OR(m_rwno7, m_hv2m7);
-    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
-    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
-    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
-    const real t_a7hee = cos_t_wuiya * sin_t_vuw2a;
-    const real t_n35pv = t_a7hee * t_xkg6l;
-    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
-    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
-    const real t_kt564 = SELECT(m_gc6fd, t_vuw2a, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_mnszy)), mv_asin(t_2g6s5)));
-    const real t_ytmgr = mv_min(p[delta1_max], t_kt564);
-    const real t_kl6tx = mv_max(t_qerph, t_ytmgr);
-    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
-    const real t_6k2ny = -p[delta2_max];
-    const real t_ihx4i = mv_min(t_wuiya, p[delta2_max]);
-    const real t_6qa42 = mv_max(t_6k2ny, t_ihx4i);
-    real sin_t_6qa42, cos_t_6qa42; mv_sincos(t_6qa42, &sin_t_6qa42, &cos_t_6qa42);
     const mask m_b5o3n = LE(t_6k2ny, t_ihx4i);
     const real t_ews3r = NUM(m_b5o3n);
     const mask m_yyjmn = LE(t_ihx4i, t_6k2ny);
@@ -2248,13 +2248,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_wiivb = LE(K(1.0), t_5v2dw);
     const real t_5x4sb = t_hkwhb / (NUM(m_wiivb) + t_hkwhb);
     const real t_aqbxr_2 = c[r2] * q[vz];
-    const real t_o6wlu = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_6dtnj_7;
-    const real t_exjmx = t_aqbxr_2 * t_6dtnj_6 + f_v1_L32 * t_o6wlu;
+    const real t_o6wlu = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_6dtnj_2;
+    const real t_exjmx = t_aqbxr_2 * t_6dtnj + f_v1_L32 * t_o6wlu;
     const real t_qawa5 = x_C * t_o6wlu;
     const real t_6bhsu = x_C * t_exjmx;
     const real t_n3ag7 = f_v1_L31 * t_o6wlu - f_v1_L21 * t_exjmx;
     const real t_ioxhl = K52 * t_o6wlu
-        - t_edvw3_2 * t_exjmx
+        - t_edvw3 * t_exjmx
         + K22 * t_qawa5
         + K32 * t_6bhsu
         + t_belws * t_n3ag7;
@@ -2264,22 +2264,22 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_otwkd = LE(t_qo4xj, K(0.0));
     const real t_x2afy = t_bl2rl / (NUM(m_otwkd) + t_bl2rl);
     const real t_2qjkk = Pq_v1 + Pq_v1;
-    const real t_4gxuh = t_hig3c_6 * t_n3ag7
-        - (t_6iku5 * t_o6wlu + t_6iku5_2 * t_exjmx + t_f2nhc * t_qawa5 + t_f2nhc_2 * t_6bhsu);
+    const real t_4gxuh = t_hig3c_3 * t_n3ag7
+        - (t_6iku5 * t_o6wlu + t_6iku5_2 * t_exjmx + t_f2nhc_2 * t_qawa5 + t_f2nhc * t_6bhsu);
     const real t_q2ovd = K53 * t_o6wlu
         + K63 * t_exjmx
         + K32 * t_qawa5
         + K33 * t_6bhsu
         - K43 * t_n3ag7;
-    const real t_vyzkt = K11 * t_4gxuh - t_f2nhc * t_ioxhl - t_f2nhc_2 * t_q2ovd;
+    const real t_vyzkt = K11 * t_4gxuh - t_f2nhc_2 * t_ioxhl - t_f2nhc * t_q2ovd;
     const real t_w22j3 = q1_v1 + q1_v1;
     const real t_w22j3_2 = q2_v1 + q2_v1;
     const real t_w22j3_3 = q3_v1 + q3_v1;
     const real t_cloko = t_2qjkk * t_vyzkt
         - PP_v1 * (t_w22j3 * t_4gxuh + t_w22j3_2 * t_ioxhl + t_w22j3_3 * t_q2ovd);
     const real t_kntxo = K(1.0) / (root_v1 + root_v1);
-    const real t_swglb = (SELECT0(m_nsst6, t_x2afy * t_cloko * t_kntxo) - t_vyzkt) * t_6dtnj_8;
-    const real t_jmmwt = t_ioxhl - t_f2nhc * t_swglb;
+    const real t_swglb = (SELECT0(m_nsst6, t_x2afy * t_cloko * t_kntxo) - t_vyzkt) * t_6dtnj_3;
+    const real t_jmmwt = t_ioxhl - t_f2nhc_2 * t_swglb;
     const real t_yjieb = t_q2hfz * (t_5x4sb * (t_jmmwt * t_y7rm6));
     const real t_nwsjf = K(1.0) / t_v4pjv;
     const real t_oesw4 = t_yjieb * t_nwsjf;
@@ -2304,7 +2304,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_nowqj = NUM(m_n24ux);
     const mask m_lq75g = LE(K(1.0), t_bftdw);
     const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
-    const real t_37cvj = t_q2ovd - t_f2nhc_2 * t_swglb;
+    const real t_37cvj = t_q2ovd - t_f2nhc * t_swglb;
     const real t_h57hh = t_jgoa3 * t_v2nh3;
     const mask m_iloht = LE(K(1e-09), t_7wk4r);
     const real t_ght2v = NUM(m_iloht);
@@ -2347,28 +2347,28 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe = p[F] * (cos_t_wuiya * t_oesw4);
     const real t_a45m5 = SELECT0(m_el4yy, t_s7ixe) - t_jmmwt + t_gousg * t_7bxrh;
     const real t_z5auc = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw));
-    const real t_7yrbe = (t_gousg_2 * t_7bxrh - (t_z5auc + t_37cvj) - K_L32 * t_a45m5) * t_6dtnj_3;
-    const real t_jzkve = t_a45m5 * t_6dtnj_2 - K_L32 * t_7yrbe;
-    const real t_bxhep = t_7bxrh * t_6dtnj + t_gousg * t_jzkve + t_gousg_2 * t_7yrbe;
+    const real t_7yrbe = (t_gousg_2 * t_7bxrh - (t_z5auc + t_37cvj) - K_L32 * t_a45m5) * t_6dtnj_6;
+    const real t_jzkve = t_a45m5 * t_6dtnj_5 - K_L32 * t_7yrbe;
+    const real t_bxhep = t_7bxrh * t_6dtnj_4 + t_gousg * t_jzkve + t_gousg_2 * t_7yrbe;
     const real t_zmkrd_2 = p[F] * cos_t_6qa42;
     const real t_irojk_2 = cos_t_wuiya * p[F];
     const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_o7cco + SELECT0(m_uklky, t_irojk_2 * t_wmzoo));
     const real t_ycqju = t_ilple - t_s7ixe;
     const real t_bac74 = SELECT0(m_el4yy, t_ycqju) + t_gousg * t_cgxsm;
     const real t_pdzxe = p[F] * t_5pi5x - (t_ooljq + t_zmkrd_2 * t_lqx5z);
-    const real t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_3;
-    const real t_2gufb = t_bac74 * t_6dtnj_2 - K_L32 * t_5aqsz;
-    const real t_zws6c = t_cgxsm * t_6dtnj + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz;
+    const real t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_6;
+    const real t_2gufb = t_bac74 * t_6dtnj_5 - K_L32 * t_5aqsz;
+    const real t_zws6c = t_cgxsm * t_6dtnj_4 + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz;
     const real t_jbpsx = K54 * t_o6wlu
         + K64 * t_exjmx
-        - t_hig3c_6 * t_swglb
-        - t_hig3c_6 * t_bxhep
+        - t_hig3c_3 * t_swglb
+        - t_hig3c_3 * t_bxhep
         - t_belws * t_qawa5
         - t_belws * t_jzkve
         + K43 * t_6bhsu
         + K43 * t_7yrbe
         - K44 * t_n3ag7
-        - t_hig3c_6 * t_zws6c
+        - t_hig3c_3 * t_zws6c
         - t_belws * t_2gufb
         + K43 * t_5aqsz
         + t_w6lcf * t_ke372
@@ -2399,14 +2399,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_exjmx
         + t_6iku5_2 * t_swglb
         + t_6iku5_2 * t_bxhep
-        + t_edvw3_2 * t_qawa5
-        + t_edvw3_2 * t_jzkve
+        + t_edvw3 * t_qawa5
+        + t_edvw3 * t_jzkve
         - K63 * t_6bhsu
         - K63 * t_7yrbe
         + K64 * t_n3ag7
         - t_bknng * t_pdzxe
         + t_6iku5_2 * t_zws6c
-        + t_edvw3_2 * t_2gufb
+        + t_edvw3 * t_2gufb
         - K63 * t_5aqsz;
     const real t_d337h = t_bknng * t_mvrqf
         - t_lwfsv
@@ -2417,15 +2417,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L65 * t_q7doa;
     const real t_6dtnj_9 = K(1.0) / K_D6;
     const real t_x7pmp = t_d337h * t_6dtnj_9;
-    const real t_j6scf = t_q7doa * t_6dtnj_5 - K_L65 * t_x7pmp;
-    const real t_y6ecc = t_jbpsx * t_6dtnj_4 - K_L54 * t_j6scf - K_L64 * t_x7pmp;
-    const real t_2cs7o = t_uf3i2 * t_6dtnj_3 - K_L43 * t_y6ecc - K_L53 * t_j6scf - K_L63 * t_x7pmp;
-    const real t_7wo2a = t_eokqz * t_6dtnj_2
+    const real t_j6scf = t_q7doa * t_6dtnj_8 - K_L65 * t_x7pmp;
+    const real t_y6ecc = t_jbpsx * t_6dtnj_7 - K_L54 * t_j6scf - K_L64 * t_x7pmp;
+    const real t_2cs7o = t_uf3i2 * t_6dtnj_6 - K_L43 * t_y6ecc - K_L53 * t_j6scf - K_L63 * t_x7pmp;
+    const real t_7wo2a = t_eokqz * t_6dtnj_5
         - K_L32 * t_2cs7o
         + t_ae46j * t_y6ecc
         - K_L52 * t_j6scf
         + t_o5wmi * t_x7pmp;
-    const real t_ybvqd = t_ke372 * t_6dtnj
+    const real t_ybvqd = t_ke372 * t_6dtnj_4
         + t_gousg * t_7wo2a
         + t_gousg_2 * t_2cs7o
         + t_w6lcf * t_y6ecc
@@ -2433,34 +2433,34 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_thnvm_2 * t_x7pmp;
     const real t_erjja = c[r1] * q[vz] - t_aqbxr;
     const real t_znqoh = f_v1_L21 * t_erjja;
-    const real t_2inra = (f_v1_L31 * t_erjja + q[vx] * c[r1] - f_v1_L32 * t_znqoh) * t_6dtnj_7;
-    const real t_mtoq6 = t_znqoh * t_6dtnj_6 - f_v1_L32 * t_2inra;
+    const real t_2inra = (f_v1_L31 * t_erjja + q[vx] * c[r1] - f_v1_L32 * t_znqoh) * t_6dtnj_2;
+    const real t_mtoq6 = t_znqoh * t_6dtnj - f_v1_L32 * t_2inra;
     const real t_livxr = x_C * t_2inra - c[w1] * c[r1];
     const real t_p4yfo = x_C * t_mtoq6;
     const real t_yvojb = t_erjja * t_a2lgz + f_v1_L21 * t_mtoq6 + f_v1_L31 * t_2inra;
     const real t_lwj2g = K52 * t_2inra
-        + t_edvw3_2 * t_mtoq6
+        + t_edvw3 * t_mtoq6
         + K22 * t_livxr
         - K32 * t_p4yfo
         + t_belws * t_yvojb;
-    const real t_7uadv = t_hig3c_6 * t_yvojb
-        - (t_6iku5 * t_2inra - t_6iku5_2 * t_mtoq6 + t_f2nhc * t_livxr - t_f2nhc_2 * t_p4yfo);
+    const real t_7uadv = t_hig3c_3 * t_yvojb
+        - (t_6iku5 * t_2inra - t_6iku5_2 * t_mtoq6 + t_f2nhc_2 * t_livxr - t_f2nhc * t_p4yfo);
     const real t_4nzc2 = K53 * t_2inra
         - K63 * t_mtoq6
         + K32 * t_livxr
         - K33 * t_p4yfo
         - K43 * t_yvojb;
-    const real t_pszog = K11 * t_7uadv - t_f2nhc * t_lwj2g - t_f2nhc_2 * t_4nzc2;
+    const real t_pszog = K11 * t_7uadv - t_f2nhc_2 * t_lwj2g - t_f2nhc * t_4nzc2;
     const real t_fztdp = t_2qjkk * t_pszog
         - PP_v1 * (t_w22j3 * t_7uadv + t_w22j3_2 * t_lwj2g + t_w22j3_3 * t_4nzc2);
-    const real t_d624f = (SELECT0(m_nsst6, t_x2afy * t_fztdp * t_kntxo) - t_pszog) * t_6dtnj_8;
-    const real t_2jghd = t_lwj2g - t_f2nhc * t_d624f;
+    const real t_d624f = (SELECT0(m_nsst6, t_x2afy * t_fztdp * t_kntxo) - t_pszog) * t_6dtnj_3;
+    const real t_2jghd = t_lwj2g - t_f2nhc_2 * t_d624f;
     const real t_kohsh = t_q2hfz * (t_5x4sb * (t_2jghd * t_y7rm6));
     const real t_oesw4_2 = t_kohsh * t_nwsjf;
     const real t_iubif_2 = t_bw2jd * (t_3iu34 * t_oesw4_2);
     const real t_27ev7_2 = p[F] * (sin_t_6qa42 * t_iubif_2);
     const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
-    const real t_5jqqa = t_4nzc2 - t_f2nhc_2 * t_d624f;
+    const real t_5jqqa = t_4nzc2 - t_f2nhc * t_d624f;
     const real t_affys = t_5jqqa * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_kohsh * t_nwsjf_2)));
     const real t_vwbcj_2 = t_q2hfz_2 * (t_2snz7 * t_affys) * t_bifdl;
@@ -2484,26 +2484,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_2 = p[F] * (cos_t_wuiya * t_oesw4_2);
     const real t_m7yzj = SELECT0(m_el4yy, t_s7ixe_2) - t_2jghd + t_gousg * t_lm46j;
     const real t_z5auc_2 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_2)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_2));
-    const real t_4wsxa = (t_gousg_2 * t_lm46j - (t_z5auc_2 + t_5jqqa) - K_L32 * t_m7yzj) * t_6dtnj_3;
-    const real t_jzkve_2 = t_m7yzj * t_6dtnj_2 - K_L32 * t_4wsxa;
-    const real t_dbxzu = t_lm46j * t_6dtnj + t_gousg * t_jzkve_2 + t_gousg_2 * t_4wsxa;
+    const real t_4wsxa = (t_gousg_2 * t_lm46j - (t_z5auc_2 + t_5jqqa) - K_L32 * t_m7yzj) * t_6dtnj_6;
+    const real t_jzkve_2 = t_m7yzj * t_6dtnj_5 - K_L32 * t_4wsxa;
+    const real t_dbxzu = t_lm46j * t_6dtnj_4 + t_gousg * t_jzkve_2 + t_gousg_2 * t_4wsxa;
     const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_o7cco_2 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_2));
     const real t_ycqju_2 = t_ilple_2 - t_s7ixe_2;
     const real t_bac74_2 = SELECT0(m_el4yy, t_ycqju_2) + t_gousg * t_cgxsm_2;
     const real t_pdzxe_2 = p[F] * t_5pi5x_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
-    const real t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_3;
-    const real t_2gufb_2 = t_bac74_2 * t_6dtnj_2 - K_L32 * t_5aqsz_2;
-    const real t_zws6c_2 = t_cgxsm_2 * t_6dtnj + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2;
+    const real t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_6;
+    const real t_2gufb_2 = t_bac74_2 * t_6dtnj_5 - K_L32 * t_5aqsz_2;
+    const real t_zws6c_2 = t_cgxsm_2 * t_6dtnj_4 + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2;
     const real t_p3fmp = K54 * t_2inra
         - K64 * t_mtoq6
-        - t_hig3c_6 * t_d624f
-        - t_hig3c_6 * t_dbxzu
+        - t_hig3c_3 * t_d624f
+        - t_hig3c_3 * t_dbxzu
         - t_belws * t_livxr
         - t_belws * t_jzkve_2
         - K43 * t_p4yfo
         + K43 * t_4wsxa
         - K44 * t_yvojb
-        - t_hig3c_6 * t_zws6c_2
+        - t_hig3c_3 * t_zws6c_2
         - t_belws * t_2gufb_2
         + K43 * t_5aqsz_2
         + t_w6lcf * t_ke372_2
@@ -2533,14 +2533,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K66 * t_mtoq6
         + t_6iku5_2 * t_d624f
         + t_6iku5_2 * t_dbxzu
-        + t_edvw3_2 * t_livxr
-        + t_edvw3_2 * t_jzkve_2
+        + t_edvw3 * t_livxr
+        + t_edvw3 * t_jzkve_2
         + K63 * t_p4yfo
         - K63 * t_4wsxa
         + K64 * t_yvojb
         - t_bknng * t_pdzxe_2
         + t_6iku5_2 * t_zws6c_2
-        + t_edvw3_2 * t_2gufb_2
+        + t_edvw3 * t_2gufb_2
         - K63 * t_5aqsz_2;
     const real t_vwlvs = t_bknng * t_mvrqf_2
         - t_miegh
@@ -2550,15 +2550,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_p3fmp
         - K_L65 * t_24cwz;
     const real t_wlqph = t_vwlvs * t_6dtnj_9;
-    const real t_43ujr = t_24cwz * t_6dtnj_5 - K_L65 * t_wlqph;
-    const real t_tmty4 = t_p3fmp * t_6dtnj_4 - K_L54 * t_43ujr - K_L64 * t_wlqph;
-    const real t_45mia = t_uf3i2_2 * t_6dtnj_3 - K_L43 * t_tmty4 - K_L53 * t_43ujr - K_L63 * t_wlqph;
-    const real t_p4gng = t_eokqz_2 * t_6dtnj_2
+    const real t_43ujr = t_24cwz * t_6dtnj_8 - K_L65 * t_wlqph;
+    const real t_tmty4 = t_p3fmp * t_6dtnj_7 - K_L54 * t_43ujr - K_L64 * t_wlqph;
+    const real t_45mia = t_uf3i2_2 * t_6dtnj_6 - K_L43 * t_tmty4 - K_L53 * t_43ujr - K_L63 * t_wlqph;
+    const real t_p4gng = t_eokqz_2 * t_6dtnj_5
         - K_L32 * t_45mia
         + t_ae46j * t_tmty4
         - K_L52 * t_43ujr
         + t_o5wmi * t_wlqph;
-    const real t_mclpi = t_ke372_2 * t_6dtnj
+    const real t_mclpi = t_ke372_2 * t_6dtnj_4
         + t_gousg * t_p4gng
         + t_gousg_2 * t_45mia
         + t_w6lcf * t_tmty4
@@ -2566,34 +2566,34 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_thnvm_2 * t_wlqph;
     const real t_bgzij = c[r1] * q[vy] - q[vy] * c[r2];
     const real t_lcorp = f_v1_L21 * t_bgzij - c[r2] * q[vx];
-    const real t_zhric = (f_v1_L31 * t_bgzij - f_v1_L32 * t_lcorp) * t_6dtnj_7;
-    const real t_nfclu = t_lcorp * t_6dtnj_6 - f_v1_L32 * t_zhric;
+    const real t_zhric = (f_v1_L31 * t_bgzij - f_v1_L32 * t_lcorp) * t_6dtnj_2;
+    const real t_nfclu = t_lcorp * t_6dtnj - f_v1_L32 * t_zhric;
     const real t_eggt2 = x_C * t_zhric;
     const real t_hyys4 = x_C * t_nfclu + c[w2] * c[r2];
     const real t_h4vq5 = t_bgzij * t_a2lgz + f_v1_L21 * t_nfclu + f_v1_L31 * t_zhric;
     const real t_2edfy = K52 * t_zhric
-        + t_edvw3_2 * t_nfclu
+        + t_edvw3 * t_nfclu
         + K22 * t_eggt2
         - K32 * t_hyys4
         + t_belws * t_h4vq5;
-    const real t_cupsm = t_hig3c_6 * t_h4vq5
-        - (t_6iku5 * t_zhric - t_6iku5_2 * t_nfclu + t_f2nhc * t_eggt2 - t_f2nhc_2 * t_hyys4);
+    const real t_cupsm = t_hig3c_3 * t_h4vq5
+        - (t_6iku5 * t_zhric - t_6iku5_2 * t_nfclu + t_f2nhc_2 * t_eggt2 - t_f2nhc * t_hyys4);
     const real t_o7fxr = K53 * t_zhric
         - K63 * t_nfclu
         + K32 * t_eggt2
         - K33 * t_hyys4
         - K43 * t_h4vq5;
-    const real t_pr2lu = K11 * t_cupsm - t_f2nhc * t_2edfy - t_f2nhc_2 * t_o7fxr;
+    const real t_pr2lu = K11 * t_cupsm - t_f2nhc_2 * t_2edfy - t_f2nhc * t_o7fxr;
     const real t_iizbv = t_2qjkk * t_pr2lu
         - PP_v1 * (t_w22j3 * t_cupsm + t_w22j3_2 * t_2edfy + t_w22j3_3 * t_o7fxr);
-    const real t_d624f_2 = (SELECT0(m_nsst6, t_x2afy * t_iizbv * t_kntxo) - t_pr2lu) * t_6dtnj_8;
-    const real t_d4loj = t_2edfy - t_f2nhc * t_d624f_2;
+    const real t_d624f_2 = (SELECT0(m_nsst6, t_x2afy * t_iizbv * t_kntxo) - t_pr2lu) * t_6dtnj_3;
+    const real t_d4loj = t_2edfy - t_f2nhc_2 * t_d624f_2;
     const real t_kohsh_2 = t_q2hfz * (t_5x4sb * (t_d4loj * t_y7rm6));
     const real t_oesw4_3 = t_kohsh_2 * t_nwsjf;
     const real t_iubif_3 = t_bw2jd * (t_3iu34 * t_oesw4_3);
     const real t_27ev7_3 = p[F] * (sin_t_6qa42 * t_iubif_3);
     const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
-    const real t_qiylz = t_o7fxr - t_f2nhc_2 * t_d624f_2;
+    const real t_qiylz = t_o7fxr - t_f2nhc * t_d624f_2;
     const real t_affys_2 = t_qiylz * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_kohsh_2 * t_nwsjf_2)));
     const real t_vwbcj_3 = t_q2hfz_2 * (t_2snz7 * t_affys_2) * t_bifdl;
@@ -2617,26 +2617,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_3 = p[F] * (cos_t_wuiya * t_oesw4_3);
     const real t_m7yzj_2 = SELECT0(m_el4yy, t_s7ixe_3) - t_d4loj + t_gousg * t_6ibao;
     const real t_z5auc_3 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_3)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_3));
-    const real t_4wsxa_2 = (t_gousg_2 * t_6ibao - (t_z5auc_3 + t_qiylz) - K_L32 * t_m7yzj_2) * t_6dtnj_3;
-    const real t_jzkve_3 = t_m7yzj_2 * t_6dtnj_2 - K_L32 * t_4wsxa_2;
-    const real t_dbxzu_2 = t_6ibao * t_6dtnj + t_gousg * t_jzkve_3 + t_gousg_2 * t_4wsxa_2;
+    const real t_4wsxa_2 = (t_gousg_2 * t_6ibao - (t_z5auc_3 + t_qiylz) - K_L32 * t_m7yzj_2) * t_6dtnj_6;
+    const real t_jzkve_3 = t_m7yzj_2 * t_6dtnj_5 - K_L32 * t_4wsxa_2;
+    const real t_dbxzu_2 = t_6ibao * t_6dtnj_4 + t_gousg * t_jzkve_3 + t_gousg_2 * t_4wsxa_2;
     const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_o7cco_3 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_3));
     const real t_ycqju_3 = t_ilple_3 - t_s7ixe_3;
     const real t_bac74_3 = SELECT0(m_el4yy, t_ycqju_3) + t_gousg * t_cgxsm_3;
     const real t_pdzxe_3 = p[F] * t_5pi5x_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
-    const real t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_3;
-    const real t_2gufb_3 = t_bac74_3 * t_6dtnj_2 - K_L32 * t_5aqsz_3;
-    const real t_zws6c_3 = t_cgxsm_3 * t_6dtnj + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3;
+    const real t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_6;
+    const real t_2gufb_3 = t_bac74_3 * t_6dtnj_5 - K_L32 * t_5aqsz_3;
+    const real t_zws6c_3 = t_cgxsm_3 * t_6dtnj_4 + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3;
     const real t_lri3h = K54 * t_zhric
         - K64 * t_nfclu
-        - t_hig3c_6 * t_d624f_2
-        - t_hig3c_6 * t_dbxzu_2
+        - t_hig3c_3 * t_d624f_2
+        - t_hig3c_3 * t_dbxzu_2
         - t_belws * t_eggt2
         - t_belws * t_jzkve_3
         - K43 * t_hyys4
         + K43 * t_4wsxa_2
         - K44 * t_h4vq5
-        - t_hig3c_6 * t_zws6c_3
+        - t_hig3c_3 * t_zws6c_3
         - t_belws * t_2gufb_3
         + K43 * t_5aqsz_3
         + t_w6lcf * t_ke372_3
@@ -2666,14 +2666,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K66 * t_nfclu
         + t_6iku5_2 * t_d624f_2
         + t_6iku5_2 * t_dbxzu_2
-        + t_edvw3_2 * t_eggt2
-        + t_edvw3_2 * t_jzkve_3
+        + t_edvw3 * t_eggt2
+        + t_edvw3 * t_jzkve_3
         + K63 * t_hyys4
         - K63 * t_4wsxa_2
         + K64 * t_h4vq5
         - t_bknng * t_pdzxe_3
         + t_6iku5_2 * t_zws6c_3
-        + t_edvw3_2 * t_2gufb_3
+        + t_edvw3 * t_2gufb_3
         - K63 * t_5aqsz_3;
     const real t_cq77k = t_bknng * t_mvrqf_3
         - t_bjqrm
@@ -2683,15 +2683,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_lri3h
         - K_L65 * t_h6of3;
     const real t_gxwza = t_cq77k * t_6dtnj_9;
-    const real t_5mrvj = t_h6of3 * t_6dtnj_5 - K_L65 * t_gxwza;
-    const real t_3bbdq = t_lri3h * t_6dtnj_4 - K_L54 * t_5mrvj - K_L64 * t_gxwza;
-    const real t_zw7sn = t_uf3i2_3 * t_6dtnj_3 - K_L43 * t_3bbdq - K_L53 * t_5mrvj - K_L63 * t_gxwza;
-    const real t_7mxgz = t_eokqz_3 * t_6dtnj_2
+    const real t_5mrvj = t_h6of3 * t_6dtnj_8 - K_L65 * t_gxwza;
+    const real t_3bbdq = t_lri3h * t_6dtnj_7 - K_L54 * t_5mrvj - K_L64 * t_gxwza;
+    const real t_zw7sn = t_uf3i2_3 * t_6dtnj_6 - K_L43 * t_3bbdq - K_L53 * t_5mrvj - K_L63 * t_gxwza;
+    const real t_7mxgz = t_eokqz_3 * t_6dtnj_5
         - K_L32 * t_zw7sn
         + t_ae46j * t_3bbdq
         - K_L52 * t_5mrvj
         + t_o5wmi * t_gxwza;
-    const real t_37c2z = t_ke372_3 * t_6dtnj
+    const real t_37c2z = t_ke372_3 * t_6dtnj_4
         + t_gousg * t_7mxgz
         + t_gousg_2 * t_zw7sn
         + t_w6lcf * t_3bbdq
@@ -2722,20 +2722,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_no7he = B_2 * t_2heqs;
     const real t_rtokx = t_uxnqa + cos_phi2 * t_no7he;
     const real t_egsqb = t_l6a3v + t_bece6 - sin_theta1 * t_lmque - sin_theta2 * t_rtokx;
-    const real t_yignq = t_sxxxk * Wn1 - t_lgf4h * Wn1 - Dd_theta1;
+    const real t_yignq = t_sxxxk * Wn1 - t_lgf4h_2 * Wn1 - Dd_theta1;
     const real t_ka4ah = p[m1] * t_nuf3e
-        - (t_lgf4h * t_f2ypg + t_ytkv4)
+        - (t_lgf4h_2 * t_f2ypg + t_ytkv4)
         + p[m1] * (p[l1] * t_3tn47)
         + p[m1] * t_zlme3;
     const real t_276ah = p[m2] * t_ocqsw
         - (t_rfj2a + t_md67w)
         + p[m2] * (p[l2] * t_jzkl6)
         + p[m2] * t_pw5o4;
-    const real t_4lhcb = t_6pfo6 + t_6pfo6;
-    const real t_rbuuc = t_2ys72 * Wn2 - t_6pfo6 * Wn2 - q[phi2_dot] * t_4lhcb;
-    const real t_fmt3u = t_wdxch * (t_lgf4h_2 * t_yignq)
+    const real t_4lhcb = t_6pfo6_2 + t_6pfo6_2;
+    const real t_rbuuc = t_2ys72 * Wn2 - t_6pfo6_2 * Wn2 - q[phi2_dot] * t_4lhcb;
+    const real t_fmt3u = t_wdxch * (t_lgf4h * t_yignq)
         - (t_hyv47 * (p[I1] * t_ka4ah) + t_pi35k * (p[I2] * t_276ah))
-        + t_iyr6v * (t_6pfo6_2 * t_rbuuc);
+        + t_iyr6v * (t_6pfo6 * t_rbuuc);
     const real t_ub5bt = c[w3] + t_fmt3u;
     const real t_zpqie = t_hyv47 * (cz_phi1 * t_ka4ah)
         + t_pi35k * (cz_phi2 * t_276ah)
@@ -2746,9 +2746,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_wdxch * (cy_theta1 * t_yignq)
         - t_iyr6v * (cy_theta2 * t_rbuuc);
     const real t_fhwpd = f_v1_L21 * t_ub5bt - t_knqh6;
-    const real t_perxk = (f_v1_L31 * t_ub5bt + t_zpqie - f_v1_L32 * t_fhwpd) * t_6dtnj_7;
+    const real t_perxk = (f_v1_L31 * t_ub5bt + t_zpqie - f_v1_L32 * t_fhwpd) * t_6dtnj_2;
     const real t_tbqgd = q[wy] + t_perxk;
-    const real t_lsf5u = t_fhwpd * t_6dtnj_6 - f_v1_L32 * t_perxk;
+    const real t_lsf5u = t_fhwpd * t_6dtnj - f_v1_L32 * t_perxk;
     const real t_kicd6 = q[wz] - t_lsf5u;
     const real t_5cegf = c[w1] * (gy_theta1 * t_al3x7 - (gy_phi1 * t_if7mv + gy_phi2 * t_tmzpj) + gy_theta2 * t_fre5h);
     const real t_apqzv = x_C * t_tbqgd - t_5cegf;
@@ -2757,7 +2757,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_hnr3a = t_ub5bt * t_a2lgz + f_v1_L21 * t_lsf5u + f_v1_L31 * t_perxk;
     const real t_lrflk = t_egsqb
         + K52 * t_tbqgd
-        - t_edvw3_2 * t_kicd6
+        - t_edvw3 * t_kicd6
         + K22 * t_apqzv
         + K32 * t_cipmd
         + t_belws * t_hnr3a;
@@ -2767,9 +2767,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_vmzmd = t_7o6hw
         + t_6iku5 * t_tbqgd
         + t_6iku5_2 * t_kicd6
-        + t_f2nhc * t_apqzv
-        + t_f2nhc_2 * t_cipmd;
-    const real t_szcco = t_hig3c_6 * t_hnr3a - t_vmzmd;
+        + t_f2nhc_2 * t_apqzv
+        + t_f2nhc * t_cipmd;
+    const real t_szcco = t_hig3c_3 * t_hnr3a - t_vmzmd;
     const real t_l6a3v_2 = sin_theta1 * t_vrfyi;
     const real t_bece6_2 = sin_theta2 * t_rv6hp;
     const real t_egsqb_2 = cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx;
@@ -2779,17 +2779,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_apqzv
         + K33 * t_cipmd
         - K43 * t_hnr3a;
-    const real t_4trko = K11 * t_szcco - t_f2nhc * t_lrflk - t_f2nhc_2 * t_7sclr;
+    const real t_4trko = K11 * t_szcco - t_f2nhc_2 * t_lrflk - t_f2nhc * t_7sclr;
     const real t_klf5z = t_2qjkk * t_4trko
         - PP_v1 * (t_w22j3 * t_szcco + t_w22j3_2 * t_lrflk + t_w22j3_3 * t_7sclr);
-    const real t_to6do = (SELECT0(m_nsst6, t_x2afy * t_klf5z * t_kntxo) - t_4trko) * t_6dtnj_8;
-    const real t_wunig = t_lrflk - t_f2nhc * t_to6do;
+    const real t_to6do = (SELECT0(m_nsst6, t_x2afy * t_klf5z * t_kntxo) - t_4trko) * t_6dtnj_3;
+    const real t_wunig = t_lrflk - t_f2nhc_2 * t_to6do;
     const real t_vzyb5 = t_q2hfz * (t_5x4sb * (t_wunig * t_y7rm6));
     const real t_oesw4_4 = t_vzyb5 * t_nwsjf;
     const real t_iubif_4 = t_bw2jd * (t_3iu34 * t_oesw4_4);
     const real t_27ev7_4 = p[F] * (sin_t_6qa42 * t_iubif_4);
     const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
-    const real t_pcorj = t_7sclr - t_f2nhc_2 * t_to6do;
+    const real t_pcorj = t_7sclr - t_f2nhc * t_to6do;
     const real t_axqir = t_pcorj * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_vzyb5 * t_nwsjf_2)));
     const real t_vwbcj_4 = t_q2hfz_2 * (t_2snz7 * t_axqir) * t_bifdl;
@@ -2817,27 +2817,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_4 = p[F] * (cos_t_wuiya * t_oesw4_4);
     const real t_azifs = SELECT0(m_el4yy, t_s7ixe_4) - t_wunig + t_gousg * t_rg2rj;
     const real t_z5auc_4 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_4)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_4));
-    const real t_gql6d = (t_gousg_2 * t_rg2rj - (t_z5auc_4 + t_pcorj) - K_L32 * t_azifs) * t_6dtnj_3;
-    const real t_jzkve_4 = t_azifs * t_6dtnj_2 - K_L32 * t_gql6d;
-    const real t_pa2bf = t_rg2rj * t_6dtnj + t_gousg * t_jzkve_4 + t_gousg_2 * t_gql6d;
+    const real t_gql6d = (t_gousg_2 * t_rg2rj - (t_z5auc_4 + t_pcorj) - K_L32 * t_azifs) * t_6dtnj_6;
+    const real t_jzkve_4 = t_azifs * t_6dtnj_5 - K_L32 * t_gql6d;
+    const real t_pa2bf = t_rg2rj * t_6dtnj_4 + t_gousg * t_jzkve_4 + t_gousg_2 * t_gql6d;
     const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_o7cco_4 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_4));
     const real t_ycqju_4 = t_ilple_4 - t_s7ixe_4;
     const real t_bac74_4 = SELECT0(m_el4yy, t_ycqju_4) + t_gousg * t_cgxsm_4;
     const real t_pdzxe_4 = p[F] * t_5pi5x_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
-    const real t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_3;
-    const real t_2gufb_4 = t_bac74_4 * t_6dtnj_2 - K_L32 * t_5aqsz_4;
-    const real t_zws6c_4 = t_cgxsm_4 * t_6dtnj + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4;
+    const real t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_6;
+    const real t_2gufb_4 = t_bac74_4 * t_6dtnj_5 - K_L32 * t_5aqsz_4;
+    const real t_zws6c_4 = t_cgxsm_4 * t_6dtnj_4 + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4;
     const real t_dtryt = t_3y7x4
         + K54 * t_tbqgd
         + K64 * t_kicd6
-        - t_hig3c_6 * t_to6do
-        - t_hig3c_6 * t_pa2bf
+        - t_hig3c_3 * t_to6do
+        - t_hig3c_3 * t_pa2bf
         - t_belws * t_apqzv
         - t_belws * t_jzkve_4
         + K43 * t_cipmd
         + K43 * t_gql6d
         - K44 * t_hnr3a
-        - t_hig3c_6 * t_zws6c_4
+        - t_hig3c_3 * t_zws6c_4
         - t_belws * t_2gufb_4
         + K43 * t_5aqsz_4
         - t_3y7x4
@@ -2886,14 +2886,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_kicd6
         + t_6iku5_2 * t_to6do
         + t_6iku5_2 * t_pa2bf
-        + t_edvw3_2 * t_apqzv
-        + t_edvw3_2 * t_jzkve_4
+        + t_edvw3 * t_apqzv
+        + t_edvw3 * t_jzkve_4
         - K63 * t_cipmd
         - K63 * t_gql6d
         + K64 * t_hnr3a
         - t_bknng * t_pdzxe_4
         + t_6iku5_2 * t_zws6c_4
-        + t_edvw3_2 * t_2gufb_4
+        + t_edvw3 * t_2gufb_4
         - K63 * t_5aqsz_4
         + t_v43pb;
     const real t_vwymi = t_bknng * t_mvrqf_4
@@ -2904,15 +2904,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_dtryt
         - K_L65 * t_oejuy;
     const real t_6xtj5 = t_vwymi * t_6dtnj_9;
-    const real t_bydsh = t_oejuy * t_6dtnj_5 - K_L65 * t_6xtj5;
-    const real t_inudb = t_dtryt * t_6dtnj_4 - K_L54 * t_bydsh - K_L64 * t_6xtj5;
-    const real t_n4ngd = t_36kq5 * t_6dtnj_3 - K_L43 * t_inudb - K_L53 * t_bydsh - K_L63 * t_6xtj5;
-    const real t_nlzla = t_yvz7v * t_6dtnj_2
+    const real t_bydsh = t_oejuy * t_6dtnj_8 - K_L65 * t_6xtj5;
+    const real t_inudb = t_dtryt * t_6dtnj_7 - K_L54 * t_bydsh - K_L64 * t_6xtj5;
+    const real t_n4ngd = t_36kq5 * t_6dtnj_6 - K_L43 * t_inudb - K_L53 * t_bydsh - K_L63 * t_6xtj5;
+    const real t_nlzla = t_yvz7v * t_6dtnj_5
         - K_L32 * t_n4ngd
         + t_ae46j * t_inudb
         - K_L52 * t_bydsh
         + t_o5wmi * t_6xtj5;
-    const real t_o4wfi = t_2dpc6 * t_6dtnj
+    const real t_o4wfi = t_2dpc6 * t_6dtnj_4
         + t_gousg * t_nlzla
         + t_gousg_2 * t_n4ngd
         + t_w6lcf * t_inudb
@@ -2947,25 +2947,25 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh;
     const real t_qzmde = t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz;
     const real t_mwo52 = q[wx] * cos_theta1;
-    const real t_zew4e = t_lgf4h_2 * sin_theta1;
+    const real t_zew4e = t_lgf4h * sin_theta1;
     const real t_r2t7m = t_sxxxk * t_mwo52
         + t_hjux3 * t_zew4e
         + (Wn1 * t_zew4e + t_mgpcw * cos_theta1)
-        - t_lgf4h * t_mwo52;
+        - t_lgf4h_2 * t_mwo52;
     const real t_l4ozg_2 = t_l4ozg + t_l4ozg;
     const real t_tbfiw = t_l4ozg_2 * sin_theta1;
     const real t_db6pd = Wn1 + Wn1;
     const real t_yikx5 = t_sxxxk * t_tbfiw
         + t_sxxxk * (t_db6pd * cos_theta1)
         + t_2zkgz * t_zew4e
-        + q[wx] * t_dmccl;
+        + q[wx] * t_dmccl_2;
     const real t_sk7gw = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_tbfiw)))
         - t_yikx5
         + p[m1] * (q[wx] * (t_sakwz * sin_theta1))
         + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_7fukq_2)));
     const real t_qogn2 = t_doiln_2 * sin_theta2;
     const real t_db6pd_2 = Wn2 + Wn2;
-    const real t_t4mhr = t_6pfo6_2 * sin_theta2;
+    const real t_t4mhr = t_6pfo6 * sin_theta2;
     const real t_c4pkx_3 = t_frp3h * sin_theta2;
     const real t_2vi6g = t_2ys72 * t_qogn2
         + t_2ys72 * (t_db6pd_2 * cos_theta2)
@@ -2974,17 +2974,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_kscnj = sin_theta2 + sin_theta2;
     const real t_uuwjq = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_qogn2)))
         - t_2vi6g
-        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7_2 * t_kscnj)))
+        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7 * t_kscnj)))
         + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_2m4cx_2)));
     const real t_rxj5u = q[wx] * cos_theta2;
     const real t_js54m = t_n7l2g * cos_theta2
         + Wn2 * t_t4mhr
         + t_2ys72 * t_rxj5u
         + t_mw75j * t_t4mhr
-        - t_6pfo6 * t_rxj5u;
-    const real t_b57ke = t_wdxch * (t_lgf4h_2 * t_r2t7m)
+        - t_6pfo6_2 * t_rxj5u;
+    const real t_b57ke = t_wdxch * (t_lgf4h * t_r2t7m)
         - (t_hyv47 * (p[I1] * t_sk7gw) + t_pi35k * (p[I2] * t_uuwjq))
-        + t_iyr6v * (t_6pfo6_2 * t_js54m);
+        + t_iyr6v * (t_6pfo6 * t_js54m);
     const real t_poq2d = t_hyv47 * (cz_phi1 * t_sk7gw)
         + t_pi35k * (cz_phi2 * t_uuwjq)
         + t_wdxch * (cz_theta1 * t_r2t7m)
@@ -2994,9 +2994,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_wdxch * (cy_theta1 * t_r2t7m)
         - t_iyr6v * (cy_theta2 * t_js54m);
     const real t_5n64v = f_v1_L21 * t_b57ke - (c[w4] + t_3ay67);
-    const real t_sow5m = (f_v1_L31 * t_b57ke + t_poq2d - f_v1_L32 * t_5n64v) * t_6dtnj_7;
+    const real t_sow5m = (f_v1_L31 * t_b57ke + t_poq2d - f_v1_L32 * t_5n64v) * t_6dtnj_2;
     const real t_qkevn = q[wx] + t_sow5m;
-    const real t_aets4 = t_5n64v * t_6dtnj_6 - f_v1_L32 * t_sow5m;
+    const real t_aets4 = t_5n64v * t_6dtnj - f_v1_L32 * t_sow5m;
     const real t_padhp = c[w1] * (gy_phi1 * t_m2xao + gy_phi2 * t_fgpdt - gy_theta1 * t_nacmc - gy_theta2 * t_47hyg);
     const real t_yq7z3 = x_C * t_qkevn - t_padhp;
     const real t_rmal7 = c[w2] * (gz_phi1 * t_m2xao + gz_phi2 * t_fgpdt + t_iouus * t_nacmc + t_cfuim * t_47hyg);
@@ -3004,7 +3004,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_kvhhx = t_b57ke * t_a2lgz + f_v1_L21 * t_aets4 + f_v1_L31 * t_sow5m;
     const real t_obgq7 = t_qzmde
         + K52 * t_qkevn
-        + t_edvw3_2 * t_aets4
+        + t_edvw3 * t_aets4
         + K22 * t_yq7z3
         - K32 * t_7qgql
         + t_belws * t_kvhhx;
@@ -3012,9 +3012,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_4evxh = t_fpn55
         + t_6iku5 * t_qkevn
         - t_6iku5_2 * t_aets4
-        + t_f2nhc * t_yq7z3
-        - t_f2nhc_2 * t_7qgql;
-    const real t_vorhk = t_hig3c_6 * t_kvhhx - t_4evxh;
+        + t_f2nhc_2 * t_yq7z3
+        - t_f2nhc * t_7qgql;
+    const real t_vorhk = t_hig3c_3 * t_kvhhx - t_4evxh;
     const real t_lhpev_2 = sin_theta1 * t_5podz;
     const real t_dev2l_2 = sin_theta2 * t_jsutt;
     const real t_qzmde_2 = cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz;
@@ -3024,17 +3024,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_yq7z3
         - K33 * t_7qgql
         - K43 * t_kvhhx;
-    const real t_sbh4n = K11 * t_vorhk - t_f2nhc * t_obgq7 - t_f2nhc_2 * t_wcegr;
+    const real t_sbh4n = K11 * t_vorhk - t_f2nhc_2 * t_obgq7 - t_f2nhc * t_wcegr;
     const real t_322lc = t_2qjkk * t_sbh4n
         - PP_v1 * (t_w22j3 * t_vorhk + t_w22j3_2 * t_obgq7 + t_w22j3_3 * t_wcegr);
-    const real t_to6do_2 = (SELECT0(m_nsst6, t_x2afy * t_322lc * t_kntxo) - t_sbh4n) * t_6dtnj_8;
-    const real t_f3yup = t_obgq7 - t_f2nhc * t_to6do_2;
+    const real t_to6do_2 = (SELECT0(m_nsst6, t_x2afy * t_322lc * t_kntxo) - t_sbh4n) * t_6dtnj_3;
+    const real t_f3yup = t_obgq7 - t_f2nhc_2 * t_to6do_2;
     const real t_vzyb5_2 = t_q2hfz * (t_5x4sb * (t_f3yup * t_y7rm6));
     const real t_oesw4_5 = t_vzyb5_2 * t_nwsjf;
     const real t_iubif_5 = t_bw2jd * (t_3iu34 * t_oesw4_5);
     const real t_27ev7_5 = p[F] * (sin_t_6qa42 * t_iubif_5);
     const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
-    const real t_fhfnz = t_wcegr - t_f2nhc_2 * t_to6do_2;
+    const real t_fhfnz = t_wcegr - t_f2nhc * t_to6do_2;
     const real t_axqir_2 = t_fhfnz * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_vzyb5_2 * t_nwsjf_2)));
     const real t_vwbcj_5 = t_q2hfz_2 * (t_2snz7 * t_axqir_2) * t_bifdl;
@@ -3062,27 +3062,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_5 = p[F] * (cos_t_wuiya * t_oesw4_5);
     const real t_azifs_2 = SELECT0(m_el4yy, t_s7ixe_5) - t_f3yup + t_gousg * t_rg2rj_2;
     const real t_z5auc_5 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_5)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_5));
-    const real t_gql6d_2 = (t_gousg_2 * t_rg2rj_2 - (t_z5auc_5 + t_fhfnz) - K_L32 * t_azifs_2) * t_6dtnj_3;
-    const real t_jzkve_5 = t_azifs_2 * t_6dtnj_2 - K_L32 * t_gql6d_2;
-    const real t_pa2bf_2 = t_rg2rj_2 * t_6dtnj + t_gousg * t_jzkve_5 + t_gousg_2 * t_gql6d_2;
+    const real t_gql6d_2 = (t_gousg_2 * t_rg2rj_2 - (t_z5auc_5 + t_fhfnz) - K_L32 * t_azifs_2) * t_6dtnj_6;
+    const real t_jzkve_5 = t_azifs_2 * t_6dtnj_5 - K_L32 * t_gql6d_2;
+    const real t_pa2bf_2 = t_rg2rj_2 * t_6dtnj_4 + t_gousg * t_jzkve_5 + t_gousg_2 * t_gql6d_2;
     const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_o7cco_5 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_5));
     const real t_ycqju_5 = t_ilple_5 - t_s7ixe_5;
     const real t_bac74_5 = SELECT0(m_el4yy, t_ycqju_5) + t_gousg * t_cgxsm_5;
     const real t_pdzxe_5 = p[F] * t_5pi5x_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
-    const real t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_3;
-    const real t_2gufb_5 = t_bac74_5 * t_6dtnj_2 - K_L32 * t_5aqsz_5;
-    const real t_zws6c_5 = t_cgxsm_5 * t_6dtnj + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5;
+    const real t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_6;
+    const real t_2gufb_5 = t_bac74_5 * t_6dtnj_5 - K_L32 * t_5aqsz_5;
+    const real t_zws6c_5 = t_cgxsm_5 * t_6dtnj_4 + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5;
     const real t_xes5d = t_nphmx
         + K54 * t_qkevn
         - K64 * t_aets4
-        - t_hig3c_6 * t_to6do_2
-        - t_hig3c_6 * t_pa2bf_2
+        - t_hig3c_3 * t_to6do_2
+        - t_hig3c_3 * t_pa2bf_2
         - t_belws * t_yq7z3
         - t_belws * t_jzkve_5
         - K43 * t_7qgql
         + K43 * t_gql6d_2
         - K44 * t_kvhhx
-        - t_hig3c_6 * t_zws6c_5
+        - t_hig3c_3 * t_zws6c_5
         - t_belws * t_2gufb_5
         + K43 * t_5aqsz_5
         - t_nphmx
@@ -3127,14 +3127,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K66 * t_aets4
         + t_6iku5_2 * t_to6do_2
         + t_6iku5_2 * t_pa2bf_2
-        + t_edvw3_2 * t_yq7z3
-        + t_edvw3_2 * t_jzkve_5
+        + t_edvw3 * t_yq7z3
+        + t_edvw3 * t_jzkve_5
         + K63 * t_7qgql
         - K63 * t_gql6d_2
         + K64 * t_kvhhx
         - t_bknng * t_pdzxe_5
         + t_6iku5_2 * t_zws6c_5
-        + t_edvw3_2 * t_2gufb_5
+        + t_edvw3 * t_2gufb_5
         - K63 * t_5aqsz_5
         + t_zci7z;
     const real t_vdnbf = t_bknng * t_mvrqf_5
@@ -3145,15 +3145,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_xes5d
         - K_L65 * t_3o2gs;
     const real t_6xtj5_2 = t_vdnbf * t_6dtnj_9;
-    const real t_rtpbs = t_3o2gs * t_6dtnj_5 - K_L65 * t_6xtj5_2;
-    const real t_m6ijb = t_xes5d * t_6dtnj_4 - K_L54 * t_rtpbs - K_L64 * t_6xtj5_2;
-    const real t_n4ngd_2 = t_472i2 * t_6dtnj_3 - K_L43 * t_m6ijb - K_L53 * t_rtpbs - K_L63 * t_6xtj5_2;
-    const real t_nlzla_2 = t_icxiv * t_6dtnj_2
+    const real t_rtpbs = t_3o2gs * t_6dtnj_8 - K_L65 * t_6xtj5_2;
+    const real t_m6ijb = t_xes5d * t_6dtnj_7 - K_L54 * t_rtpbs - K_L64 * t_6xtj5_2;
+    const real t_n4ngd_2 = t_472i2 * t_6dtnj_6 - K_L43 * t_m6ijb - K_L53 * t_rtpbs - K_L63 * t_6xtj5_2;
+    const real t_nlzla_2 = t_icxiv * t_6dtnj_5
         - K_L32 * t_n4ngd_2
         + t_ae46j * t_m6ijb
         - K_L52 * t_rtpbs
         + t_o5wmi * t_6xtj5_2;
-    const real t_rx6ib = t_wlxmt * t_6dtnj
+    const real t_rx6ib = t_wlxmt * t_6dtnj_4
         + t_gousg * t_nlzla_2
         + t_gousg_2 * t_n4ngd_2
         + t_w6lcf * t_m6ijb
@@ -3181,39 +3181,39 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_u7woh_2 = B_2 * t_j4oea_2;
     const real t_kfbmz_2 = sin_phi2 * t_4rnat - cos_phi2 * t_u7woh_2;
     const real t_qzmde_3 = t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2;
-    const real t_zew4e_2 = t_lgf4h_2 * cos_theta1;
+    const real t_zew4e_2 = t_lgf4h * cos_theta1;
     const real t_mwo52_2 = q[wx] * sin_theta1;
     const real t_r2t7m_2 = t_hjux3 * t_zew4e_2
         - t_sxxxk * t_mwo52_2
         + (Wn1 * t_zew4e_2 - t_mgpcw * sin_theta1)
-        + t_lgf4h * t_mwo52_2;
+        + t_lgf4h_2 * t_mwo52_2;
     const real t_tbfiw_2 = t_l4ozg_2 * cos_theta1;
     const real t_xxliz = t_sxxxk * (t_db6pd * sin_theta1)
         - t_sxxxk * t_tbfiw_2
         - t_2zkgz * t_zew4e_2
-        - q[wx] * t_dmccl_2
+        - q[wx] * t_dmccl
         + p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_tbfiw_2)))
         + p[m1] * (q[wx] * (t_sakwz * cos_theta1))
         + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_7fukq_4)));
     const real t_qogn2_2 = t_doiln_2 * cos_theta2;
-    const real t_t4mhr_2 = t_6pfo6_2 * cos_theta2;
+    const real t_t4mhr_2 = t_6pfo6 * cos_theta2;
     const real t_c4pkx_4 = t_frp3h * cos_theta2;
     const real t_yjspi = t_2ys72 * (t_db6pd_2 * sin_theta2)
         - t_2ys72 * t_qogn2_2
         - t_m7bta * t_t4mhr_2
         - q[wx] * t_c4pkx_4
         + p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_qogn2_2)))
-        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7_2 * (cos_theta2 + cos_theta2))))
+        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7 * (cos_theta2 + cos_theta2))))
         + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_2m4cx_4)));
     const real t_rxj5u_2 = q[wx] * sin_theta2;
     const real t_js54m_2 = Wn2 * t_t4mhr_2
         - t_n7l2g * sin_theta2
         - t_2ys72 * t_rxj5u_2
         + t_mw75j * t_t4mhr_2
-        + t_6pfo6 * t_rxj5u_2;
-    const real t_a6vnh = t_wdxch * (t_lgf4h_2 * t_r2t7m_2)
+        + t_6pfo6_2 * t_rxj5u_2;
+    const real t_a6vnh = t_wdxch * (t_lgf4h * t_r2t7m_2)
         - (t_hyv47 * (p[I1] * t_xxliz) + t_pi35k * (p[I2] * t_yjspi))
-        + t_iyr6v * (t_6pfo6_2 * t_js54m_2);
+        + t_iyr6v * (t_6pfo6 * t_js54m_2);
     const real t_fzrvi = t_hyv47 * (cz_phi1 * t_xxliz)
         + t_pi35k * (cz_phi2 * t_yjspi)
         + t_wdxch * (cz_theta1 * t_r2t7m_2)
@@ -3223,8 +3223,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_wdxch * (cy_theta1 * t_r2t7m_2)
         - t_iyr6v * (cy_theta2 * t_js54m_2);
     const real t_2faya = f_v1_L21 * t_a6vnh - t_svqry;
-    const real t_g2ixm = (f_v1_L31 * t_a6vnh - (c[w5] - t_fzrvi) - f_v1_L32 * t_2faya) * t_6dtnj_7;
-    const real t_dvkjv = t_2faya * t_6dtnj_6 - f_v1_L32 * t_g2ixm;
+    const real t_g2ixm = (f_v1_L31 * t_a6vnh - (c[w5] - t_fzrvi) - f_v1_L32 * t_2faya) * t_6dtnj_2;
+    const real t_dvkjv = t_2faya * t_6dtnj - f_v1_L32 * t_g2ixm;
     const real t_xww34 = q[wx] - t_dvkjv;
     const real t_3chjw = t_hyv47 * cz_phi1;
     const real t_iochg = t_pi35k * cz_phi2;
@@ -3237,7 +3237,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_r6fwq = t_a6vnh * t_a2lgz + f_v1_L21 * t_dvkjv + f_v1_L31 * t_g2ixm;
     const real t_ksd26 = t_qzmde_3
         + K52 * t_g2ixm
-        - t_edvw3_2 * t_xww34
+        - t_edvw3 * t_xww34
         + K22 * t_zdl46
         + K32 * t_7xx34
         + t_belws * t_r6fwq;
@@ -3245,9 +3245,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ejm2a = t_fpn55_2
         + t_6iku5 * t_g2ixm
         + t_6iku5_2 * t_xww34
-        + t_f2nhc * t_zdl46
-        + t_f2nhc_2 * t_7xx34;
-    const real t_wkyrz = t_hig3c_6 * t_r6fwq - t_ejm2a;
+        + t_f2nhc_2 * t_zdl46
+        + t_f2nhc * t_7xx34;
+    const real t_wkyrz = t_hig3c_3 * t_r6fwq - t_ejm2a;
     const real t_lok4o_2 = sin_theta1 * t_dpd5l;
     const real t_biccq_2 = sin_theta2 * t_hsipp;
     const real t_qzmde_4 = cos_theta1 * t_tbgkc_2 - (t_lok4o_2 + t_biccq_2) + cos_theta2 * t_kfbmz_2;
@@ -3257,17 +3257,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_zdl46
         + K33 * t_7xx34
         - K43 * t_r6fwq;
-    const real t_n2cd5 = K11 * t_wkyrz - t_f2nhc * t_ksd26 - t_f2nhc_2 * t_imzpc;
+    const real t_n2cd5 = K11 * t_wkyrz - t_f2nhc_2 * t_ksd26 - t_f2nhc * t_imzpc;
     const real t_g2da4 = t_2qjkk * t_n2cd5
         - PP_v1 * (t_w22j3 * t_wkyrz + t_w22j3_2 * t_ksd26 + t_w22j3_3 * t_imzpc);
-    const real t_jixut = (SELECT0(m_nsst6, t_x2afy * t_g2da4 * t_kntxo) - t_n2cd5) * t_6dtnj_8;
-    const real t_mrgby = t_ksd26 - t_f2nhc * t_jixut;
+    const real t_jixut = (SELECT0(m_nsst6, t_x2afy * t_g2da4 * t_kntxo) - t_n2cd5) * t_6dtnj_3;
+    const real t_mrgby = t_ksd26 - t_f2nhc_2 * t_jixut;
     const real t_fzkuf = t_q2hfz * (t_5x4sb * (t_mrgby * t_y7rm6));
     const real t_oesw4_6 = t_fzkuf * t_nwsjf;
     const real t_iubif_6 = t_bw2jd * (t_3iu34 * t_oesw4_6);
     const real t_27ev7_6 = p[F] * (sin_t_6qa42 * t_iubif_6);
     const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
-    const real t_vrp4j = t_imzpc - t_f2nhc_2 * t_jixut;
+    const real t_vrp4j = t_imzpc - t_f2nhc * t_jixut;
     const real t_aqnqi = t_vrp4j * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf * t_nwsjf_2)));
     const real t_vwbcj_6 = t_q2hfz_2 * (t_2snz7 * t_aqnqi) * t_bifdl;
@@ -3295,27 +3295,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_6 = p[F] * (cos_t_wuiya * t_oesw4_6);
     const real t_iz4zu = SELECT0(m_el4yy, t_s7ixe_6) - t_mrgby + t_gousg * t_hsftr;
     const real t_z5auc_6 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_6)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_6));
-    const real t_24yiu = (t_gousg_2 * t_hsftr - (t_z5auc_6 + t_vrp4j) - K_L32 * t_iz4zu) * t_6dtnj_3;
-    const real t_jzkve_6 = t_iz4zu * t_6dtnj_2 - K_L32 * t_24yiu;
-    const real t_pa2bf_3 = t_hsftr * t_6dtnj + t_gousg * t_jzkve_6 + t_gousg_2 * t_24yiu;
+    const real t_24yiu = (t_gousg_2 * t_hsftr - (t_z5auc_6 + t_vrp4j) - K_L32 * t_iz4zu) * t_6dtnj_6;
+    const real t_jzkve_6 = t_iz4zu * t_6dtnj_5 - K_L32 * t_24yiu;
+    const real t_pa2bf_3 = t_hsftr * t_6dtnj_4 + t_gousg * t_jzkve_6 + t_gousg_2 * t_24yiu;
     const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_o7cco_6 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_6));
     const real t_ycqju_6 = t_ilple_6 - t_s7ixe_6;
     const real t_bac74_6 = SELECT0(m_el4yy, t_ycqju_6) + t_gousg * t_cgxsm_6;
     const real t_pdzxe_6 = p[F] * t_5pi5x_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
-    const real t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_3;
-    const real t_2gufb_6 = t_bac74_6 * t_6dtnj_2 - K_L32 * t_5aqsz_6;
-    const real t_zws6c_6 = t_cgxsm_6 * t_6dtnj + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6;
+    const real t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_6;
+    const real t_2gufb_6 = t_bac74_6 * t_6dtnj_5 - K_L32 * t_5aqsz_6;
+    const real t_zws6c_6 = t_cgxsm_6 * t_6dtnj_4 + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6;
     const real t_djvqz = t_now5h
         + K54 * t_g2ixm
         + K64 * t_xww34
-        - t_hig3c_6 * t_jixut
-        - t_hig3c_6 * t_pa2bf_3
+        - t_hig3c_3 * t_jixut
+        - t_hig3c_3 * t_pa2bf_3
         - t_belws * t_zdl46
         - t_belws * t_jzkve_6
         + K43 * t_7xx34
         + K43 * t_24yiu
         - K44 * t_r6fwq
-        - t_hig3c_6 * t_zws6c_6
+        - t_hig3c_3 * t_zws6c_6
         - t_belws * t_2gufb_6
         + K43 * t_5aqsz_6
         - t_now5h
@@ -3363,14 +3363,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_xww34
         + t_6iku5_2 * t_jixut
         + t_6iku5_2 * t_pa2bf_3
-        + t_edvw3_2 * t_zdl46
-        + t_edvw3_2 * t_jzkve_6
+        + t_edvw3 * t_zdl46
+        + t_edvw3 * t_jzkve_6
         - K63 * t_7xx34
         - K63 * t_24yiu
         + K64 * t_r6fwq
         - t_bknng * t_pdzxe_6
         + t_6iku5_2 * t_zws6c_6
-        + t_edvw3_2 * t_2gufb_6
+        + t_edvw3 * t_2gufb_6
         - K63 * t_5aqsz_6
         + t_3m5c4;
     const real t_juyaj = t_bknng * t_mvrqf_6
@@ -3381,49 +3381,49 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_djvqz
         - K_L65 * t_7n633;
     const real t_2wnxs = t_juyaj * t_6dtnj_9;
-    const real t_kucq3 = t_7n633 * t_6dtnj_5 - K_L65 * t_2wnxs;
-    const real t_wiqmu = t_djvqz * t_6dtnj_4 - K_L54 * t_kucq3 - K_L64 * t_2wnxs;
-    const real t_swpvc = t_472i2_2 * t_6dtnj_3 - K_L43 * t_wiqmu - K_L53 * t_kucq3 - K_L63 * t_2wnxs;
-    const real t_twu2h = t_icxiv_2 * t_6dtnj_2
+    const real t_kucq3 = t_7n633 * t_6dtnj_8 - K_L65 * t_2wnxs;
+    const real t_wiqmu = t_djvqz * t_6dtnj_7 - K_L54 * t_kucq3 - K_L64 * t_2wnxs;
+    const real t_swpvc = t_472i2_2 * t_6dtnj_6 - K_L43 * t_wiqmu - K_L53 * t_kucq3 - K_L63 * t_2wnxs;
+    const real t_twu2h = t_icxiv_2 * t_6dtnj_5
         - K_L32 * t_swpvc
         + t_ae46j * t_wiqmu
         - K_L52 * t_kucq3
         + t_o5wmi * t_2wnxs;
-    const real t_xwzro = t_wlxmt_2 * t_6dtnj
+    const real t_xwzro = t_wlxmt_2 * t_6dtnj_4
         + t_gousg * t_twu2h
         + t_gousg_2 * t_swpvc
         + t_w6lcf * t_wiqmu
         + t_thnvm * t_kucq3
         + t_thnvm_2 * t_2wnxs;
     const real t_l4zsv = f_v1_L21 * c[r3];
-    const real t_htryl = (f_v1_L31 * c[r3] - f_v1_L32 * t_l4zsv) * t_6dtnj_7;
-    const real t_3uh2q = t_l4zsv * t_6dtnj_6 - f_v1_L32 * t_htryl;
+    const real t_htryl = (f_v1_L31 * c[r3] - f_v1_L32 * t_l4zsv) * t_6dtnj_2;
+    const real t_3uh2q = t_l4zsv * t_6dtnj - f_v1_L32 * t_htryl;
     const real t_rtewd = x_C * t_htryl;
     const real t_g5ive = x_C * t_3uh2q;
     const real t_dm4kc = c[r3] * t_a2lgz + f_v1_L21 * t_3uh2q + f_v1_L31 * t_htryl;
     const real t_4jurt = K52 * t_htryl
-        + t_edvw3_2 * t_3uh2q
+        + t_edvw3 * t_3uh2q
         + K22 * t_rtewd
         - K32 * t_g5ive
         + t_belws * t_dm4kc;
-    const real t_uyjyp = t_hig3c_6 * t_dm4kc
-        - (t_6iku5 * t_htryl - t_6iku5_2 * t_3uh2q + t_f2nhc * t_rtewd - t_f2nhc_2 * t_g5ive);
+    const real t_uyjyp = t_hig3c_3 * t_dm4kc
+        - (t_6iku5 * t_htryl - t_6iku5_2 * t_3uh2q + t_f2nhc_2 * t_rtewd - t_f2nhc * t_g5ive);
     const real t_an4bv = K53 * t_htryl
         - K63 * t_3uh2q
         + K32 * t_rtewd
         - K33 * t_g5ive
         - K43 * t_dm4kc;
-    const real t_u2h2q = K11 * t_uyjyp - t_f2nhc * t_4jurt - t_f2nhc_2 * t_an4bv;
+    const real t_u2h2q = K11 * t_uyjyp - t_f2nhc_2 * t_4jurt - t_f2nhc * t_an4bv;
     const real t_757oc = t_2qjkk * t_u2h2q
         - PP_v1 * (t_w22j3 * t_uyjyp + t_w22j3_2 * t_4jurt + t_w22j3_3 * t_an4bv);
-    const real t_swglb_2 = (SELECT0(m_nsst6, t_x2afy * t_757oc * t_kntxo) - t_u2h2q) * t_6dtnj_8;
-    const real t_nrerg = t_4jurt - t_f2nhc * t_swglb_2;
+    const real t_swglb_2 = (SELECT0(m_nsst6, t_x2afy * t_757oc * t_kntxo) - t_u2h2q) * t_6dtnj_3;
+    const real t_nrerg = t_4jurt - t_f2nhc_2 * t_swglb_2;
     const real t_yjieb_2 = t_q2hfz * (t_5x4sb * (t_nrerg * t_y7rm6));
     const real t_oesw4_7 = t_yjieb_2 * t_nwsjf;
     const real t_iubif_7 = t_bw2jd * (t_3iu34 * t_oesw4_7);
     const real t_27ev7_7 = p[F] * (sin_t_6qa42 * t_iubif_7);
     const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
-    const real t_z76dl = t_an4bv - t_f2nhc_2 * t_swglb_2;
+    const real t_z76dl = t_an4bv - t_f2nhc * t_swglb_2;
     const real t_f7lty_2 = t_z76dl * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_yjieb_2 * t_nwsjf_2)));
     const real t_vwbcj_7 = t_q2hfz_2 * (t_2snz7 * t_f7lty_2) * t_bifdl;
@@ -3447,26 +3447,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_7 = p[F] * (cos_t_wuiya * t_oesw4_7);
     const real t_a45m5_2 = SELECT0(m_el4yy, t_s7ixe_7) - t_nrerg + t_gousg * t_beujg;
     const real t_z5auc_7 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_7)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_7));
-    const real t_7yrbe_2 = (t_gousg_2 * t_beujg - (t_z5auc_7 + t_z76dl) - K_L32 * t_a45m5_2) * t_6dtnj_3;
-    const real t_jzkve_7 = t_a45m5_2 * t_6dtnj_2 - K_L32 * t_7yrbe_2;
-    const real t_bxhep_2 = t_beujg * t_6dtnj + t_gousg * t_jzkve_7 + t_gousg_2 * t_7yrbe_2;
+    const real t_7yrbe_2 = (t_gousg_2 * t_beujg - (t_z5auc_7 + t_z76dl) - K_L32 * t_a45m5_2) * t_6dtnj_6;
+    const real t_jzkve_7 = t_a45m5_2 * t_6dtnj_5 - K_L32 * t_7yrbe_2;
+    const real t_bxhep_2 = t_beujg * t_6dtnj_4 + t_gousg * t_jzkve_7 + t_gousg_2 * t_7yrbe_2;
     const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_o7cco_7 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_7));
     const real t_ycqju_7 = t_ilple_7 - t_s7ixe_7;
     const real t_bac74_7 = SELECT0(m_el4yy, t_ycqju_7) + t_gousg * t_cgxsm_7;
     const real t_pdzxe_7 = p[F] * t_5pi5x_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
-    const real t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_3;
-    const real t_2gufb_7 = t_bac74_7 * t_6dtnj_2 - K_L32 * t_5aqsz_7;
-    const real t_zws6c_7 = t_cgxsm_7 * t_6dtnj + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7;
+    const real t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_6;
+    const real t_2gufb_7 = t_bac74_7 * t_6dtnj_5 - K_L32 * t_5aqsz_7;
+    const real t_zws6c_7 = t_cgxsm_7 * t_6dtnj_4 + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7;
     const real t_y4jvf = K54 * t_htryl
         - K64 * t_3uh2q
-        - t_hig3c_6 * t_swglb_2
-        - t_hig3c_6 * t_bxhep_2
+        - t_hig3c_3 * t_swglb_2
+        - t_hig3c_3 * t_bxhep_2
         - t_belws * t_rtewd
         - t_belws * t_jzkve_7
         - K43 * t_g5ive
         + K43 * t_7yrbe_2
         - K44 * t_dm4kc
-        - t_hig3c_6 * t_zws6c_7
+        - t_hig3c_3 * t_zws6c_7
         - t_belws * t_2gufb_7
         + K43 * t_5aqsz_7
         + t_w6lcf * t_ke372_4
@@ -3496,14 +3496,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K66 * t_3uh2q
         + t_6iku5_2 * t_swglb_2
         + t_6iku5_2 * t_bxhep_2
-        + t_edvw3_2 * t_rtewd
-        + t_edvw3_2 * t_jzkve_7
+        + t_edvw3 * t_rtewd
+        + t_edvw3 * t_jzkve_7
         + K63 * t_g5ive
         - K63 * t_7yrbe_2
         + K64 * t_dm4kc
         - t_bknng * t_pdzxe_7
         + t_6iku5_2 * t_zws6c_7
-        + t_edvw3_2 * t_2gufb_7
+        + t_edvw3 * t_2gufb_7
         - K63 * t_5aqsz_7;
     const real t_75kqc = t_bknng * t_mvrqf_7
         - t_mgyez
@@ -3513,48 +3513,48 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_y4jvf
         - K_L65 * t_elq4v;
     const real t_x7pmp_2 = t_75kqc * t_6dtnj_9;
-    const real t_7k2fu = t_elq4v * t_6dtnj_5 - K_L65 * t_x7pmp_2;
-    const real t_g4uwm = t_y4jvf * t_6dtnj_4 - K_L54 * t_7k2fu - K_L64 * t_x7pmp_2;
-    const real t_2cs7o_2 = t_uf3i2_4 * t_6dtnj_3 - K_L43 * t_g4uwm - K_L53 * t_7k2fu - K_L63 * t_x7pmp_2;
-    const real t_7wo2a_2 = t_eokqz_4 * t_6dtnj_2
+    const real t_7k2fu = t_elq4v * t_6dtnj_8 - K_L65 * t_x7pmp_2;
+    const real t_g4uwm = t_y4jvf * t_6dtnj_7 - K_L54 * t_7k2fu - K_L64 * t_x7pmp_2;
+    const real t_2cs7o_2 = t_uf3i2_4 * t_6dtnj_6 - K_L43 * t_g4uwm - K_L53 * t_7k2fu - K_L63 * t_x7pmp_2;
+    const real t_7wo2a_2 = t_eokqz_4 * t_6dtnj_5
         - K_L32 * t_2cs7o_2
         + t_ae46j * t_g4uwm
         - K_L52 * t_7k2fu
         + t_o5wmi * t_x7pmp_2;
-    const real t_ybvqd_2 = t_ke372_4 * t_6dtnj
+    const real t_ybvqd_2 = t_ke372_4 * t_6dtnj_4
         + t_gousg * t_7wo2a_2
         + t_gousg_2 * t_2cs7o_2
         + t_w6lcf * t_g4uwm
         + t_thnvm * t_7k2fu
         + t_thnvm_2 * t_x7pmp_2;
-    const real t_mwlgk = f_v1_L32 * c[r5] * t_6dtnj_7;
-    const real t_qdsor = c[r5] * t_6dtnj_6 + f_v1_L32 * t_mwlgk;
+    const real t_mwlgk = f_v1_L32 * c[r5] * t_6dtnj_2;
+    const real t_qdsor = c[r5] * t_6dtnj + f_v1_L32 * t_mwlgk;
     const real t_s2k4l = x_C * t_mwlgk;
     const real t_cnqpv = x_C * t_qdsor;
     const real t_tmrxp = f_v1_L31 * t_mwlgk - f_v1_L21 * t_qdsor;
     const real t_6revy = K52 * t_mwlgk
-        - t_edvw3_2 * t_qdsor
+        - t_edvw3 * t_qdsor
         + K22 * t_s2k4l
         + K32 * t_cnqpv
         + t_belws * t_tmrxp;
-    const real t_fxood = t_hig3c_6 * t_tmrxp
-        - (t_6iku5 * t_mwlgk + t_6iku5_2 * t_qdsor + t_f2nhc * t_s2k4l + t_f2nhc_2 * t_cnqpv);
+    const real t_fxood = t_hig3c_3 * t_tmrxp
+        - (t_6iku5 * t_mwlgk + t_6iku5_2 * t_qdsor + t_f2nhc_2 * t_s2k4l + t_f2nhc * t_cnqpv);
     const real t_ye66p = K53 * t_mwlgk
         + K63 * t_qdsor
         + K32 * t_s2k4l
         + K33 * t_cnqpv
         - K43 * t_tmrxp;
-    const real t_6faqs = K11 * t_fxood - t_f2nhc * t_6revy - t_f2nhc_2 * t_ye66p;
+    const real t_6faqs = K11 * t_fxood - t_f2nhc_2 * t_6revy - t_f2nhc * t_ye66p;
     const real t_qxdxu = t_2qjkk * t_6faqs
         - PP_v1 * (t_w22j3 * t_fxood + t_w22j3_2 * t_6revy + t_w22j3_3 * t_ye66p);
-    const real t_swglb_3 = (SELECT0(m_nsst6, t_x2afy * t_qxdxu * t_kntxo) - t_6faqs) * t_6dtnj_8;
-    const real t_3cdhj = t_6revy - t_f2nhc * t_swglb_3;
+    const real t_swglb_3 = (SELECT0(m_nsst6, t_x2afy * t_qxdxu * t_kntxo) - t_6faqs) * t_6dtnj_3;
+    const real t_3cdhj = t_6revy - t_f2nhc_2 * t_swglb_3;
     const real t_yjieb_3 = t_q2hfz * (t_5x4sb * (t_3cdhj * t_y7rm6));
     const real t_oesw4_8 = t_yjieb_3 * t_nwsjf;
     const real t_iubif_8 = t_bw2jd * (t_3iu34 * t_oesw4_8);
     const real t_27ev7_8 = p[F] * (sin_t_6qa42 * t_iubif_8);
     const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
-    const real t_ui7d2 = t_ye66p - t_f2nhc_2 * t_swglb_3;
+    const real t_ui7d2 = t_ye66p - t_f2nhc * t_swglb_3;
     const real t_f7lty_3 = t_ui7d2 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_yjieb_3 * t_nwsjf_2)));
     const real t_vwbcj_8 = t_q2hfz_2 * (t_2snz7 * t_f7lty_3) * t_bifdl;
@@ -3578,26 +3578,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_8 = p[F] * (cos_t_wuiya * t_oesw4_8);
     const real t_a45m5_3 = SELECT0(m_el4yy, t_s7ixe_8) - t_3cdhj + t_gousg * t_rd5nq;
     const real t_z5auc_8 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_8)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_8));
-    const real t_7yrbe_3 = (t_gousg_2 * t_rd5nq - (t_z5auc_8 + t_ui7d2) - K_L32 * t_a45m5_3) * t_6dtnj_3;
-    const real t_jzkve_8 = t_a45m5_3 * t_6dtnj_2 - K_L32 * t_7yrbe_3;
-    const real t_bxhep_3 = t_rd5nq * t_6dtnj + t_gousg * t_jzkve_8 + t_gousg_2 * t_7yrbe_3;
+    const real t_7yrbe_3 = (t_gousg_2 * t_rd5nq - (t_z5auc_8 + t_ui7d2) - K_L32 * t_a45m5_3) * t_6dtnj_6;
+    const real t_jzkve_8 = t_a45m5_3 * t_6dtnj_5 - K_L32 * t_7yrbe_3;
+    const real t_bxhep_3 = t_rd5nq * t_6dtnj_4 + t_gousg * t_jzkve_8 + t_gousg_2 * t_7yrbe_3;
     const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_o7cco_8 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_8));
     const real t_ycqju_8 = t_ilple_8 - t_s7ixe_8;
     const real t_bac74_8 = SELECT0(m_el4yy, t_ycqju_8) + t_gousg * t_cgxsm_8;
     const real t_pdzxe_8 = p[F] * t_5pi5x_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
-    const real t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_3;
-    const real t_2gufb_8 = t_bac74_8 * t_6dtnj_2 - K_L32 * t_5aqsz_8;
-    const real t_zws6c_8 = t_cgxsm_8 * t_6dtnj + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8;
+    const real t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_6;
+    const real t_2gufb_8 = t_bac74_8 * t_6dtnj_5 - K_L32 * t_5aqsz_8;
+    const real t_zws6c_8 = t_cgxsm_8 * t_6dtnj_4 + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8;
     const real t_ikj36 = K54 * t_mwlgk
         + K64 * t_qdsor
-        - t_hig3c_6 * t_swglb_3
-        - t_hig3c_6 * t_bxhep_3
+        - t_hig3c_3 * t_swglb_3
+        - t_hig3c_3 * t_bxhep_3
         - t_belws * t_s2k4l
         - t_belws * t_jzkve_8
         + K43 * t_cnqpv
         + K43 * t_7yrbe_3
         - K44 * t_tmrxp
-        - t_hig3c_6 * t_zws6c_8
+        - t_hig3c_3 * t_zws6c_8
         - t_belws * t_2gufb_8
         + K43 * t_5aqsz_8
         + t_w6lcf * t_ke372_5
@@ -3627,14 +3627,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_qdsor
         + t_6iku5_2 * t_swglb_3
         + t_6iku5_2 * t_bxhep_3
-        + t_edvw3_2 * t_s2k4l
-        + t_edvw3_2 * t_jzkve_8
+        + t_edvw3 * t_s2k4l
+        + t_edvw3 * t_jzkve_8
         - K63 * t_cnqpv
         - K63 * t_7yrbe_3
         + K64 * t_tmrxp
         - t_bknng * t_pdzxe_8
         + t_6iku5_2 * t_zws6c_8
-        + t_edvw3_2 * t_2gufb_8
+        + t_edvw3 * t_2gufb_8
         - K63 * t_5aqsz_8;
     const real t_t5i4q = t_bknng * t_mvrqf_8
         - t_4grep
@@ -3644,48 +3644,48 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_ikj36
         - K_L65 * t_hgijf;
     const real t_x7pmp_3 = t_t5i4q * t_6dtnj_9;
-    const real t_j2m6l = t_hgijf * t_6dtnj_5 - K_L65 * t_x7pmp_3;
-    const real t_quoxi = t_ikj36 * t_6dtnj_4 - K_L54 * t_j2m6l - K_L64 * t_x7pmp_3;
-    const real t_2cs7o_3 = t_uf3i2_5 * t_6dtnj_3 - K_L43 * t_quoxi - K_L53 * t_j2m6l - K_L63 * t_x7pmp_3;
-    const real t_7wo2a_3 = t_eokqz_5 * t_6dtnj_2
+    const real t_j2m6l = t_hgijf * t_6dtnj_8 - K_L65 * t_x7pmp_3;
+    const real t_quoxi = t_ikj36 * t_6dtnj_7 - K_L54 * t_j2m6l - K_L64 * t_x7pmp_3;
+    const real t_2cs7o_3 = t_uf3i2_5 * t_6dtnj_6 - K_L43 * t_quoxi - K_L53 * t_j2m6l - K_L63 * t_x7pmp_3;
+    const real t_7wo2a_3 = t_eokqz_5 * t_6dtnj_5
         - K_L32 * t_2cs7o_3
         + t_ae46j * t_quoxi
         - K_L52 * t_j2m6l
         + t_o5wmi * t_x7pmp_3;
-    const real t_ybvqd_3 = t_ke372_5 * t_6dtnj
+    const real t_ybvqd_3 = t_ke372_5 * t_6dtnj_4
         + t_gousg * t_7wo2a_3
         + t_gousg_2 * t_2cs7o_3
         + t_w6lcf * t_quoxi
         + t_thnvm * t_j2m6l
         + t_thnvm_2 * t_x7pmp_3;
-    const real t_jy5ka = c[r7] * t_6dtnj_7;
+    const real t_jy5ka = c[r7] * t_6dtnj_2;
     const real t_3jlkn = f_v1_L32 * t_jy5ka;
     const real t_odnql = x_C * t_jy5ka;
     const real t_vzqik = x_C * t_3jlkn;
     const real t_zir4r = f_v1_L21 * t_3jlkn - f_v1_L31 * t_jy5ka;
-    const real t_fiep3 = t_edvw3_2 * t_3jlkn
+    const real t_fiep3 = t_edvw3 * t_3jlkn
         - K52 * t_jy5ka
         - K22 * t_odnql
         - K32 * t_vzqik
         + t_belws * t_zir4r;
-    const real t_2iu5w = t_hig3c_6 * t_zir4r
-        + (t_6iku5 * t_jy5ka + t_6iku5_2 * t_3jlkn + t_f2nhc * t_odnql + t_f2nhc_2 * t_vzqik);
+    const real t_2iu5w = t_hig3c_3 * t_zir4r
+        + (t_6iku5 * t_jy5ka + t_6iku5_2 * t_3jlkn + t_f2nhc_2 * t_odnql + t_f2nhc * t_vzqik);
     const real t_6kbkm = K53 * t_jy5ka
         + K63 * t_3jlkn
         + K32 * t_odnql
         + K33 * t_vzqik
         + K43 * t_zir4r;
-    const real t_2n6tj = K11 * t_2iu5w - t_f2nhc * t_fiep3 + t_f2nhc_2 * t_6kbkm;
+    const real t_2n6tj = K11 * t_2iu5w - t_f2nhc_2 * t_fiep3 + t_f2nhc * t_6kbkm;
     const real t_ixn2v = t_2qjkk * t_2n6tj
         - PP_v1 * (t_w22j3 * t_2iu5w + t_w22j3_2 * t_fiep3 - t_w22j3_3 * t_6kbkm);
-    const real t_i7c3b = (SELECT0(m_nsst6, t_x2afy * t_ixn2v * t_kntxo) - t_2n6tj) * t_6dtnj_8;
-    const real t_v24bf = t_fiep3 - t_f2nhc * t_i7c3b;
+    const real t_i7c3b = (SELECT0(m_nsst6, t_x2afy * t_ixn2v * t_kntxo) - t_2n6tj) * t_6dtnj_3;
+    const real t_v24bf = t_fiep3 - t_f2nhc_2 * t_i7c3b;
     const real t_j5pkq = t_q2hfz * (t_5x4sb * (t_v24bf * t_y7rm6));
     const real t_oesw4_9 = t_j5pkq * t_nwsjf;
     const real t_iubif_9 = t_bw2jd * (t_3iu34 * t_oesw4_9);
     const real t_27ev7_9 = p[F] * (sin_t_6qa42 * t_iubif_9);
     const real t_wzmp3_9 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_9));
-    const real t_pbobs = t_6kbkm + t_f2nhc_2 * t_i7c3b;
+    const real t_pbobs = t_6kbkm + t_f2nhc * t_i7c3b;
     const real t_zldok = SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_j5pkq * t_nwsjf_2)))
         - t_pbobs * t_y7rm6 * t_v2nh3;
     const real t_vwbcj_9 = t_q2hfz_2 * (t_2snz7 * t_zldok) * t_bifdl;
@@ -3709,23 +3709,23 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_9 = p[F] * (cos_t_wuiya * t_oesw4_9);
     const real t_ikbay = SELECT0(m_el4yy, t_s7ixe_9) - t_v24bf + t_gousg * t_fu2xa;
     const real t_z5auc_9 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_9)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_9));
-    const real t_vtclj = (t_gousg_2 * t_fu2xa - (t_z5auc_9 - t_pbobs) - K_L32 * t_ikbay) * t_6dtnj_3;
-    const real t_jzkve_9 = t_ikbay * t_6dtnj_2 - K_L32 * t_vtclj;
-    const real t_eg24p = t_fu2xa * t_6dtnj + t_gousg * t_jzkve_9 + t_gousg_2 * t_vtclj;
+    const real t_vtclj = (t_gousg_2 * t_fu2xa - (t_z5auc_9 - t_pbobs) - K_L32 * t_ikbay) * t_6dtnj_6;
+    const real t_jzkve_9 = t_ikbay * t_6dtnj_5 - K_L32 * t_vtclj;
+    const real t_eg24p = t_fu2xa * t_6dtnj_4 + t_gousg * t_jzkve_9 + t_gousg_2 * t_vtclj;
     const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_o7cco_9 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_9));
     const real t_ycqju_9 = t_ilple_9 - t_s7ixe_9;
     const real t_bac74_9 = SELECT0(m_el4yy, t_ycqju_9) + t_gousg * t_cgxsm_9;
     const real t_pdzxe_9 = p[F] * t_5pi5x_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
-    const real t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_3;
-    const real t_2gufb_9 = t_bac74_9 * t_6dtnj_2 - K_L32 * t_5aqsz_9;
-    const real t_zws6c_9 = t_cgxsm_9 * t_6dtnj + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9;
+    const real t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_6;
+    const real t_2gufb_9 = t_bac74_9 * t_6dtnj_5 - K_L32 * t_5aqsz_9;
+    const real t_zws6c_9 = t_cgxsm_9 * t_6dtnj_4 + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9;
     const real t_jaaaz = t_belws * t_odnql
-        - (K54 * t_jy5ka + K64 * t_3jlkn + t_hig3c_6 * t_i7c3b + t_hig3c_6 * t_eg24p)
+        - (K54 * t_jy5ka + K64 * t_3jlkn + t_hig3c_3 * t_i7c3b + t_hig3c_3 * t_eg24p)
         - t_belws * t_jzkve_9
         - K43 * t_vzqik
         + K43 * t_vtclj
         - K44 * t_zir4r
-        - t_hig3c_6 * t_zws6c_9
+        - t_hig3c_3 * t_zws6c_9
         - t_belws * t_2gufb_9
         + K43 * t_5aqsz_9
         + t_w6lcf * t_ke372_6
@@ -3756,14 +3756,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K66 * t_3jlkn
         + t_6iku5_2 * t_i7c3b
         + t_6iku5_2 * t_eg24p
-        - t_edvw3_2 * t_odnql
-        + t_edvw3_2 * t_jzkve_9
+        - t_edvw3 * t_odnql
+        + t_edvw3 * t_jzkve_9
         + K63 * t_vzqik
         - K63 * t_vtclj
         + K64 * t_zir4r
         - t_bknng * t_pdzxe_9
         + t_6iku5_2 * t_zws6c_9
-        + t_edvw3_2 * t_2gufb_9
+        + t_edvw3 * t_2gufb_9
         - K63 * t_5aqsz_9;
     const real t_gh3tt = t_bknng * t_mvrqf_9
         - t_kkkjw
@@ -3773,27 +3773,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_jaaaz
         - K_L65 * t_hcrw6;
     const real t_6xi3r = t_gh3tt * t_6dtnj_9;
-    const real t_ua4mm = t_hcrw6 * t_6dtnj_5 - K_L65 * t_6xi3r;
-    const real t_i5i3p = t_jaaaz * t_6dtnj_4 - K_L54 * t_ua4mm - K_L64 * t_6xi3r;
-    const real t_4ej2p = t_uf3i2_6 * t_6dtnj_3 - K_L43 * t_i5i3p - K_L53 * t_ua4mm - K_L63 * t_6xi3r;
-    const real t_6pl6n = t_eokqz_6 * t_6dtnj_2
+    const real t_ua4mm = t_hcrw6 * t_6dtnj_8 - K_L65 * t_6xi3r;
+    const real t_i5i3p = t_jaaaz * t_6dtnj_7 - K_L54 * t_ua4mm - K_L64 * t_6xi3r;
+    const real t_4ej2p = t_uf3i2_6 * t_6dtnj_6 - K_L43 * t_i5i3p - K_L53 * t_ua4mm - K_L63 * t_6xi3r;
+    const real t_6pl6n = t_eokqz_6 * t_6dtnj_5
         - K_L32 * t_4ej2p
         + t_ae46j * t_i5i3p
         - K_L52 * t_ua4mm
         + t_o5wmi * t_6xi3r;
-    const real t_yswql = t_ke372_6 * t_6dtnj
+    const real t_yswql = t_ke372_6 * t_6dtnj_4
         + t_gousg * t_6pl6n
         + t_gousg_2 * t_4ej2p
         + t_w6lcf * t_i5i3p
         + t_thnvm * t_ua4mm
         + t_thnvm_2 * t_6xi3r;
     const real t_rcy73_2 = p[l1] * sin_phi1;
-    const real t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo_2;
+    const real t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo;
     const real t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_3);
     const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
     const real t_mbiwq = th_1 * (p[I1] * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
     const real t_2btv3 = cos_theta1 * t_mbiwq;
-    const real t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo;
+    const real t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo_2;
     const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_4);
     const real t_vfk7p = chi1 * t_fyz6s_4 - t_fyz6s * t_fyz6s_3;
     const real t_a7om6 = B_1 * t_vfk7p;
@@ -3802,18 +3802,18 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_hjphj_4 = (sin_phi1 + sin_phi1) * cos_phi1;
     const real t_lgf4h_3 = t_yx2kz * t_hjphj_4;
     const real t_xxmph = t_wdxch * t_rsijc * ((D_theta1 + D_theta1) * t_lgf4h_3);
-    const real t_5f3mp = t_wdxch * t_lgf4h_3 - t_lgf4h_2 * t_xxmph;
+    const real t_5f3mp = t_wdxch * t_lgf4h_3 - t_lgf4h * t_xxmph;
     const real t_l6pvj = t_6nwd2 * cos_phi1;
     const real t_zsccx = cos_theta1 * t_l6pvj;
     const real t_kd2zw = p[h1] * t_zsccx;
-    const real t_yrvjy = t_hjphj_3 - t_hjphj_2;
-    const real t_4o523 = t_kd2zw - t_dmccl_2 * t_yrvjy;
+    const real t_yrvjy = t_hjphj_3 - t_hjphj;
+    const real t_4o523 = t_kd2zw - t_dmccl * t_yrvjy;
     const real t_4jgtu = p[m1] * t_rcy73_2;
     const real t_ktd7c = sin_theta1 * t_4jgtu;
     const real t_zgwlq = p[h1] * t_ktd7c;
     const real t_zkocl = cz_theta1 * t_5f3mp + t_al3x7 * t_4o523 + t_if7mv * t_zgwlq;
     const real t_ngwiu = f_v1_L31 * t_a2lgz;
-    const real t_aqlg5 = t_wdxch * ((t_lgf4h_2 + t_lgf4h_2) * t_lgf4h_3) - t_6dxqs * t_xxmph;
+    const real t_aqlg5 = t_wdxch * ((t_lgf4h + t_lgf4h) * t_lgf4h_3) - t_6dxqs * t_xxmph;
     const real t_vnivv = t_zkocl * t_a2lgz + t_ngwiu * t_aqlg5;
     const real t_yrq7x = ax_eq * t_l6pvj;
     const real t_ypnmh = p[h1] * t_l6pvj;
@@ -3840,7 +3840,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - q[wx] * t_iukcq;
     const real t_orkcq = Dd_theta1 * t_hl4xe
         + t_4maxk * t_iukcq
-        - (t_lgf4h_2 * t_bshno + t_7xuxq * t_lgf4h_3 + (k_theta1 * t_lgf4h_3 + t_lgf4h_2 * t_idohm));
+        - (t_lgf4h * t_bshno + t_7xuxq * t_lgf4h_3 + (k_theta1 * t_lgf4h_3 + t_lgf4h * t_idohm));
     const real t_34eed = t_hyv47 * (p[I1] * t_yrq7x + p[I1] * t_v2iqb)
         + (t_wdxch * t_orkcq - t_42oey * t_xxmph);
     const real t_ktd7c_2 = cos_theta1 * t_4jgtu;
@@ -3852,8 +3852,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (cz_phi1 * t_v2iqb - k_phi1 * t_zgwlq)
         + t_4pqij * (q[theta1_dot] * t_zgwlq_2 + q[phi1_dot] * t_kd2zw_2);
     const real t_hjphj_5 = (cos_phi1 + cos_phi1) * sin_phi1;
-    const real t_4o523_2 = t_kd2zw_2 - t_dmccl * t_yrvjy;
-    const real t_xcuyj = t_4maxk * (q[phi1_dot] * (t_dmccl_2 * t_hjphj_4 - t_zgwlq_2 + t_dmccl_2 * t_hjphj_5) - q[theta1_dot] * t_4o523_2);
+    const real t_4o523_2 = t_kd2zw_2 - t_dmccl_2 * t_yrvjy;
+    const real t_xcuyj = t_4maxk * (q[phi1_dot] * (t_dmccl * t_hjphj_4 - t_zgwlq_2 + t_dmccl * t_hjphj_5) - q[theta1_dot] * t_4o523_2);
     const real t_xrjj2 = cz_theta1 * t_bshno
         + t_7xuxq * t_4o523
         + (k_theta1 * t_4o523 + cz_theta1 * t_idohm)
@@ -3865,7 +3865,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_chbo3 * t_zgwlq_2
         + (t_2ksfs * t_v2iqb - k_phi1 * t_zgwlq_2)
         + t_4pqij * (q[phi1_dot] * t_kd2zw - q[theta1_dot] * t_zgwlq);
-    const real t_xcuyj_2 = t_4maxk * (q[theta1_dot] * t_4o523 + q[phi1_dot] * (t_dmccl * t_hjphj_4 - t_zgwlq + t_dmccl * t_hjphj_5));
+    const real t_xcuyj_2 = t_4maxk * (q[theta1_dot] * t_4o523 + q[phi1_dot] * (t_dmccl_2 * t_hjphj_4 - t_zgwlq + t_dmccl_2 * t_hjphj_5));
     const real t_snloo = cy_theta1 * t_bshno
         + t_7xuxq * t_4o523_2
         + (k_theta1 * t_4o523_2 + cy_theta1 * t_idohm)
@@ -3877,25 +3877,25 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_m2xao * t_zgwlq
         + (cz_theta1 * (t_wdxch * t_4o523_2 - cy_theta1 * t_xxmph) + t_nacmc * t_4o523)
         + (f_v1_L31 * t_avnqp + f21_v1 * t_vnivv);
-    const real t_bintu = f_v1_L32 * t_6dtnj_6;
+    const real t_bintu = f_v1_L32 * t_6dtnj;
     const real t_2ksfs_2 = t_2ksfs + t_2ksfs;
     const real t_q5pus = cy_theta1 + cy_theta1;
     const real t_k32xe = t_hyv47 * (t_2ksfs_2 * t_zgwlq_2)
         - (t_wdxch * (t_q5pus * t_4o523_2) - t_yo2ei * t_xxmph)
         - (f_v1_L21 * t_avnqp + f21_v1 * t_hvznm);
-    const real t_ktizf = t_kcwwz * t_6dtnj_6 + t_bintu * t_k32xe;
+    const real t_ktizf = t_kcwwz * t_6dtnj + t_bintu * t_k32xe;
     const real t_oexwn = t_y6t4t * t_vnivv
         - f_v1_L31 * t_34eed
         + (t_hyv47 * t_bl5el + (t_wdxch * t_xrjj2 - t_skje5 * t_xxmph))
         - (f_v1_L32 * t_mzjvi - u_v1_y2 * t_ktizf);
-    const real t_bintu_2 = u_v1_x3 * t_6dtnj_7;
+    const real t_bintu_2 = u_v1_x3 * t_6dtnj_2;
     const real t_q5pus_2 = cz_phi1 + cz_phi1;
     const real t_igsg2 = cz_theta1 + cz_theta1;
     const real t_jpjv6 = t_hyv47 * (t_q5pus_2 * t_zgwlq)
         - (t_wdxch * (t_igsg2 * t_4o523) - t_7mbmh * t_xxmph)
         + (f_v1_L32 * t_kcwwz + t_vk4eg * t_ktizf)
         - (f_v1_L31 * t_zkocl + f31_v1 * t_vnivv);
-    const real t_i3t3d = t_oexwn * t_6dtnj_7 - t_bintu_2 * t_jpjv6;
+    const real t_i3t3d = t_oexwn * t_6dtnj_2 - t_bintu_2 * t_jpjv6;
     const real t_sc6lg = p[I1] * t_ffhbv;
     const real t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg;
     const real t_h4wyb = mv1 * cos_phi1;
@@ -3908,8 +3908,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_g72bf = cos_theta1 * t_mpdlr;
     const real t_5rn7a = t_ltffx - t_kamdk - t_g72bf;
     const real t_kamdk_2 = SC1 * t_5ayhw;
-    const real t_pnxx6 = t_texm7 * t_6dtnj_6;
-    const real t_7sb3c = t_mzjvi * t_6dtnj_6 - t_pnxx6 * t_k32xe - (f_v1_L32 * t_i3t3d - u_v1_x3 * t_ktizf);
+    const real t_pnxx6 = t_texm7 * t_6dtnj;
+    const real t_7sb3c = t_mzjvi * t_6dtnj - t_pnxx6 * t_k32xe - (f_v1_L32 * t_i3t3d - u_v1_x3 * t_ktizf);
     const real t_4ldxn = t_c3bgc + t_sc6lg;
     const real t_pqupo = S_sq1 * t_4ldxn;
     const real t_p3fiz = t_pqupo - t_sc6lg;
@@ -3929,7 +3929,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (u_v1_x3 * t_vnivv + f_v1_L31 * t_i3t3d);
     const real t_prlnv = t_tbc4a
         + (K52 * t_i3t3d + G2_v1 * t_5rn7a)
-        - (G3_v1 * t_kamdk_2 - t_edvw3_2 * t_7sb3c)
+        - (G3_v1 * t_kamdk_2 - t_edvw3 * t_7sb3c)
         + (a2_v1 * t_p3fiz + K22 * t_4car4)
         + (a3_v1 * t_pqupo_2 - K32 * t_stj4x)
         + (t_bewoy * t_dpewl + t_belws * t_2i4nw);
@@ -3943,9 +3943,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_h5zin = t_m6622_2
         + (t_6iku5 * t_i3t3d + G2_v1 * t_f4z55)
         + (G3_v1 * t_f4z55_2 - t_6iku5_2 * t_7sb3c)
-        + (a2_v1 * t_ptemu + t_f2nhc * t_4car4)
-        + (a3_v1 * t_ptemu_2 - t_f2nhc_2 * t_stj4x);
-    const real t_3g2fb = t_bewoy * Bc_1 + t_hig3c_6 * t_2i4nw - t_h5zin;
+        + (a2_v1 * t_ptemu + t_f2nhc_2 * t_4car4)
+        + (a3_v1 * t_ptemu_2 - t_f2nhc * t_stj4x);
+    const real t_3g2fb = t_bewoy * Bc_1 + t_hig3c_3 * t_2i4nw - t_h5zin;
     const real t_2btv3_2 = sin_theta1 * t_mbiwq;
     const real t_tbc4a_2 = cos_theta1 * t_m6622 - t_2btv3_2;
     const real t_g72bf_2 = sin_theta1 * t_mpdlr;
@@ -3961,24 +3961,24 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_bewoy * t_dpewl_2 + K43 * t_2i4nw);
     const real t_6dm26 = K11 * t_3g2fb
         - q1_v1 * t_c3bgc
-        - (q2_v1 * t_ptemu + t_f2nhc * t_prlnv)
-        - (q3_v1 * t_ptemu_2 + t_f2nhc_2 * t_vl4zu);
-    const real t_f2nhc_3 = t_f2nhc + t_f2nhc;
+        - (q2_v1 * t_ptemu + t_f2nhc_2 * t_prlnv)
+        - (q3_v1 * t_ptemu_2 + t_f2nhc * t_vl4zu);
+    const real t_f2nhc_3 = t_f2nhc_2 + t_f2nhc_2;
     const real t_2qjkk_2 = K11 + K11;
-    const real t_f2nhc_4 = t_f2nhc_2 + t_f2nhc_2;
+    const real t_f2nhc_4 = t_f2nhc + t_f2nhc;
     const real t_bxkhr = t_f2nhc_3 * t_ptemu - t_2qjkk_2 * t_c3bgc + t_f2nhc_4 * t_ptemu_2;
     const real t_zmaj6 = t_teqv5 * t_bxkhr
         + PP_v1 * (t_w22j3 * t_3g2fb + t_w22j3_2 * t_prlnv + t_w22j3_3 * t_vl4zu);
-    const real t_3wdoe = t_arpa7 * t_6dtnj_8;
-    const real t_sj2v6 = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_6dm26 - t_zmaj6) * t_kntxo) - t_6dm26) * t_6dtnj_8
+    const real t_3wdoe = t_arpa7 * t_6dtnj_3;
+    const real t_sj2v6 = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_6dm26 - t_zmaj6) * t_kntxo) - t_6dm26) * t_6dtnj_3
         - t_3wdoe * t_bxkhr;
-    const real t_7576r = t_prlnv - (t_arpa7 * t_ptemu + t_f2nhc * t_sj2v6);
+    const real t_7576r = t_prlnv - (t_arpa7 * t_ptemu + t_f2nhc_2 * t_sj2v6);
     const real t_r2hk5 = t_q2hfz * (t_5x4sb * (t_7576r * t_y7rm6));
     const real t_7vxmt = t_r2hk5 * t_nwsjf;
     const real t_iubif_10 = t_bw2jd * (t_3iu34 * t_7vxmt);
     const real t_27ev7_10 = p[F] * (sin_t_6qa42 * t_iubif_10);
     const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
-    const real t_mvmaw = t_vl4zu - (t_arpa7 * t_ptemu_2 + t_f2nhc_2 * t_sj2v6);
+    const real t_mvmaw = t_vl4zu - (t_arpa7 * t_ptemu_2 + t_f2nhc * t_sj2v6);
     const real t_uqm5u = t_mvmaw * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_r2hk5 * t_nwsjf_2)));
     const real t_i25zk = t_q2hfz_2 * (t_2snz7 * t_uqm5u) * t_bifdl;
@@ -3990,50 +3990,50 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
     const real t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2;
     const real t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l;
-    const real t_sjhta = t_njixh * t_6dtnj;
-    const real t_5ewry = t_sjhta * t_6dtnj;
+    const real t_sjhta = t_njixh * t_6dtnj_4;
+    const real t_5ewry = t_sjhta * t_6dtnj_4;
     const real t_b4c42 = sin_t_6qa42 * p[F];
     const real t_ycskf = t_b4c42 - n2 + t_gousg * t_njixh;
-    const real t_e3z3n = t_ycskf * t_6dtnj_2;
+    const real t_e3z3n = t_ycskf * t_6dtnj_5;
     const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
     const real t_vhcjl = t_gousg_2 * t_njixh - (t_gyv2s + n3) - K_L32 * t_ycskf;
-    const real t_n2a4t = t_vhcjl * t_6dtnj_3;
+    const real t_n2a4t = t_vhcjl * t_6dtnj_6;
     const real t_4z6my = t_irojk * cos_t_vuw2a - (q1_v1 + K11 * t_arpa7);
-    const real t_spwqr = t_4z6my * t_6dtnj;
+    const real t_spwqr = t_4z6my * t_6dtnj_4;
     const real t_56r2w = p[F] * sin_t_wuiya;
     const real t_oez3j = t_56r2w - t_j4iq4 + t_gousg * t_4z6my;
-    const real t_pjalt = t_oez3j * t_6dtnj_2;
+    const real t_pjalt = t_oez3j * t_6dtnj_5;
     const real t_rc6ns = t_irojk * sin_t_vuw2a;
-    const real t_wrgts = (t_gousg_2 * t_4z6my - (t_rc6ns + t_j4iq4_2) - K_L32 * t_oez3j) * t_6dtnj_3;
+    const real t_wrgts = (t_gousg_2 * t_4z6my - (t_rc6ns + t_j4iq4_2) - K_L32 * t_oez3j) * t_6dtnj_6;
     const real t_z4go7 = t_pjalt - K_L32 * t_wrgts;
     const real t_5a3aj = t_spwqr + t_gousg * t_z4go7 + t_gousg_2 * t_wrgts;
     const real t_lurhj = t_zmkrd_2 * cos_t_kl6tx - t_irojk_2 * cos_t_vuw2a;
-    const real t_aqadx = t_lurhj * t_6dtnj;
+    const real t_aqadx = t_lurhj * t_6dtnj_4;
     const real t_76oy7 = p[F] * sin_t_6qa42 - t_56r2w;
     const real t_zoi3s = t_76oy7 + t_gousg * t_lurhj;
-    const real t_7o25l = t_zoi3s * t_6dtnj_2;
+    const real t_7o25l = t_zoi3s * t_6dtnj_5;
     const real t_qfukh = t_a7hee * p[F] - t_zmkrd_2 * sin_t_kl6tx;
-    const real t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_3;
+    const real t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_6;
     const real t_37lel = t_7o25l - K_L32 * t_g54r5;
     const real t_6kh3y = t_aqadx + t_gousg * t_37lel + t_gousg_2 * t_g54r5;
     const real t_54heb = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_hig3c_6 * t_arpa7
-        - t_hig3c_6 * t_5a3aj
+        - t_hig3c_3 * t_arpa7
+        - t_hig3c_3 * t_5a3aj
         - t_belws * a2_v1
         - t_belws * t_z4go7
         + K43 * a3_v1
         + K43 * t_wrgts
         - K44 * t_bewoy
-        - t_hig3c_6 * t_6kh3y
+        - t_hig3c_3 * t_6kh3y
         - t_belws * t_37lel
         + K43 * t_g54r5
         - n4
         + t_w6lcf * t_njixh
         + t_ae46j * t_ycskf
         - K_L43 * t_vhcjl;
-    const real t_ja64b = t_54heb * t_6dtnj_4;
+    const real t_ja64b = t_54heb * t_6dtnj_7;
     const real t_bizo5 = n5
         + G2_v1 * K55
         + G3_v1 * K65
@@ -4055,21 +4055,21 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L52 * t_ycskf
         - K_L53 * t_vhcjl
         - K_L54 * t_54heb;
-    const real t_h4twy = t_bizo5 * t_6dtnj_5;
+    const real t_h4twy = t_bizo5 * t_6dtnj_8;
     const real t_u2bc4 = t_rc6ns * t_bknng
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
         + t_6iku5_2 * t_arpa7
         + t_6iku5_2 * t_5a3aj
-        + t_edvw3_2 * a2_v1
-        + t_edvw3_2 * t_z4go7
+        + t_edvw3 * a2_v1
+        + t_edvw3 * t_z4go7
         - K63 * a3_v1
         - K63 * t_wrgts
         + K64 * t_bewoy
         - t_qfukh * t_bknng
         + t_6iku5_2 * t_6kh3y
-        + t_edvw3_2 * t_37lel
+        + t_edvw3 * t_37lel
         - K63 * t_g54r5
         + n6;
     const real t_di4zv = t_gyv2s * t_bknng
@@ -4088,17 +4088,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_ae46j * t_qn62h
         - K_L52 * t_uddr7
         + t_o5wmi * t_dcknb;
-    const real t_jza4m = t_gousg * t_6dtnj;
-    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc;
+    const real t_jza4m = t_gousg * t_6dtnj_4;
+    const real t_zczsz = t_ptemu * t_6dtnj_4 + t_jza4m * t_c3bgc;
     const real t_ilple_10 = p[F] * (cos_t_6qa42 * t_iubif_10);
     const real t_te25h = SELECT0(m_el4yy, t_ilple_10) - t_tbc4a + (t_njixh * t_zczsz + t_gousg * t_hvdh4);
-    const real t_2did4 = t_e3z3n * t_6dtnj_2;
-    const real t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
-    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
-    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc;
-    const real t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
-    const real t_bintu_3 = K_L32 * t_6dtnj_2;
-    const real t_3qaii = t_af7ak * t_6dtnj_2 - t_bintu_3 * t_7kvzm;
+    const real t_2did4 = t_e3z3n * t_6dtnj_5;
+    const real t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc_2 * t_zczsz);
+    const real t_jza4m_2 = t_gousg_2 * t_6dtnj_4;
+    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj_4 + t_jza4m_2 * t_c3bgc;
+    const real t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc_2 * t_zczsz_2);
+    const real t_bintu_3 = K_L32 * t_6dtnj_5;
+    const real t_3qaii = t_af7ak * t_6dtnj_5 - t_bintu_3 * t_7kvzm;
     const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
     const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
     const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
@@ -4106,20 +4106,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_gousg_2 * t_hvdh4
         - (t_mvrqf_10 + t_tbc4a_2)
         - (t_ycskf * t_3qaii + K_L32 * t_te25h);
-    const real t_y267s = t_n2a4t * t_6dtnj_3;
+    const real t_y267s = t_n2a4t * t_6dtnj_6;
     const real t_etwy6 = t_2zhno
         - (K_L32 * t_af7ak + t_7exg5 * t_3qaii)
-        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
-    const real t_4pum4 = t_w6lcf * t_6dtnj;
-    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc;
-    const real t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
-    const real t_l3pbw = t_ae46j * t_6dtnj_2;
-    const real t_m5omm = t_sxhu6 * t_6dtnj_2 - t_l3pbw * t_7kvzm;
+        - (t_gousg_2 * t_ptemu_2 + t_f2nhc * t_zczsz_2);
+    const real t_4pum4 = t_w6lcf * t_6dtnj_4;
+    const real t_aqch6 = Bc_1 * t_6dtnj_4 + t_4pum4 * t_c3bgc;
+    const real t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc_2 * t_aqch6);
+    const real t_l3pbw = t_ae46j * t_6dtnj_5;
+    const real t_m5omm = t_sxhu6 * t_6dtnj_5 - t_l3pbw * t_7kvzm;
     const real t_tfhej = t_dpewl_2
         + (t_ae46j * t_af7ak + t_7exg5 * t_m5omm)
-        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
-    const real t_bintu_4 = K_L43 * t_6dtnj_3;
-    const real t_xc35z = t_tfhej * t_6dtnj_3 - t_bintu_4 * t_etwy6;
+        - (t_w6lcf * t_ptemu_2 + t_f2nhc * t_aqch6);
+    const real t_bintu_4 = K_L43 * t_6dtnj_6;
+    const real t_xc35z = t_tfhej * t_6dtnj_6 - t_bintu_4 * t_etwy6;
     const real t_kktyp = t_aqrn5 * Bc_1 + p[l1] * t_a7om6;
     const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
     const real t_2ihny = t_kktyp - t_wuzra;
@@ -4136,78 +4136,78 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_i6ani = t_o7cco_10
         + SELECT0(m_uklky, t_irojk * t_wmzoo_10)
         - (t_3g2fb + (K11 * t_sj2v6 - t_arpa7 * t_c3bgc));
-    const real t_bbkmr = t_spwqr * t_6dtnj;
+    const real t_bbkmr = t_spwqr * t_6dtnj_4;
     const real t_s7ixe_10 = p[F] * (cos_t_wuiya * t_7vxmt);
     const real t_nfrvk = SELECT0(m_el4yy, t_s7ixe_10) - t_7576r + (t_4z6my * t_zczsz + t_gousg * t_i6ani);
-    const real t_5umxj = t_pjalt * t_6dtnj_2;
+    const real t_5umxj = t_pjalt * t_6dtnj_5;
     const real t_z5auc_10 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_10)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_10));
     const real t_pibkw = t_4z6my * t_zczsz_2
         + t_gousg_2 * t_i6ani
         - (t_z5auc_10 + t_mvmaw)
         - (t_oez3j * t_3qaii + K_L32 * t_nfrvk);
-    const real t_knagq = t_wrgts * t_6dtnj_3;
-    const real t_gwjoz = t_pibkw * t_6dtnj_3 - t_knagq * t_etwy6;
-    const real t_doo5h = t_nfrvk * t_6dtnj_2 - t_5umxj * t_7kvzm - (t_wrgts * t_3qaii + K_L32 * t_gwjoz);
-    const real t_2kaei = t_i6ani * t_6dtnj
+    const real t_knagq = t_wrgts * t_6dtnj_6;
+    const real t_gwjoz = t_pibkw * t_6dtnj_6 - t_knagq * t_etwy6;
+    const real t_doo5h = t_nfrvk * t_6dtnj_5 - t_5umxj * t_7kvzm - (t_wrgts * t_3qaii + K_L32 * t_gwjoz);
+    const real t_2kaei = t_i6ani * t_6dtnj_4
         + t_bbkmr * t_c3bgc
         + (t_z4go7 * t_zczsz + t_gousg * t_doo5h)
         + (t_wrgts * t_zczsz_2 + t_gousg_2 * t_gwjoz);
     const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_o7cco_10 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_10));
-    const real t_3eyvc = t_aqadx * t_6dtnj;
+    const real t_3eyvc = t_aqadx * t_6dtnj_4;
     const real t_ycqju_10 = t_ilple_10 - t_s7ixe_10;
     const real t_nopke = SELECT0(m_el4yy, t_ycqju_10) + (t_lurhj * t_zczsz + t_gousg * t_cgxsm_10);
-    const real t_l3pbw_2 = t_7o25l * t_6dtnj_2;
+    const real t_l3pbw_2 = t_7o25l * t_6dtnj_5;
     const real t_pdzxe_10 = p[F] * t_5pi5x_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
     const real t_m2f6l = t_pdzxe_10
         + (t_lurhj * t_zczsz_2 + t_gousg_2 * t_cgxsm_10)
         - (t_zoi3s * t_3qaii + K_L32 * t_nopke);
-    const real t_e4fqd = t_g54r5 * t_6dtnj_3;
-    const real t_7i5di = t_m2f6l * t_6dtnj_3 - t_e4fqd * t_etwy6;
-    const real t_tg72k = t_nopke * t_6dtnj_2 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di);
-    const real t_6vhdn = t_cgxsm_10 * t_6dtnj
+    const real t_e4fqd = t_g54r5 * t_6dtnj_6;
+    const real t_7i5di = t_m2f6l * t_6dtnj_6 - t_e4fqd * t_etwy6;
+    const real t_tg72k = t_nopke * t_6dtnj_5 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di);
+    const real t_6vhdn = t_cgxsm_10 * t_6dtnj_4
         + t_3eyvc * t_c3bgc
         + (t_37lel * t_zczsz + t_gousg * t_tg72k)
         + (t_g54r5 * t_zczsz_2 + t_gousg_2 * t_7i5di);
     const real t_uroqq = t_2ihny
         + (K54 * t_i3t3d + G2_v1 * t_ngye2)
         + (G3_v1 * t_e4pgh - K64 * t_7sb3c)
-        - (t_arpa7 * Bc_1 + t_hig3c_6 * t_sj2v6)
-        - (t_5a3aj * Bc_1 + t_hig3c_6 * t_2kaei)
+        - (t_arpa7 * Bc_1 + t_hig3c_3 * t_sj2v6)
+        - (t_5a3aj * Bc_1 + t_hig3c_3 * t_2kaei)
         - (a2_v1 * t_dpewl + t_belws * t_4car4)
         - (t_z4go7 * t_dpewl + t_belws * t_doo5h)
         + (a3_v1 * t_dpewl_2 - K43 * t_stj4x)
         + (t_wrgts * t_dpewl_2 + K43 * t_gwjoz)
         - (t_bewoy * t_wa7jk + K44 * t_2i4nw)
-        - (t_6kh3y * Bc_1 + t_hig3c_6 * t_6vhdn)
+        - (t_6kh3y * Bc_1 + t_hig3c_3 * t_6vhdn)
         - (t_37lel * t_dpewl + t_belws * t_tg72k)
         + (t_g54r5 * t_dpewl_2 + K43 * t_7i5di)
         - t_2ihny
         + (t_njixh * t_aqch6 + t_w6lcf * t_hvdh4)
         + (t_ycskf * t_m5omm + t_ae46j * t_te25h)
         - (t_vhcjl * t_xc35z + K_L43 * t_72zjd);
-    const real t_a6l3v = t_ja64b * t_6dtnj_4;
+    const real t_a6l3v = t_ja64b * t_6dtnj_7;
     const real t_hlysv = t_wa7jk
         - (t_ae46j * t_sxhu6 + t_cawlo * t_m5omm)
         - (K_L43 * t_tfhej + t_e6q5b * t_xc35z)
-        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
-    const real t_jza4m_3 = t_thnvm * t_6dtnj;
-    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc;
-    const real t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
-    const real t_bintu_5 = K_L52 * t_6dtnj_2;
-    const real t_q77ke = t_2r7fn * t_6dtnj_2 - t_bintu_5 * t_7kvzm;
+        - (t_w6lcf * Bc_1 + t_hig3c_3 * t_aqch6);
+    const real t_jza4m_3 = t_thnvm * t_6dtnj_4;
+    const real t_zjzn6 = t_f4z55 * t_6dtnj_4 + t_jza4m_3 * t_c3bgc;
+    const real t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc_2 * t_zjzn6);
+    const real t_bintu_5 = K_L52 * t_6dtnj_5;
+    const real t_q77ke = t_2r7fn * t_6dtnj_5 - t_bintu_5 * t_7kvzm;
     const real t_7ohr3 = t_orzyl
         - (K_L52 * t_af7ak + t_7exg5 * t_q77ke)
-        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
-    const real t_bintu_6 = K_L53 * t_6dtnj_3;
-    const real t_yah2x = t_7ohr3 * t_6dtnj_3 - t_bintu_6 * t_etwy6;
+        - (t_thnvm * t_ptemu_2 + t_f2nhc * t_zjzn6);
+    const real t_bintu_6 = K_L53 * t_6dtnj_6;
+    const real t_yah2x = t_7ohr3 * t_6dtnj_6 - t_bintu_6 * t_etwy6;
     const real t_pc6oe = t_ngye2
         + (K_L52 * t_sxhu6 + t_cawlo * t_q77ke)
         - (K_L53 * t_tfhej + t_e6q5b * t_yah2x)
-        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
-    const real t_bintu_7 = K_L54 * t_6dtnj_4;
-    const real t_qxlw6 = t_pc6oe * t_6dtnj_4 - t_bintu_7 * t_hlysv;
+        - (t_thnvm * Bc_1 + t_hig3c_3 * t_zjzn6);
+    const real t_bintu_7 = K_L54 * t_6dtnj_7;
+    const real t_qxlw6 = t_pc6oe * t_6dtnj_7 - t_bintu_7 * t_hlysv;
     const real t_uccau = t_kktyp + e1 * t_m6622;
-    const real t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2);
+    const real t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh_2 * t_rcy73_2);
     const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
     const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
     const real t_a22y5 = t_23glo - t_zpvnv;
@@ -4235,36 +4235,36 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_ycskf * t_q77ke + K_L52 * t_te25h)
         - (t_vhcjl * t_yah2x + K_L53 * t_72zjd)
         - (t_54heb * t_qxlw6 + K_L54 * t_uroqq);
-    const real t_zt5qz = t_h4twy * t_6dtnj_5;
+    const real t_zt5qz = t_h4twy * t_6dtnj_8;
     const real t_ciywh = t_3l3ff
         - (K_L52 * t_2r7fn + t_7exg5_2 * t_q77ke)
         - (K_L53 * t_7ohr3 + t_g6lxe * t_yah2x)
         - (K_L54 * t_pc6oe + t_sjdff * t_qxlw6)
         - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
-    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
-    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc;
-    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
-    const real t_l3pbw_3 = t_o5wmi * t_6dtnj_2;
-    const real t_x2b36 = t_c2yzs * t_6dtnj_2 - t_l3pbw_3 * t_7kvzm;
+    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj_4;
+    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj_4 + t_jza4m_4 * t_c3bgc;
+    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc_2 * t_zjzn6_2);
+    const real t_l3pbw_3 = t_o5wmi * t_6dtnj_5;
+    const real t_x2b36 = t_c2yzs * t_6dtnj_5 - t_l3pbw_3 * t_7kvzm;
     const real t_r2rgw = t_xa2rj
         + (t_o5wmi * t_af7ak + t_7exg5 * t_x2b36)
-        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
-    const real t_bintu_8 = K_L63 * t_6dtnj_3;
-    const real t_ta3hy = t_r2rgw * t_6dtnj_3 - t_bintu_8 * t_etwy6;
+        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc * t_zjzn6_2);
+    const real t_bintu_8 = K_L63 * t_6dtnj_6;
+    const real t_ta3hy = t_r2rgw * t_6dtnj_6 - t_bintu_8 * t_etwy6;
     const real t_77h32 = t_e4pgh
         - (t_o5wmi * t_sxhu6 + t_cawlo * t_x2b36)
         - (K_L63 * t_tfhej + t_e6q5b * t_ta3hy)
-        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
-    const real t_bintu_9 = K_L64 * t_6dtnj_4;
-    const real t_c6em4 = t_77h32 * t_6dtnj_4 - t_bintu_9 * t_hlysv;
+        - (t_thnvm_2 * Bc_1 + t_hig3c_3 * t_zjzn6_2);
+    const real t_bintu_9 = K_L64 * t_6dtnj_7;
+    const real t_c6em4 = t_77h32 * t_6dtnj_7 - t_bintu_9 * t_hlysv;
     const real t_egoqk = t_xzf5j
         + (t_o5wmi * t_2r7fn + t_7exg5_2 * t_x2b36)
         - (K_L63 * t_7ohr3 + t_g6lxe * t_ta3hy)
         - (K_L64 * t_pc6oe + t_sjdff * t_c6em4)
         - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
-    const real t_bintu_10 = K_L65 * t_6dtnj_5;
-    const real t_b2ljk = t_egoqk * t_6dtnj_5 - t_bintu_10 * t_ciywh;
-    const real t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2);
+    const real t_bintu_10 = K_L65 * t_6dtnj_8;
+    const real t_b2ljk = t_egoqk * t_6dtnj_8 - t_bintu_10 * t_ciywh;
+    const real t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh * t_rcy73_2);
     const real t_dfedx = t_23glo - t_envft;
     const real t_vjiv6 = t_bknng * t_z5auc_10
         - t_tphaw
@@ -4272,14 +4272,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (G3_v1 * t_dfedx - K66 * t_7sb3c)
         + (t_arpa7 * t_f4z55_2 + t_6iku5_2 * t_sj2v6)
         + (t_5a3aj * t_f4z55_2 + t_6iku5_2 * t_2kaei)
-        + (a2_v1 * t_kamdk_2 + t_edvw3_2 * t_4car4)
-        + (t_z4go7 * t_kamdk_2 + t_edvw3_2 * t_doo5h)
+        + (a2_v1 * t_kamdk_2 + t_edvw3 * t_4car4)
+        + (t_z4go7 * t_kamdk_2 + t_edvw3 * t_doo5h)
         - (a3_v1 * t_xa2rj - K63 * t_stj4x)
         - (t_wrgts * t_xa2rj + K63 * t_gwjoz)
         + (t_bewoy * t_e4pgh + K64 * t_2i4nw)
         - t_bknng * t_pdzxe_10
         + (t_6kh3y * t_f4z55_2 + t_6iku5_2 * t_6vhdn)
-        + (t_37lel * t_kamdk_2 + t_edvw3_2 * t_tg72k)
+        + (t_37lel * t_kamdk_2 + t_edvw3 * t_tg72k)
         - (t_g54r5 * t_xa2rj + K63 * t_7i5di)
         + t_tphaw;
     const real t_4ave5 = t_bknng * t_mvrqf_10
@@ -4297,23 +4297,23 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L65 * t_egoqk + t_eq4wy * t_b2ljk)
         - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
     const real t_gna4y = t_4ave5 * t_6dtnj_9 - t_itqoj * t_6ipne;
-    const real t_heqyc = t_3tveu * t_6dtnj_5 - t_zt5qz * t_ciywh - (t_dcknb * t_b2ljk + K_L65 * t_gna4y);
-    const real t_jd5xo = t_uroqq * t_6dtnj_4
+    const real t_heqyc = t_3tveu * t_6dtnj_8 - t_zt5qz * t_ciywh - (t_dcknb * t_b2ljk + K_L65 * t_gna4y);
+    const real t_jd5xo = t_uroqq * t_6dtnj_7
         - t_a6l3v * t_hlysv
         - (t_uddr7 * t_qxlw6 + K_L54 * t_heqyc)
         - (t_dcknb * t_c6em4 + K_L64 * t_gna4y);
-    const real t_syi2r = t_72zjd * t_6dtnj_3
+    const real t_syi2r = t_72zjd * t_6dtnj_6
         - t_y267s * t_etwy6
         - (t_qn62h * t_xc35z + K_L43 * t_jd5xo)
         - (t_uddr7 * t_yah2x + K_L53 * t_heqyc)
         - (t_dcknb * t_ta3hy + K_L63 * t_gna4y);
-    const real t_kothi = t_te25h * t_6dtnj_2
+    const real t_kothi = t_te25h * t_6dtnj_5
         - t_2did4 * t_7kvzm
         - (t_wkjm3 * t_3qaii + K_L32 * t_syi2r)
         + (t_qn62h * t_m5omm + t_ae46j * t_jd5xo)
         - (t_uddr7 * t_q77ke + K_L52 * t_heqyc)
         + (t_dcknb * t_x2b36 + t_o5wmi * t_gna4y);
-    const real t_3o2wg = t_hvdh4 * t_6dtnj
+    const real t_3o2wg = t_hvdh4 * t_6dtnj_4
         + t_5ewry * t_c3bgc
         + (t_qgxvl * t_zczsz + t_gousg * t_kothi)
         + (t_wkjm3 * t_zczsz_2 + t_gousg_2 * t_syi2r)
@@ -4325,27 +4325,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_l4ozg_4 = q[wy] * sin_theta1 + q[wz] * cos_theta1;
     const real t_a3yjd = t_l5lry * (p[l1] * t_6t73u) + t_plqy5 * t_l4ozg_4 - w_x1 * (lc_1 * t_l4ozg_4);
     const real t_24qbv = th_1 * (p[I1] * t_a3yjd);
-    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2;
+    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh;
     const real t_6t73u_2 = cos_phi1 * t_l4ozg_3;
     const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u_2 - t_lcyz4 * t_l4ozg_4);
     const real t_nqgju = chi1 * t_6t73u_2 - t_fyz6s * t_6t73u - w_x1 * t_l4ozg_3;
     const real t_thekk = B_1 * t_nqgju;
     const real t_vjiiv = sin_phi1 * t_gucob + cos_phi1 * t_thekk;
-    const real t_xwqpn = t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv);
+    const real t_xwqpn = t_orsg5 + (t_f2pcf - sin_theta1 * t_vjiiv);
     const real t_iouus_2 = gx_phi1 * sin_theta1;
     const real t_d2e6j_2 = p[h1] * t_iouus_2;
-    const real t_egxlg = t_ym66j - t_d2e6j_2;
+    const real t_egxlg = t_ym66j_3 - t_d2e6j_2;
     const real t_dg3jz = t_3s3hq * cos_theta1;
     const real t_cfxof = p[h1] * t_dg3jz;
-    const real t_7s47n = t_cfxof - t_dmccl_2;
+    const real t_7s47n = t_cfxof - t_dmccl;
     const real t_un4mi = t_al3x7 * t_egxlg - t_if7mv * t_7s47n;
     const real t_eslcs = t_un4mi * t_a2lgz;
-    const real t_mgpcw_3 = t_lgf4h_2 * t_l4ozg_3;
+    const real t_mgpcw_3 = t_lgf4h * t_l4ozg_3;
     const real t_hawtx = q[wx] * t_l4ozg_4;
     const real t_vx5y7 = t_hjux3 * t_mgpcw_3
         - t_sxxxk * t_hawtx
         + (Wn1 * t_mgpcw_3 - t_mgpcw * t_l4ozg_4)
-        + t_lgf4h * t_hawtx;
+        + t_lgf4h_2 * t_hawtx;
     const real t_esfeh = t_l4ozg_2 * t_l4ozg_3;
     const real t_zgs3t = t_sxxxk * (t_db6pd * t_l4ozg_4)
         - t_sxxxk * t_esfeh
@@ -4354,7 +4354,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_esfeh)))
         + p[m1] * (q[wx] * (t_sakwz * t_l4ozg_3))
         + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_6t73u_2)));
-    const real t_sdbpv = t_wdxch * (t_lgf4h_2 * t_vx5y7) - t_hyv47 * (p[I1] * t_zgs3t);
+    const real t_sdbpv = t_wdxch * (t_lgf4h * t_vx5y7) - t_hyv47 * (p[I1] * t_zgs3t);
     const real t_dg3jz_2 = t_3s3hq * sin_theta1;
     const real t_cfxof_2 = p[h1] * t_dg3jz_2;
     const real t_s42ya = p[m1] * (t_os4zj * sin_theta1) - t_cfxof_2;
@@ -4363,10 +4363,10 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_34xn4 = t_chbo3 * t_7s47n
         + (k_phi1 * t_7s47n + cz_phi1 * t_zgs3t)
         - t_4pqij * (q[theta1_dot] * t_s42ya - q[phi1_dot] * t_d2e6j_3);
-    const real t_egxlg_2 = t_d2e6j_3 - t_ym66j_2;
+    const real t_egxlg_2 = t_d2e6j_3 - t_ym66j;
     const real t_j3slj = t_7xuxq * t_egxlg
         + (k_theta1 * t_egxlg + cz_theta1 * t_vx5y7)
-        - t_4maxk * (q[phi1_dot] * (t_ym66j_4 - (t_cfxof_2 + t_ym66j_3)) - q[theta1_dot] * t_egxlg_2);
+        - t_4maxk * (q[phi1_dot] * (t_ym66j_5 - (t_cfxof_2 + t_ym66j_4)) - q[theta1_dot] * t_egxlg_2);
     const real t_4n4ti = t_if7mv * t_s42ya + t_al3x7 * t_egxlg_2;
     const real t_djppf = cz_phi1 * (t_hyv47 * t_s42ya)
         + t_m2xao * t_7s47n
@@ -4376,13 +4376,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_adbim = t_hyv47 * (t_2ksfs_2 * t_s42ya)
         + t_wdxch * (t_q5pus * t_egxlg_2)
         + (f_v1_L21 * t_4n4ti + f21_v1 * t_h2hnj);
-    const real t_h264e = t_djppf * t_6dtnj_6 + t_bintu * t_adbim;
+    const real t_h264e = t_djppf * t_6dtnj + t_bintu * t_adbim;
     const real t_b3li7 = t_chbo3 * t_s42ya
         + (k_phi1 * t_s42ya + t_2ksfs * t_zgs3t)
         + t_4pqij * (q[theta1_dot] * t_7s47n - q[phi1_dot] * t_d2e6j_2);
     const real t_h3vxk = t_7xuxq * t_egxlg_2
         + (k_theta1 * t_egxlg_2 + cy_theta1 * t_vx5y7)
-        - t_4maxk * (q[theta1_dot] * t_egxlg + q[phi1_dot] * (t_cfxof + t_ym66j_5 - t_hjphj_3 * t_dmccl_2));
+        - t_4maxk * (q[theta1_dot] * t_egxlg + q[phi1_dot] * (t_cfxof + t_ym66j_2 - t_hjphj_3 * t_dmccl));
     const real t_fq7hx = t_y6t4t * t_h2hnj + f_v1_L21 * t_sdbpv - (t_hyv47 * t_b3li7 - t_wdxch * t_h3vxk);
     const real t_xbv3u = t_y6t4t * t_eslcs
         + f_v1_L31 * t_sdbpv
@@ -4392,14 +4392,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_wdxch * (t_igsg2 * t_egxlg)
         + (f_v1_L32 * t_djppf + t_vk4eg * t_h264e)
         + (f_v1_L31 * t_un4mi + f31_v1 * t_eslcs);
-    const real t_7d6k6 = t_xbv3u * t_6dtnj_7 + t_bintu_2 * t_doqas;
+    const real t_7d6k6 = t_xbv3u * t_6dtnj_2 + t_bintu_2 * t_doqas;
     const real t_f2pcf_7 = wq_1 * sin_theta1;
     const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_3ugdb = t_vjftl * t_4xedj;
     const real t_bhxcm = t_f2pcf_7 - t_3ugdb;
     const real t_ewvyh = cos_theta1 * cos_theta1 - S_sq1;
     const real t_r33pf = t_vjftl * t_ewvyh;
-    const real t_h45pb = t_fq7hx * t_6dtnj_6 + t_pnxx6 * t_adbim - (u_v1_x3 * t_h264e + f_v1_L32 * t_7d6k6);
+    const real t_h45pb = t_fq7hx * t_6dtnj + t_pnxx6 * t_adbim - (u_v1_x3 * t_h264e + f_v1_L32 * t_7d6k6);
     const real t_rcfrh = tn11_1 * t_4xedj;
     const real t_e6kze = t_hyv47 * (q[wz] * t_7s47n - q[wy] * t_s42ya);
     const real t_2tide = t_wdxch * (q[wy] * t_egxlg_2 + q[wz] * t_egxlg);
@@ -4408,13 +4408,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_m5n2z = tn11_1 * t_ewvyh;
     const real t_fwfo3 = c[w2] * (t_iouus * t_2tide + t_fcz3l * t_iouus_3 - (gz_phi1 * t_e6kze - t_xlxwl * t_dg3jz_2));
     const real t_ribbb = x_C * t_h45pb + t_fwfo3;
-    const real t_fdt76 = t_f2pcf - t_f2pcf_7;
+    const real t_fdt76 = t_f2pcf_2 - t_f2pcf_7;
     const real t_xtgzq = t_sdbpv * t_a2lgz
         + (u_v1_x2 * t_h2hnj + f_v1_L21 * t_h45pb)
         + (u_v1_x3 * t_eslcs + f_v1_L31 * t_7d6k6);
     const real t_oofti = t_xwqpn
         + (K52 * t_7d6k6 + G2_v1 * t_bhxcm)
-        - (G3_v1 * t_r33pf - t_edvw3_2 * t_h45pb)
+        - (G3_v1 * t_r33pf - t_edvw3 * t_h45pb)
         + (a2_v1 * t_rcfrh + K22 * t_i7ijo)
         + (a3_v1 * t_m5n2z - K32 * t_ribbb)
         + (t_bewoy * t_fdt76 + t_belws * t_xtgzq);
@@ -4422,13 +4422,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_qljqq = t_vjiiv_2
         + (t_6iku5 * t_7d6k6 + G2_v1 * t_rmbl5_2)
         - (t_6iku5_2 * t_h45pb + G3_v1 * t_rmbl5)
-        + (a2_v1 * t_f2pcf_5 + t_f2nhc * t_i7ijo)
-        - (a3_v1 * t_f2pcf_4 + t_f2nhc_2 * t_ribbb);
-    const real t_6n347 = t_hig3c_6 * t_xtgzq - t_qljqq;
+        + (a2_v1 * t_f2pcf_3 + t_f2nhc_2 * t_i7ijo)
+        - (a3_v1 * t_f2pcf_4 + t_f2nhc * t_ribbb);
+    const real t_6n347 = t_hig3c_3 * t_xtgzq - t_qljqq;
     const real t_f2pcf_8 = wq_1 * cos_theta1;
     const real t_ipp4u = t_f2pcf_8 - t_r33pf;
-    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh;
-    const real t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_2 + t_orsg5_2;
+    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh_2;
+    const real t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_5 + t_orsg5_2;
     const real t_fdt76_2 = t_f2pcf_8 + t_f2pcf_6;
     const real t_a7dhl = K53 * t_7d6k6
         + G2_v1 * t_ipp4u
@@ -4438,20 +4438,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (a3_v1 * t_rcfrh + K33 * t_ribbb)
         - (t_bewoy * t_fdt76_2 + K43 * t_xtgzq);
     const real t_3rzzb = K11 * t_6n347
-        - (q2_v1 * t_f2pcf_5 + t_f2nhc * t_oofti)
-        - (t_f2nhc_2 * t_a7dhl - q3_v1 * t_f2pcf_4);
-    const real t_5yzgr = t_f2nhc_3 * t_f2pcf_5 - t_f2nhc_4 * t_f2pcf_4;
+        - (q2_v1 * t_f2pcf_3 + t_f2nhc_2 * t_oofti)
+        - (t_f2nhc * t_a7dhl - q3_v1 * t_f2pcf_4);
+    const real t_5yzgr = t_f2nhc_3 * t_f2pcf_3 - t_f2nhc_4 * t_f2pcf_4;
     const real t_6see5 = t_teqv5 * t_5yzgr
         + PP_v1 * (t_w22j3 * t_6n347 + t_w22j3_2 * t_oofti + t_w22j3_3 * t_a7dhl);
-    const real t_gdk2g = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_3rzzb - t_6see5) * t_kntxo) - t_3rzzb) * t_6dtnj_8
+    const real t_gdk2g = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_3rzzb - t_6see5) * t_kntxo) - t_3rzzb) * t_6dtnj_3
         - t_3wdoe * t_5yzgr;
-    const real t_5xlzs = t_oofti - (t_arpa7 * t_f2pcf_5 + t_f2nhc * t_gdk2g);
+    const real t_5xlzs = t_oofti - (t_arpa7 * t_f2pcf_3 + t_f2nhc_2 * t_gdk2g);
     const real t_zz2af = t_q2hfz * (t_5x4sb * (t_5xlzs * t_y7rm6));
     const real t_7vxmt_2 = t_zz2af * t_nwsjf;
     const real t_iubif_11 = t_bw2jd * (t_3iu34 * t_7vxmt_2);
     const real t_27ev7_11 = p[F] * (sin_t_6qa42 * t_iubif_11);
     const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
-    const real t_wnia4 = t_a7dhl - (t_f2nhc_2 * t_gdk2g - t_arpa7 * t_f2pcf_4);
+    const real t_wnia4 = t_a7dhl - (t_f2nhc * t_gdk2g - t_arpa7 * t_f2pcf_4);
     const real t_eaalw = t_wnia4 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_zz2af * t_nwsjf_2)));
     const real t_i25zk_2 = t_q2hfz_2 * (t_2snz7 * t_eaalw) * t_bifdl;
@@ -4462,13 +4462,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_3uupj_11);
     const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
     const real t_jpsjh = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_vjiiv_2;
-    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
+    const real t_3l2rq = t_f2pcf_3 * t_6dtnj_4;
     const real t_ilple_11 = p[F] * (cos_t_6qa42 * t_iubif_11);
     const real t_5pci3 = SELECT0(m_el4yy, t_ilple_11) - t_xwqpn + (t_njixh * t_3l2rq + t_gousg * t_jpsjh);
-    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
-    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
-    const real t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
-    const real t_jp2fk = t_7egtn * t_6dtnj_2 - t_bintu_3 * t_k4367;
+    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_3 + t_f2nhc_2 * t_3l2rq);
+    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj_4;
+    const real t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_3 - t_f2nhc_2 * t_3l2rq_2);
+    const real t_jp2fk = t_7egtn * t_6dtnj_5 - t_bintu_3 * t_k4367;
     const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
     const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
     const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
@@ -4477,12 +4477,12 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_mvrqf_11 - t_xwqpn_2)
         - (t_ycskf * t_jp2fk + K_L32 * t_5pci3);
     const real t_qwp7a = t_gousg_2 * t_f2pcf_4
-        + t_f2nhc_2 * t_3l2rq_2
+        + t_f2nhc * t_3l2rq_2
         - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_jp2fk));
-    const real t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_5;
-    const real t_yo4jq = t_bg3dm * t_6dtnj_2 - t_l3pbw * t_k4367;
+    const real t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_3;
+    const real t_yo4jq = t_bg3dm * t_6dtnj_5 - t_l3pbw * t_k4367;
     const real t_gywmn = t_fdt76_2 + (t_ae46j * t_7egtn + t_7exg5 * t_yo4jq) + t_w6lcf * t_f2pcf_4;
-    const real t_gznvd = t_gywmn * t_6dtnj_3 - t_bintu_4 * t_qwp7a;
+    const real t_gznvd = t_gywmn * t_6dtnj_6 - t_bintu_4 * t_qwp7a;
     const real t_r5eou = p[l1] * t_thekk;
     const real t_pgfgd = q_1 * t_24qbv;
     const real t_5avih = t_r5eou - t_pgfgd;
@@ -4501,9 +4501,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_4z6my * t_3l2rq_2
         - (t_z5auc_11 + t_wnia4)
         - (t_oez3j * t_jp2fk + K_L32 * t_eg5ge);
-    const real t_mb7xw = t_ar5z2 * t_6dtnj_3 - t_knagq * t_qwp7a;
-    const real t_sj77d = t_eg5ge * t_6dtnj_2 - t_5umxj * t_k4367 - (t_wrgts * t_jp2fk + K_L32 * t_mb7xw);
-    const real t_f46f4 = t_rdars * t_6dtnj
+    const real t_mb7xw = t_ar5z2 * t_6dtnj_6 - t_knagq * t_qwp7a;
+    const real t_sj77d = t_eg5ge * t_6dtnj_5 - t_5umxj * t_k4367 - (t_wrgts * t_jp2fk + K_L32 * t_mb7xw);
+    const real t_f46f4 = t_rdars * t_6dtnj_4
         + (t_z4go7 * t_3l2rq + t_gousg * t_sj77d)
         + (t_gousg_2 * t_mb7xw - t_wrgts * t_3l2rq_2);
     const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_o7cco_11 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_11));
@@ -4513,22 +4513,22 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_j2hhv = t_pdzxe_11
         + (t_gousg_2 * t_cgxsm_11 - t_lurhj * t_3l2rq_2)
         - (t_zoi3s * t_jp2fk + K_L32 * t_assfc);
-    const real t_uldkl = t_j2hhv * t_6dtnj_3 - t_e4fqd * t_qwp7a;
-    const real t_fdsef = t_assfc * t_6dtnj_2 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl);
-    const real t_ncied = t_cgxsm_11 * t_6dtnj
+    const real t_uldkl = t_j2hhv * t_6dtnj_6 - t_e4fqd * t_qwp7a;
+    const real t_fdsef = t_assfc * t_6dtnj_5 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl);
+    const real t_ncied = t_cgxsm_11 * t_6dtnj_4
         + (t_37lel * t_3l2rq + t_gousg * t_fdsef)
         + (t_gousg_2 * t_uldkl - t_g54r5 * t_3l2rq_2);
     const real t_er7s4 = t_5avih
         + (K54 * t_7d6k6 + G2_v1 * t_vsfmr)
         + (G3_v1 * t_vsfmr_2 - K64 * t_h45pb)
-        - t_hig3c_6 * t_gdk2g
-        - t_hig3c_6 * t_f46f4
+        - t_hig3c_3 * t_gdk2g
+        - t_hig3c_3 * t_f46f4
         - (a2_v1 * t_fdt76 + t_belws * t_i7ijo)
         - (t_z4go7 * t_fdt76 + t_belws * t_sj77d)
         + (a3_v1 * t_fdt76_2 - K43 * t_ribbb)
         + (t_wrgts * t_fdt76_2 + K43 * t_mb7xw)
         - K44 * t_xtgzq
-        - t_hig3c_6 * t_ncied
+        - t_hig3c_3 * t_ncied
         - (t_37lel * t_fdt76 + t_belws * t_fdsef)
         + (t_g54r5 * t_fdt76_2 + K43 * t_uldkl)
         - t_5avih
@@ -4536,18 +4536,18 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (t_ycskf * t_yo4jq + t_ae46j * t_5pci3)
         - (t_vhcjl * t_gznvd + K_L43 * t_nfkbw);
     const real t_xeukz = t_ae46j * t_bg3dm + t_cawlo * t_yo4jq + (K_L43 * t_gywmn + t_e6q5b * t_gznvd);
-    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
-    const real t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
-    const real t_shygh = t_zaa4w * t_6dtnj_2 - t_bintu_5 * t_k4367;
+    const real t_oria2 = t_rmbl5_2 * t_6dtnj_4;
+    const real t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_3 + t_f2nhc_2 * t_oria2);
+    const real t_shygh = t_zaa4w * t_6dtnj_5 - t_bintu_5 * t_k4367;
     const real t_g3cf2 = t_ipp4u
         - (K_L52 * t_7egtn + t_7exg5 * t_shygh)
-        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
-    const real t_gfugg = t_g3cf2 * t_6dtnj_3 - t_bintu_6 * t_qwp7a;
+        - (t_f2nhc * t_oria2 - t_thnvm * t_f2pcf_4);
+    const real t_gfugg = t_g3cf2 * t_6dtnj_6 - t_bintu_6 * t_qwp7a;
     const real t_eutyh = t_vsfmr
         + (K_L52 * t_bg3dm + t_cawlo * t_shygh)
         - (K_L53 * t_gywmn + t_e6q5b * t_gfugg)
-        - t_hig3c_6 * t_oria2;
-    const real t_4fx56 = t_eutyh * t_6dtnj_4 + t_bintu_7 * t_xeukz;
+        - t_hig3c_3 * t_oria2;
+    const real t_4fx56 = t_eutyh * t_6dtnj_7 + t_bintu_7 * t_xeukz;
     const real t_dv6i5 = t_r5eou - e1 * t_vjiiv;
     const real t_p7ifm = sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5;
     const real t_rcfrh_2 = tn44_1 * t_4xedj;
@@ -4579,24 +4579,24 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_g3cf2 + t_g6lxe * t_gfugg)
         - (K_L54 * t_eutyh + t_sjdff * t_4fx56)
         - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
-    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
-    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
-    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw_3 * t_k4367;
+    const real t_oria2_2 = t_rmbl5 * t_6dtnj_4;
+    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_3 - t_f2nhc_2 * t_oria2_2);
+    const real t_pthet = t_55v76 * t_6dtnj_5 - t_l3pbw_3 * t_k4367;
     const real t_y4hig = t_3ugdb
         + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
-    const real t_6xfoh = t_y4hig * t_6dtnj_3 - t_bintu_8 * t_qwp7a;
+        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc * t_oria2_2);
+    const real t_6xfoh = t_y4hig * t_6dtnj_6 - t_bintu_8 * t_qwp7a;
     const real t_i7ohe = t_vsfmr_2
         - (t_o5wmi * t_bg3dm + t_cawlo * t_pthet)
         - (K_L63 * t_gywmn + t_e6q5b * t_6xfoh)
-        + t_hig3c_6 * t_oria2_2;
-    const real t_mczja = t_i7ohe * t_6dtnj_4 + t_bintu_9 * t_xeukz;
+        + t_hig3c_3 * t_oria2_2;
+    const real t_mczja = t_i7ohe * t_6dtnj_7 + t_bintu_9 * t_xeukz;
     const real t_w2eil = t_rqzxn
         + (t_o5wmi * t_zaa4w + t_7exg5_2 * t_pthet)
         - (K_L63 * t_g3cf2 + t_g6lxe * t_6xfoh)
         - (K_L64 * t_eutyh + t_sjdff * t_mczja)
         - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
-    const real t_2fki7 = t_w2eil * t_6dtnj_5 - t_bintu_10 * t_27fzj;
+    const real t_2fki7 = t_w2eil * t_6dtnj_8 - t_bintu_10 * t_27fzj;
     const real t_bowfy = cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2;
     const real t_qiw4a = t_bknng * t_z5auc_11
         - t_bowfy
@@ -4604,14 +4604,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (K66 * t_h45pb + G3_v1 * t_rcfrh_2)
         + (t_6iku5_2 * t_gdk2g - t_arpa7 * t_rmbl5)
         + (t_6iku5_2 * t_f46f4 - t_5a3aj * t_rmbl5)
-        + (a2_v1 * t_r33pf + t_edvw3_2 * t_i7ijo)
-        + (t_z4go7 * t_r33pf + t_edvw3_2 * t_sj77d)
+        + (a2_v1 * t_r33pf + t_edvw3 * t_i7ijo)
+        + (t_z4go7 * t_r33pf + t_edvw3 * t_sj77d)
         - (a3_v1 * t_3ugdb - K63 * t_ribbb)
         - (t_wrgts * t_3ugdb + K63 * t_mb7xw)
         + (t_bewoy * t_vsfmr_2 + K64 * t_xtgzq)
         - t_bknng * t_pdzxe_11
         + (t_6iku5_2 * t_ncied - t_6kh3y * t_rmbl5)
-        + (t_37lel * t_r33pf + t_edvw3_2 * t_fdsef)
+        + (t_37lel * t_r33pf + t_edvw3 * t_fdsef)
         - (t_g54r5 * t_3ugdb + K63 * t_uldkl)
         + t_bowfy;
     const real t_fdmp6 = t_bknng * t_mvrqf_11
@@ -4627,23 +4627,23 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (K_L64 * t_i7ohe + t_5ejts * t_mczja)
         + (K_L65 * t_w2eil + t_eq4wy * t_2fki7);
     const real t_7vhbq = t_fdmp6 * t_6dtnj_9 - t_itqoj * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_obv5t);
-    const real t_mvtnt = t_mgil5 * t_6dtnj_5 - t_zt5qz * t_27fzj - (t_dcknb * t_2fki7 + K_L65 * t_7vhbq);
-    const real t_f5qiz = t_er7s4 * t_6dtnj_4
+    const real t_mvtnt = t_mgil5 * t_6dtnj_8 - t_zt5qz * t_27fzj - (t_dcknb * t_2fki7 + K_L65 * t_7vhbq);
+    const real t_f5qiz = t_er7s4 * t_6dtnj_7
         + t_a6l3v * t_xeukz
         - (t_uddr7 * t_4fx56 + K_L54 * t_mvtnt)
         - (t_dcknb * t_mczja + K_L64 * t_7vhbq);
-    const real t_sfdpi = t_nfkbw * t_6dtnj_3
+    const real t_sfdpi = t_nfkbw * t_6dtnj_6
         - t_y267s * t_qwp7a
         - (t_qn62h * t_gznvd + K_L43 * t_f5qiz)
         - (t_uddr7 * t_gfugg + K_L53 * t_mvtnt)
         - (t_dcknb * t_6xfoh + K_L63 * t_7vhbq);
-    const real t_ab4p7 = t_5pci3 * t_6dtnj_2
+    const real t_ab4p7 = t_5pci3 * t_6dtnj_5
         - t_2did4 * t_k4367
         - (t_wkjm3 * t_jp2fk + K_L32 * t_sfdpi)
         + (t_qn62h * t_yo4jq + t_ae46j * t_f5qiz)
         - (t_uddr7 * t_shygh + K_L52 * t_mvtnt)
         + (t_dcknb * t_pthet + t_o5wmi * t_7vhbq);
-    const real t_iiu7u = t_jpsjh * t_6dtnj
+    const real t_iiu7u = t_jpsjh * t_6dtnj_4
         + (t_qgxvl * t_3l2rq + t_gousg * t_ab4p7)
         + (t_gousg_2 * t_sfdpi - t_wkjm3 * t_3l2rq_2)
         + t_w6lcf * t_f5qiz
@@ -4666,14 +4666,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_snzhu = p[h2] * t_nsdzq;
     const real t_6pfo6_3 = t_frp3h * t_pt6a7_3;
     const real t_75sr7 = t_iyr6v * t_e7iwk * ((D_theta2 + D_theta2) * t_6pfo6_3);
-    const real t_5pbwu = t_iyr6v * t_6pfo6_3 - t_6pfo6_2 * t_75sr7;
+    const real t_5pbwu = t_iyr6v * t_6pfo6_3 - t_6pfo6 * t_75sr7;
     const real t_pnfzp = t_popww * cos_phi2;
     const real t_hr7xl = cos_theta2 * t_pnfzp;
     const real t_ty7oe = p[h2] * t_hr7xl;
-    const real t_352gi = t_pt6a7_4 - t_pt6a7_2;
+    const real t_352gi = t_pt6a7_4 - t_pt6a7;
     const real t_bwglk = t_ty7oe - t_c4pkx_2 * t_352gi;
     const real t_6wwkn = t_tmzpj * t_snzhu + (cz_theta2 * t_5pbwu + t_fre5h * t_bwglk);
-    const real t_ixk7q = t_iyr6v * ((t_6pfo6_2 + t_6pfo6_2) * t_6pfo6_3) - t_ggxz2 * t_75sr7;
+    const real t_ixk7q = t_iyr6v * ((t_6pfo6 + t_6pfo6) * t_6pfo6_3) - t_ggxz2 * t_75sr7;
     const real t_g5z3s = t_6wwkn * t_a2lgz + t_ngwiu * t_ixk7q;
     const real t_chpis = ax_eq * t_pnfzp;
     const real t_zsrez = t_frp3h * t_352gi;
@@ -4701,7 +4701,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - q[phi2_dot] * (t_f2ypg * t_zsrez);
     const real t_egkzl = Dd_theta2 * t_ymjg4
         + t_qu7qb * t_yagwy
-        - (t_6pfo6_2 * t_kv43k + t_5f4es * t_6pfo6_3 + (k_theta2 * t_6pfo6_3 + t_6pfo6_2 * t_54svw));
+        - (t_6pfo6 * t_kv43k + t_5f4es * t_6pfo6_3 + (k_theta2 * t_6pfo6_3 + t_6pfo6 * t_54svw));
     const real t_hbvi5 = t_pi35k * (p[I2] * t_chpis + p[I2] * t_uqp67)
         + (t_iyr6v * t_egkzl - t_imhcr * t_75sr7);
     const real t_nsdzq_2 = cos_theta2 * t_xau4q;
@@ -4742,7 +4742,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_uwcs5 = t_pi35k * (t_zshn6_2 * t_snzhu_2)
         - (t_iyr6v * (t_c3tha * t_bwglk_2) - t_tkz7a * t_75sr7)
         - (f_v1_L21 * t_shafu + f21_v1 * t_gszrq);
-    const real t_wspl4 = t_ntpj2 * t_6dtnj_6 + t_bintu * t_uwcs5;
+    const real t_wspl4 = t_ntpj2 * t_6dtnj + t_bintu * t_uwcs5;
     const real t_gc7be = t_y6t4t * t_g5z3s
         - f_v1_L31 * t_hbvi5
         + (t_pi35k * t_bofm3 + (t_iyr6v * t_oj3k7 - t_2tsuo * t_75sr7))
@@ -4753,7 +4753,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_iyr6v * (t_tuehv * t_bwglk) - t_74fkc * t_75sr7)
         + (f_v1_L32 * t_ntpj2 + t_vk4eg * t_wspl4)
         - (f_v1_L31 * t_6wwkn + f31_v1 * t_g5z3s);
-    const real t_6afn7 = t_gc7be * t_6dtnj_7 - t_bintu_2 * t_tcq7p;
+    const real t_6afn7 = t_gc7be * t_6dtnj_2 - t_bintu_2 * t_tcq7p;
     const real t_wxz3r = p[I2] * t_ruxfo;
     const real t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r;
     const real t_mnzjt = mv2 * cos_phi2;
@@ -4766,7 +4766,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_764jb = cos_theta2 * t_qzymo;
     const real t_yobe7 = t_qqpow - t_jqvng - t_764jb;
     const real t_jqvng_2 = SC2 * t_2ws67;
-    const real t_u2omf = t_jqunm * t_6dtnj_6 - t_pnxx6 * t_uwcs5 - (f_v1_L32 * t_6afn7 - u_v1_x3 * t_wspl4);
+    const real t_u2omf = t_jqunm * t_6dtnj - t_pnxx6 * t_uwcs5 - (f_v1_L32 * t_6afn7 - u_v1_x3 * t_wspl4);
     const real t_d7y7v = t_skjof + t_wxz3r;
     const real t_3jnxd = S_sq2 * t_d7y7v;
     const real t_5z6e2 = t_3jnxd - t_wxz3r;
@@ -4785,7 +4785,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (u_v1_x3 * t_g5z3s + f_v1_L31 * t_6afn7);
     const real t_c5xb6 = t_kpxu6
         + (K52 * t_6afn7 + G2_v1 * t_yobe7)
-        - (G3_v1 * t_jqvng_2 - t_edvw3_2 * t_u2omf)
+        - (G3_v1 * t_jqvng_2 - t_edvw3 * t_u2omf)
         + (a2_v1 * t_5z6e2 + K22 * t_j7rqb)
         + (a3_v1 * t_3jnxd_2 - K32 * t_vsyis)
         + (t_bewoy * t_s44po + t_belws * t_ibzye);
@@ -4799,9 +4799,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_hauf5 = t_kizhr_2
         + (t_6iku5 * t_6afn7 + G2_v1 * t_jiaxv)
         + (G3_v1 * t_jiaxv_2 - t_6iku5_2 * t_u2omf)
-        + (a2_v1 * t_qh7lx + t_f2nhc * t_j7rqb)
-        + (a3_v1 * t_qh7lx_2 - t_f2nhc_2 * t_vsyis);
-    const real t_6e66o = t_bewoy * Bc_2 + t_hig3c_6 * t_ibzye - t_hauf5;
+        + (a2_v1 * t_qh7lx + t_f2nhc_2 * t_j7rqb)
+        + (a3_v1 * t_qh7lx_2 - t_f2nhc * t_vsyis);
+    const real t_6e66o = t_bewoy * Bc_2 + t_hig3c_3 * t_ibzye - t_hauf5;
     const real t_c7w7r_2 = sin_theta2 * t_mcl5q;
     const real t_kpxu6_2 = cos_theta2 * t_kizhr - t_c7w7r_2;
     const real t_764jb_2 = sin_theta2 * t_qzymo;
@@ -4817,20 +4817,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_bewoy * t_s44po_2 + K43 * t_ibzye);
     const real t_x377x = K11 * t_6e66o
         - q1_v1 * t_skjof
-        - (q2_v1 * t_qh7lx + t_f2nhc * t_c5xb6)
-        - (q3_v1 * t_qh7lx_2 + t_f2nhc_2 * t_wb6oy);
+        - (q2_v1 * t_qh7lx + t_f2nhc_2 * t_c5xb6)
+        - (q3_v1 * t_qh7lx_2 + t_f2nhc * t_wb6oy);
     const real t_tzw5a = t_f2nhc_3 * t_qh7lx - t_2qjkk_2 * t_skjof + t_f2nhc_4 * t_qh7lx_2;
     const real t_jqmyt = t_teqv5 * t_tzw5a
         + PP_v1 * (t_w22j3 * t_6e66o + t_w22j3_2 * t_c5xb6 + t_w22j3_3 * t_wb6oy);
-    const real t_uennl = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_x377x - t_jqmyt) * t_kntxo) - t_x377x) * t_6dtnj_8
+    const real t_uennl = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_x377x - t_jqmyt) * t_kntxo) - t_x377x) * t_6dtnj_3
         - t_3wdoe * t_tzw5a;
-    const real t_ulb3e = t_c5xb6 - (t_arpa7 * t_qh7lx + t_f2nhc * t_uennl);
+    const real t_ulb3e = t_c5xb6 - (t_arpa7 * t_qh7lx + t_f2nhc_2 * t_uennl);
     const real t_mqfzg = t_q2hfz * (t_5x4sb * (t_ulb3e * t_y7rm6));
     const real t_7vxmt_3 = t_mqfzg * t_nwsjf;
     const real t_iubif_12 = t_bw2jd * (t_3iu34 * t_7vxmt_3);
     const real t_27ev7_12 = p[F] * (sin_t_6qa42 * t_iubif_12);
     const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
-    const real t_7uyxy = t_wb6oy - (t_arpa7 * t_qh7lx_2 + t_f2nhc_2 * t_uennl);
+    const real t_7uyxy = t_wb6oy - (t_arpa7 * t_qh7lx_2 + t_f2nhc * t_uennl);
     const real t_74fik = t_7uyxy * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_mqfzg * t_nwsjf_2)));
     const real t_i25zk_3 = t_q2hfz_2 * (t_2snz7 * t_74fik) * t_bifdl;
@@ -4841,13 +4841,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_3uupj_12);
     const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
     const real t_w57th = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_kizhr_2;
-    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof;
+    const real t_5vgja = t_qh7lx * t_6dtnj_4 + t_jza4m * t_skjof;
     const real t_ilple_12 = p[F] * (cos_t_6qa42 * t_iubif_12);
     const real t_lxcgp = SELECT0(m_el4yy, t_ilple_12) - t_kpxu6 + (t_njixh * t_5vgja + t_gousg * t_w57th);
-    const real t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
-    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof;
-    const real t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
-    const real t_6q3ip = t_lo4sj * t_6dtnj_2 - t_bintu_3 * t_7uvyw;
+    const real t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc_2 * t_5vgja);
+    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj_4 + t_jza4m_2 * t_skjof;
+    const real t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc_2 * t_5vgja_2);
+    const real t_6q3ip = t_lo4sj * t_6dtnj_5 - t_bintu_3 * t_7uvyw;
     const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
     const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
     const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
@@ -4857,14 +4857,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_ycskf * t_6q3ip + K_L32 * t_lxcgp);
     const real t_ekvd2 = t_qdwhy
         - (K_L32 * t_lo4sj + t_7exg5 * t_6q3ip)
-        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
-    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof;
-    const real t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
-    const real t_5gny6 = t_ex3ue * t_6dtnj_2 - t_l3pbw * t_7uvyw;
+        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc * t_5vgja_2);
+    const real t_k2jbt = Bc_2 * t_6dtnj_4 + t_4pum4 * t_skjof;
+    const real t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc_2 * t_k2jbt);
+    const real t_5gny6 = t_ex3ue * t_6dtnj_5 - t_l3pbw * t_7uvyw;
     const real t_vxniq = t_s44po_2
         + (t_ae46j * t_lo4sj + t_7exg5 * t_5gny6)
-        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
-    const real t_25qco = t_vxniq * t_6dtnj_3 - t_bintu_4 * t_ekvd2;
+        - (t_w6lcf * t_qh7lx_2 + t_f2nhc * t_k2jbt);
+    const real t_25qco = t_vxniq * t_6dtnj_6 - t_bintu_4 * t_ekvd2;
     const real t_atr6g = t_3hay7 * Bc_2 + p[l2] * t_utpdc;
     const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
     const real t_t7elp = t_atr6g - t_ubbzk;
@@ -4888,9 +4888,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_gousg_2 * t_gkc2v
         - (t_z5auc_12 + t_7uyxy)
         - (t_oez3j * t_6q3ip + K_L32 * t_vt3fq);
-    const real t_qexhy = t_qif4y * t_6dtnj_3 - t_knagq * t_ekvd2;
-    const real t_7qi4m = t_vt3fq * t_6dtnj_2 - t_5umxj * t_7uvyw - (t_wrgts * t_6q3ip + K_L32 * t_qexhy);
-    const real t_3nln2 = t_gkc2v * t_6dtnj
+    const real t_qexhy = t_qif4y * t_6dtnj_6 - t_knagq * t_ekvd2;
+    const real t_7qi4m = t_vt3fq * t_6dtnj_5 - t_5umxj * t_7uvyw - (t_wrgts * t_6q3ip + K_L32 * t_qexhy);
+    const real t_3nln2 = t_gkc2v * t_6dtnj_4
         + t_bbkmr * t_skjof
         + (t_z4go7 * t_5vgja + t_gousg * t_7qi4m)
         + (t_wrgts * t_5vgja_2 + t_gousg_2 * t_qexhy);
@@ -4901,23 +4901,23 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_45mkx = t_pdzxe_12
         + (t_lurhj * t_5vgja_2 + t_gousg_2 * t_cgxsm_12)
         - (t_zoi3s * t_6q3ip + K_L32 * t_ai6ro);
-    const real t_avpof = t_45mkx * t_6dtnj_3 - t_e4fqd * t_ekvd2;
-    const real t_jgdl3 = t_ai6ro * t_6dtnj_2 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof);
-    const real t_a3ckq = t_cgxsm_12 * t_6dtnj
+    const real t_avpof = t_45mkx * t_6dtnj_6 - t_e4fqd * t_ekvd2;
+    const real t_jgdl3 = t_ai6ro * t_6dtnj_5 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof);
+    const real t_a3ckq = t_cgxsm_12 * t_6dtnj_4
         + t_3eyvc * t_skjof
         + (t_37lel * t_5vgja + t_gousg * t_jgdl3)
         + (t_g54r5 * t_5vgja_2 + t_gousg_2 * t_avpof);
     const real t_xp6hc = t_t7elp
         + (K54 * t_6afn7 + G2_v1 * t_lcw2f)
         + (G3_v1 * t_cs2ja - K64 * t_u2omf)
-        - (t_arpa7 * Bc_2 + t_hig3c_6 * t_uennl)
-        - (t_5a3aj * Bc_2 + t_hig3c_6 * t_3nln2)
+        - (t_arpa7 * Bc_2 + t_hig3c_3 * t_uennl)
+        - (t_5a3aj * Bc_2 + t_hig3c_3 * t_3nln2)
         - (a2_v1 * t_s44po + t_belws * t_j7rqb)
         - (t_z4go7 * t_s44po + t_belws * t_7qi4m)
         + (a3_v1 * t_s44po_2 - K43 * t_vsyis)
         + (t_wrgts * t_s44po_2 + K43 * t_qexhy)
         - (t_bewoy * t_r343y + K44 * t_ibzye)
-        - (t_6kh3y * Bc_2 + t_hig3c_6 * t_a3ckq)
+        - (t_6kh3y * Bc_2 + t_hig3c_3 * t_a3ckq)
         - (t_37lel * t_s44po + t_belws * t_jgdl3)
         + (t_g54r5 * t_s44po_2 + K43 * t_avpof)
         - t_t7elp
@@ -4927,21 +4927,21 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_7kmgl = t_r343y
         - (t_ae46j * t_ex3ue + t_cawlo * t_5gny6)
         - (K_L43 * t_vxniq + t_e6q5b * t_25qco)
-        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
-    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof;
-    const real t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
-    const real t_bemnw = t_l5xsr * t_6dtnj_2 - t_bintu_5 * t_7uvyw;
+        - (t_w6lcf * Bc_2 + t_hig3c_3 * t_k2jbt);
+    const real t_ccnzx = t_jiaxv * t_6dtnj_4 + t_jza4m_3 * t_skjof;
+    const real t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc_2 * t_ccnzx);
+    const real t_bemnw = t_l5xsr * t_6dtnj_5 - t_bintu_5 * t_7uvyw;
     const real t_ivbeq = t_zr242
         - (K_L52 * t_lo4sj + t_7exg5 * t_bemnw)
-        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
-    const real t_rzspp = t_ivbeq * t_6dtnj_3 - t_bintu_6 * t_ekvd2;
+        - (t_thnvm * t_qh7lx_2 + t_f2nhc * t_ccnzx);
+    const real t_rzspp = t_ivbeq * t_6dtnj_6 - t_bintu_6 * t_ekvd2;
     const real t_gt666 = t_lcw2f
         + (K_L52 * t_ex3ue + t_cawlo * t_bemnw)
         - (K_L53 * t_vxniq + t_e6q5b * t_rzspp)
-        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
-    const real t_m3l6t = t_gt666 * t_6dtnj_4 - t_bintu_7 * t_7kmgl;
+        - (t_thnvm * Bc_2 + t_hig3c_3 * t_ccnzx);
+    const real t_m3l6t = t_gt666 * t_6dtnj_7 - t_bintu_7 * t_7kmgl;
     const real t_risdx = t_atr6g + e2 * t_kizhr;
-    const real t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2);
+    const real t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o_2 * t_uvqau_2);
     const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
     const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
     const real t_ku6ce = t_cc4zp - t_v6ktv;
@@ -4974,25 +4974,25 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_ivbeq + t_g6lxe * t_rzspp)
         - (K_L54 * t_gt666 + t_sjdff * t_m3l6t)
         - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
-    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof;
-    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
-    const real t_d3dwj = t_vvhbc * t_6dtnj_2 - t_l3pbw_3 * t_7uvyw;
+    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj_4 + t_jza4m_4 * t_skjof;
+    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc_2 * t_ccnzx_2);
+    const real t_d3dwj = t_vvhbc * t_6dtnj_5 - t_l3pbw_3 * t_7uvyw;
     const real t_wmkcv = t_d5nl2
         + (t_o5wmi * t_lo4sj + t_7exg5 * t_d3dwj)
-        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
-    const real t_ds26d = t_wmkcv * t_6dtnj_3 - t_bintu_8 * t_ekvd2;
+        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc * t_ccnzx_2);
+    const real t_ds26d = t_wmkcv * t_6dtnj_6 - t_bintu_8 * t_ekvd2;
     const real t_rhacf = t_cs2ja
         - (t_o5wmi * t_ex3ue + t_cawlo * t_d3dwj)
         - (K_L63 * t_vxniq + t_e6q5b * t_ds26d)
-        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
-    const real t_thtgx = t_rhacf * t_6dtnj_4 - t_bintu_9 * t_7kmgl;
+        - (t_thnvm_2 * Bc_2 + t_hig3c_3 * t_ccnzx_2);
+    const real t_thtgx = t_rhacf * t_6dtnj_7 - t_bintu_9 * t_7kmgl;
     const real t_wft6l = t_uqamo
         + (t_o5wmi * t_l5xsr + t_7exg5_2 * t_d3dwj)
         - (K_L63 * t_ivbeq + t_g6lxe * t_ds26d)
         - (K_L64 * t_gt666 + t_sjdff * t_thtgx)
         - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
-    const real t_cfvj3 = t_wft6l * t_6dtnj_5 - t_bintu_10 * t_jmcu4;
-    const real t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2);
+    const real t_cfvj3 = t_wft6l * t_6dtnj_8 - t_bintu_10 * t_jmcu4;
+    const real t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o * t_uvqau_2);
     const real t_dzkws = t_cc4zp - t_4jhiy;
     const real t_kvlvt = t_bknng * t_z5auc_12
         - t_ccq7c
@@ -5000,14 +5000,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (G3_v1 * t_dzkws - K66 * t_u2omf)
         + (t_arpa7 * t_jiaxv_2 + t_6iku5_2 * t_uennl)
         + (t_5a3aj * t_jiaxv_2 + t_6iku5_2 * t_3nln2)
-        + (a2_v1 * t_jqvng_2 + t_edvw3_2 * t_j7rqb)
-        + (t_z4go7 * t_jqvng_2 + t_edvw3_2 * t_7qi4m)
+        + (a2_v1 * t_jqvng_2 + t_edvw3 * t_j7rqb)
+        + (t_z4go7 * t_jqvng_2 + t_edvw3 * t_7qi4m)
         - (a3_v1 * t_d5nl2 - K63 * t_vsyis)
         - (t_wrgts * t_d5nl2 + K63 * t_qexhy)
         + (t_bewoy * t_cs2ja + K64 * t_ibzye)
         - t_bknng * t_pdzxe_12
         + (t_6kh3y * t_jiaxv_2 + t_6iku5_2 * t_a3ckq)
-        + (t_37lel * t_jqvng_2 + t_edvw3_2 * t_jgdl3)
+        + (t_37lel * t_jqvng_2 + t_edvw3 * t_jgdl3)
         - (t_g54r5 * t_d5nl2 + K63 * t_avpof)
         + t_ccq7c;
     const real t_2ehdd = t_bknng * t_mvrqf_12
@@ -5024,23 +5024,23 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L65 * t_wft6l + t_eq4wy * t_cfvj3)
         - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
     const real t_6l64e = t_2ehdd * t_6dtnj_9 - t_itqoj * t_ppeo4;
-    const real t_xyxru = t_t7t4j * t_6dtnj_5 - t_zt5qz * t_jmcu4 - (t_dcknb * t_cfvj3 + K_L65 * t_6l64e);
-    const real t_ufe5y = t_xp6hc * t_6dtnj_4
+    const real t_xyxru = t_t7t4j * t_6dtnj_8 - t_zt5qz * t_jmcu4 - (t_dcknb * t_cfvj3 + K_L65 * t_6l64e);
+    const real t_ufe5y = t_xp6hc * t_6dtnj_7
         - t_a6l3v * t_7kmgl
         - (t_uddr7 * t_m3l6t + K_L54 * t_xyxru)
         - (t_dcknb * t_thtgx + K_L64 * t_6l64e);
-    const real t_5nxra = t_ls35t * t_6dtnj_3
+    const real t_5nxra = t_ls35t * t_6dtnj_6
         - t_y267s * t_ekvd2
         - (t_qn62h * t_25qco + K_L43 * t_ufe5y)
         - (t_uddr7 * t_rzspp + K_L53 * t_xyxru)
         - (t_dcknb * t_ds26d + K_L63 * t_6l64e);
-    const real t_65tig = t_lxcgp * t_6dtnj_2
+    const real t_65tig = t_lxcgp * t_6dtnj_5
         - t_2did4 * t_7uvyw
         - (t_wkjm3 * t_6q3ip + K_L32 * t_5nxra)
         + (t_qn62h * t_5gny6 + t_ae46j * t_ufe5y)
         - (t_uddr7 * t_bemnw + K_L52 * t_xyxru)
         + (t_dcknb * t_d3dwj + t_o5wmi * t_6l64e);
-    const real t_lftal = t_w57th * t_6dtnj
+    const real t_lftal = t_w57th * t_6dtnj_4
         + t_5ewry * t_skjof
         + (t_qgxvl * t_5vgja + t_gousg * t_65tig)
         + (t_wkjm3 * t_5vgja_2 + t_gousg_2 * t_5nxra)
@@ -5052,43 +5052,43 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_doiln_4 = q[wy] * sin_theta2 + q[wz] * cos_theta2;
     const real t_jrazf = t_dkl52 * (p[l2] * t_b6zig) + t_a3tjf * t_doiln_4 - w_x2 * (lc_2 * t_doiln_4);
     const real t_tdjwy = th_2 * (p[I2] * t_jrazf);
-    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2;
+    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o;
     const real t_b6zig_2 = cos_phi2 * t_doiln_3;
     const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig_2 - t_jsckv * t_doiln_4);
     const real t_b76zd = chi2 * t_b6zig_2 - t_2t7vh * t_b6zig - w_x2 * t_doiln_3;
     const real t_tewqk = B_2 * t_b76zd;
     const real t_iwtfp = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk;
-    const real t_gl4us = t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp);
+    const real t_gl4us = t_o4t3p + (t_u5rk4 - sin_theta2 * t_iwtfp);
     const real t_ipyra_2 = p[h2] * t_cfuim;
-    const real t_2y3dj = t_pt6a7 * t_c4pkx_3 - t_ipyra_2;
+    const real t_2y3dj = t_pt6a7_2 * t_c4pkx_3 - t_ipyra_2;
     const real t_tkdjn_3 = p[h2] * gz_phi2;
     const real t_yym4s = t_tkdjn_3 - t_c4pkx_4;
     const real t_ynb57 = t_fre5h * t_2y3dj - t_tmzpj * t_yym4s;
     const real t_s44ic = t_ynb57 * t_a2lgz;
-    const real t_n7l2g_2 = t_6pfo6_2 * t_doiln_3;
+    const real t_n7l2g_2 = t_6pfo6 * t_doiln_3;
     const real t_go56f = q[wx] * t_doiln_4;
     const real t_nn6gt = Wn2 * t_n7l2g_2
         - t_n7l2g * t_doiln_4
         - t_2ys72 * t_go56f
         + t_mw75j * t_n7l2g_2
-        + t_6pfo6 * t_go56f;
+        + t_6pfo6_2 * t_go56f;
     const real t_m5inr = t_doiln_2 * t_doiln_3;
     const real t_7ikon = t_2ys72 * (t_db6pd_2 * t_doiln_4)
         - t_2ys72 * t_m5inr
         - t_m7bta * t_n7l2g_2
         - q[wx] * (t_frp3h * t_doiln_3)
         + p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_m5inr)))
-        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7_2 * (t_doiln_3 + t_doiln_3))))
+        + p[m2] * (q[wx] * (t_nfvux * (t_pt6a7 * (t_doiln_3 + t_doiln_3))))
         + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_b6zig_2)));
-    const real t_3c2rc = t_iyr6v * (t_6pfo6_2 * t_nn6gt) - t_pi35k * (p[I2] * t_7ikon);
+    const real t_3c2rc = t_iyr6v * (t_6pfo6 * t_nn6gt) - t_pi35k * (p[I2] * t_7ikon);
     const real t_tkdjn_4 = p[h2] * gy_phi2;
     const real t_zshn6_3 = p[m2] * (t_nfvux * sin_theta2) - t_tkdjn_4;
     const real t_epql5_2 = p[h2] * gy_theta2;
     const real t_cshm4 = t_o6h5x * t_yym4s
         + (k_phi2 * t_yym4s + cz_phi2 * t_7ikon)
         - t_lzacu * (q[theta2_dot] * t_zshn6_3 - q[phi2_dot] * t_epql5_2);
-    const real t_rdvkg_2 = t_epql5_2 - t_pt6a7 * t_c4pkx_4;
-    const real t_kktbx = t_qu7qb * (q[phi2_dot] * (t_pt6a7_4 * t_c4pkx_3 - (t_tkdjn_4 + t_pt6a7_2 * t_c4pkx_3)) - q[theta2_dot] * t_rdvkg_2);
+    const real t_rdvkg_2 = t_epql5_2 - t_pt6a7_2 * t_c4pkx_4;
+    const real t_kktbx = t_qu7qb * (q[phi2_dot] * (t_pt6a7_4 * t_c4pkx_3 - (t_tkdjn_4 + t_pt6a7 * t_c4pkx_3)) - q[theta2_dot] * t_rdvkg_2);
     const real t_yhvyz = t_pi35k * t_cshm4
         + t_iyr6v * (t_5f4es * t_2y3dj + (k_theta2 * t_2y3dj + cz_theta2 * t_nn6gt) - t_kktbx);
     const real t_kwpdj = t_tmzpj * t_zshn6_3 + t_fre5h * t_rdvkg_2;
@@ -5100,11 +5100,11 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ewunn = t_pi35k * (t_zshn6_2 * t_zshn6_3)
         + t_iyr6v * (t_c3tha * t_rdvkg_2)
         + (f_v1_L21 * t_kwpdj + f21_v1 * t_rn4rv);
-    const real t_4ta4h = t_gac2h * t_6dtnj_6 + t_bintu * t_ewunn;
+    const real t_4ta4h = t_gac2h * t_6dtnj + t_bintu * t_ewunn;
     const real t_nywts = t_o6h5x * t_zshn6_3
         + (k_phi2 * t_zshn6_3 + t_zshn6 * t_7ikon)
         + t_lzacu * (q[theta2_dot] * t_yym4s - q[phi2_dot] * t_ipyra_2);
-    const real t_wxdul = t_qu7qb * (q[theta2_dot] * t_2y3dj + q[phi2_dot] * (t_tkdjn_3 + t_pt6a7_2 * t_c4pkx_4 - t_pt6a7_4 * t_c4pkx_4));
+    const real t_wxdul = t_qu7qb * (q[theta2_dot] * t_2y3dj + q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_4 - t_pt6a7_4 * t_c4pkx_4));
     const real t_b2por = t_pi35k * t_nywts
         - t_iyr6v * (t_5f4es * t_rdvkg_2 + (k_theta2 * t_rdvkg_2 + cy_theta2 * t_nn6gt) - t_wxdul);
     const real t_zxav7 = t_y6t4t * t_rn4rv + f_v1_L21 * t_3c2rc - t_b2por;
@@ -5116,14 +5116,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_iyr6v * (t_tuehv * t_2y3dj)
         + (f_v1_L32 * t_gac2h + t_vk4eg * t_4ta4h)
         + (f_v1_L31 * t_ynb57 + f31_v1 * t_s44ic);
-    const real t_g3zv7 = t_tomzu * t_6dtnj_7 + t_bintu_2 * t_xhbew;
+    const real t_g3zv7 = t_tomzu * t_6dtnj_2 + t_bintu_2 * t_xhbew;
     const real t_u5rk4_7 = wq_2 * sin_theta2;
     const real t_so6aj = t_kscnj * cos_theta2;
     const real t_yjwot = t_vsqil * t_so6aj;
     const real t_77nhz = t_u5rk4_7 - t_yjwot;
     const real t_le4xr = cos_theta2 * cos_theta2 - S_sq2;
     const real t_pwjew = t_vsqil * t_le4xr;
-    const real t_h432d = t_zxav7 * t_6dtnj_6 + t_pnxx6 * t_ewunn - (u_v1_x3 * t_4ta4h + f_v1_L32 * t_g3zv7);
+    const real t_h432d = t_zxav7 * t_6dtnj + t_pnxx6 * t_ewunn - (u_v1_x3 * t_4ta4h + f_v1_L32 * t_g3zv7);
     const real t_bu6uv = tn11_2 * t_so6aj;
     const real t_jg3za = t_pi35k * (q[wz] * t_yym4s - q[wy] * t_zshn6_3);
     const real t_fntib = t_iyr6v * (q[wy] * t_rdvkg_2 + q[wz] * t_2y3dj);
@@ -5132,13 +5132,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_6um6d = tn11_2 * t_le4xr;
     const real t_i3b73 = x_C * t_h432d
         + c[w2] * (t_cfuim * t_fntib + t_vfq4r - (gz_phi2 * t_jg3za - t_qjlib));
-    const real t_dnnxk = t_u5rk4 - t_u5rk4_7;
+    const real t_dnnxk = t_u5rk4_2 - t_u5rk4_7;
     const real t_cviki = t_3c2rc * t_a2lgz
         + (u_v1_x2 * t_rn4rv + f_v1_L21 * t_h432d)
         + (u_v1_x3 * t_s44ic + f_v1_L31 * t_g3zv7);
     const real t_uekvm = t_gl4us
         + (K52 * t_g3zv7 + G2_v1 * t_77nhz)
-        - (G3_v1 * t_pwjew - t_edvw3_2 * t_h432d)
+        - (G3_v1 * t_pwjew - t_edvw3 * t_h432d)
         + (a2_v1 * t_bu6uv + K22 * t_yxsnq)
         + (a3_v1 * t_6um6d - K32 * t_i3b73)
         + (t_bewoy * t_dnnxk + t_belws * t_cviki);
@@ -5146,13 +5146,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_imbro = t_iwtfp_2
         + (t_6iku5 * t_g3zv7 + G2_v1 * t_oja3l_2)
         - (t_6iku5_2 * t_h432d + G3_v1 * t_oja3l)
-        + (a2_v1 * t_u5rk4_5 + t_f2nhc * t_yxsnq)
-        - (a3_v1 * t_u5rk4_4 + t_f2nhc_2 * t_i3b73);
-    const real t_4trbo = t_hig3c_6 * t_cviki - t_imbro;
+        + (a2_v1 * t_u5rk4_3 + t_f2nhc_2 * t_yxsnq)
+        - (a3_v1 * t_u5rk4_4 + t_f2nhc * t_i3b73);
+    const real t_4trbo = t_hig3c_3 * t_cviki - t_imbro;
     const real t_u5rk4_8 = wq_2 * cos_theta2;
     const real t_mma3c = t_u5rk4_8 - t_pwjew;
-    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o;
-    const real t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_2);
+    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o_2;
+    const real t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_5);
     const real t_dnnxk_2 = t_u5rk4_8 + t_u5rk4_6;
     const real t_osfpb = K53 * t_g3zv7
         + G2_v1 * t_mma3c
@@ -5162,20 +5162,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (a3_v1 * t_bu6uv + K33 * t_i3b73)
         - (t_bewoy * t_dnnxk_2 + K43 * t_cviki);
     const real t_vjqm4 = K11 * t_4trbo
-        - (q2_v1 * t_u5rk4_5 + t_f2nhc * t_uekvm)
-        - (t_f2nhc_2 * t_osfpb - q3_v1 * t_u5rk4_4);
-    const real t_osu6m = t_f2nhc_3 * t_u5rk4_5 - t_f2nhc_4 * t_u5rk4_4;
+        - (q2_v1 * t_u5rk4_3 + t_f2nhc_2 * t_uekvm)
+        - (t_f2nhc * t_osfpb - q3_v1 * t_u5rk4_4);
+    const real t_osu6m = t_f2nhc_3 * t_u5rk4_3 - t_f2nhc_4 * t_u5rk4_4;
     const real t_cwno5 = t_teqv5 * t_osu6m
         + PP_v1 * (t_w22j3 * t_4trbo + t_w22j3_2 * t_uekvm + t_w22j3_3 * t_osfpb);
-    const real t_3pr4v = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_vjqm4 - t_cwno5) * t_kntxo) - t_vjqm4) * t_6dtnj_8
+    const real t_3pr4v = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_vjqm4 - t_cwno5) * t_kntxo) - t_vjqm4) * t_6dtnj_3
         - t_3wdoe * t_osu6m;
-    const real t_bhewf = t_uekvm - (t_arpa7 * t_u5rk4_5 + t_f2nhc * t_3pr4v);
+    const real t_bhewf = t_uekvm - (t_arpa7 * t_u5rk4_3 + t_f2nhc_2 * t_3pr4v);
     const real t_boghu = t_q2hfz * (t_5x4sb * (t_bhewf * t_y7rm6));
     const real t_7vxmt_4 = t_boghu * t_nwsjf;
     const real t_iubif_13 = t_bw2jd * (t_3iu34 * t_7vxmt_4);
     const real t_27ev7_13 = p[F] * (sin_t_6qa42 * t_iubif_13);
     const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
-    const real t_suo76 = t_osfpb - (t_f2nhc_2 * t_3pr4v - t_arpa7 * t_u5rk4_4);
+    const real t_suo76 = t_osfpb - (t_f2nhc * t_3pr4v - t_arpa7 * t_u5rk4_4);
     const real t_57cqj = t_suo76 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_boghu * t_nwsjf_2)));
     const real t_i25zk_4 = t_q2hfz_2 * (t_2snz7 * t_57cqj) * t_bifdl;
@@ -5186,13 +5186,13 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_3uupj_13);
     const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
     const real t_bgade = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_iwtfp_2;
-    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
+    const real t_yrmpr = t_u5rk4_3 * t_6dtnj_4;
     const real t_ilple_13 = p[F] * (cos_t_6qa42 * t_iubif_13);
     const real t_wmigc = SELECT0(m_el4yy, t_ilple_13) - t_gl4us + (t_njixh * t_yrmpr + t_gousg * t_bgade);
-    const real t_ztgih = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
-    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
-    const real t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
-    const real t_b7jjc = t_xocma * t_6dtnj_2 - t_bintu_3 * t_ztgih;
+    const real t_ztgih = t_bu6uv - (t_gousg * t_u5rk4_3 + t_f2nhc_2 * t_yrmpr);
+    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj_4;
+    const real t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_3 - t_f2nhc_2 * t_yrmpr_2);
+    const real t_b7jjc = t_xocma * t_6dtnj_5 - t_bintu_3 * t_ztgih;
     const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
     const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
     const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
@@ -5201,12 +5201,12 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (t_mvrqf_13 - t_gl4us_2)
         - (t_ycskf * t_b7jjc + K_L32 * t_wmigc);
     const real t_nmm6d = t_gousg_2 * t_u5rk4_4
-        + t_f2nhc_2 * t_yrmpr_2
+        + t_f2nhc * t_yrmpr_2
         - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_b7jjc));
-    const real t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_5;
-    const real t_o3gyj = t_tlnp4 * t_6dtnj_2 - t_l3pbw * t_ztgih;
+    const real t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_3;
+    const real t_o3gyj = t_tlnp4 * t_6dtnj_5 - t_l3pbw * t_ztgih;
     const real t_65yvy = t_dnnxk_2 + (t_ae46j * t_xocma + t_7exg5 * t_o3gyj) + t_w6lcf * t_u5rk4_4;
-    const real t_afo5h = t_65yvy * t_6dtnj_3 - t_bintu_4 * t_nmm6d;
+    const real t_afo5h = t_65yvy * t_6dtnj_6 - t_bintu_4 * t_nmm6d;
     const real t_e3pd3 = p[l2] * t_tewqk;
     const real t_pxzgl = q_2 * t_tdjwy;
     const real t_v4o5s = t_e3pd3 - t_pxzgl;
@@ -5225,9 +5225,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_4z6my * t_yrmpr_2
         - (t_z5auc_13 + t_suo76)
         - (t_oez3j * t_b7jjc + K_L32 * t_453b2);
-    const real t_h6nsv = t_rthgh * t_6dtnj_3 - t_knagq * t_nmm6d;
-    const real t_htizu = t_453b2 * t_6dtnj_2 - t_5umxj * t_ztgih - (t_wrgts * t_b7jjc + K_L32 * t_h6nsv);
-    const real t_qdddz = t_rdars_2 * t_6dtnj
+    const real t_h6nsv = t_rthgh * t_6dtnj_6 - t_knagq * t_nmm6d;
+    const real t_htizu = t_453b2 * t_6dtnj_5 - t_5umxj * t_ztgih - (t_wrgts * t_b7jjc + K_L32 * t_h6nsv);
+    const real t_qdddz = t_rdars_2 * t_6dtnj_4
         + (t_z4go7 * t_yrmpr + t_gousg * t_htizu)
         + (t_gousg_2 * t_h6nsv - t_wrgts * t_yrmpr_2);
     const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_o7cco_13 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_13));
@@ -5237,22 +5237,22 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_gjpyk = t_pdzxe_13
         + (t_gousg_2 * t_cgxsm_13 - t_lurhj * t_yrmpr_2)
         - (t_zoi3s * t_b7jjc + K_L32 * t_mfpen);
-    const real t_rrgqa = t_gjpyk * t_6dtnj_3 - t_e4fqd * t_nmm6d;
-    const real t_izkjb = t_mfpen * t_6dtnj_2 - t_l3pbw_2 * t_ztgih - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa);
-    const real t_tduzp = t_cgxsm_13 * t_6dtnj
+    const real t_rrgqa = t_gjpyk * t_6dtnj_6 - t_e4fqd * t_nmm6d;
+    const real t_izkjb = t_mfpen * t_6dtnj_5 - t_l3pbw_2 * t_ztgih - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa);
+    const real t_tduzp = t_cgxsm_13 * t_6dtnj_4
         + (t_37lel * t_yrmpr + t_gousg * t_izkjb)
         + (t_gousg_2 * t_rrgqa - t_g54r5 * t_yrmpr_2);
     const real t_sxalm = t_v4o5s
         + (K54 * t_g3zv7 + G2_v1 * t_izs7f)
         + (G3_v1 * t_izs7f_2 - K64 * t_h432d)
-        - t_hig3c_6 * t_3pr4v
-        - t_hig3c_6 * t_qdddz
+        - t_hig3c_3 * t_3pr4v
+        - t_hig3c_3 * t_qdddz
         - (a2_v1 * t_dnnxk + t_belws * t_yxsnq)
         - (t_z4go7 * t_dnnxk + t_belws * t_htizu)
         + (a3_v1 * t_dnnxk_2 - K43 * t_i3b73)
         + (t_wrgts * t_dnnxk_2 + K43 * t_h6nsv)
         - K44 * t_cviki
-        - t_hig3c_6 * t_tduzp
+        - t_hig3c_3 * t_tduzp
         - (t_37lel * t_dnnxk + t_belws * t_izkjb)
         + (t_g54r5 * t_dnnxk_2 + K43 * t_rrgqa)
         - t_v4o5s
@@ -5260,18 +5260,18 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (t_ycskf * t_o3gyj + t_ae46j * t_wmigc)
         - (t_vhcjl * t_afo5h + K_L43 * t_w6fea);
     const real t_r6h7w = t_ae46j * t_tlnp4 + t_cawlo * t_o3gyj + (K_L43 * t_65yvy + t_e6q5b * t_afo5h);
-    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
-    const real t_uhy5w = t_77nhz - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
-    const real t_svdpp = t_uhy5w * t_6dtnj_2 - t_bintu_5 * t_ztgih;
+    const real t_gsxk4 = t_oja3l_2 * t_6dtnj_4;
+    const real t_uhy5w = t_77nhz - (t_thnvm * t_u5rk4_3 + t_f2nhc_2 * t_gsxk4);
+    const real t_svdpp = t_uhy5w * t_6dtnj_5 - t_bintu_5 * t_ztgih;
     const real t_sxzpu = t_mma3c
         - (K_L52 * t_xocma + t_7exg5 * t_svdpp)
-        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
-    const real t_dgo5i = t_sxzpu * t_6dtnj_3 - t_bintu_6 * t_nmm6d;
+        - (t_f2nhc * t_gsxk4 - t_thnvm * t_u5rk4_4);
+    const real t_dgo5i = t_sxzpu * t_6dtnj_6 - t_bintu_6 * t_nmm6d;
     const real t_rbbr3 = t_izs7f
         + (K_L52 * t_tlnp4 + t_cawlo * t_svdpp)
         - (K_L53 * t_65yvy + t_e6q5b * t_dgo5i)
-        - t_hig3c_6 * t_gsxk4;
-    const real t_4fx56_2 = t_rbbr3 * t_6dtnj_4 + t_bintu_7 * t_r6h7w;
+        - t_hig3c_3 * t_gsxk4;
+    const real t_4fx56_2 = t_rbbr3 * t_6dtnj_7 + t_bintu_7 * t_r6h7w;
     const real t_juk4v = t_e3pd3 - e2 * t_iwtfp;
     const real t_ugfpt = sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p;
     const real t_bu6uv_2 = tn44_2 * t_so6aj;
@@ -5303,24 +5303,24 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_sxzpu + t_g6lxe * t_dgo5i)
         - (K_L54 * t_rbbr3 + t_sjdff * t_4fx56_2)
         - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
-    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
-    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
-    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw_3 * t_ztgih;
+    const real t_gsxk4_2 = t_oja3l * t_6dtnj_4;
+    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_3 - t_f2nhc_2 * t_gsxk4_2);
+    const real t_qcwbd = t_dshy3 * t_6dtnj_5 - t_l3pbw_3 * t_ztgih;
     const real t_a4laa = t_yjwot
         + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
-    const real t_zz2lj = t_a4laa * t_6dtnj_3 - t_bintu_8 * t_nmm6d;
+        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc * t_gsxk4_2);
+    const real t_zz2lj = t_a4laa * t_6dtnj_6 - t_bintu_8 * t_nmm6d;
     const real t_e4xza = t_izs7f_2
         - (t_o5wmi * t_tlnp4 + t_cawlo * t_qcwbd)
         - (K_L63 * t_65yvy + t_e6q5b * t_zz2lj)
-        + t_hig3c_6 * t_gsxk4_2;
-    const real t_mczja_2 = t_e4xza * t_6dtnj_4 + t_bintu_9 * t_r6h7w;
+        + t_hig3c_3 * t_gsxk4_2;
+    const real t_mczja_2 = t_e4xza * t_6dtnj_7 + t_bintu_9 * t_r6h7w;
     const real t_nfsm4 = t_t7pet
         + (t_o5wmi * t_uhy5w + t_7exg5_2 * t_qcwbd)
         - (K_L63 * t_sxzpu + t_g6lxe * t_zz2lj)
         - (K_L64 * t_rbbr3 + t_sjdff * t_mczja_2)
         - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
-    const real t_ea4g2 = t_nfsm4 * t_6dtnj_5 - t_bintu_10 * t_eql56;
+    const real t_ea4g2 = t_nfsm4 * t_6dtnj_8 - t_bintu_10 * t_eql56;
     const real t_maktp = cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2;
     const real t_ojutn = t_bknng * t_z5auc_13
         - t_maktp
@@ -5328,14 +5328,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (K66 * t_h432d + G3_v1 * t_bu6uv_2)
         + (t_6iku5_2 * t_3pr4v - t_arpa7 * t_oja3l)
         + (t_6iku5_2 * t_qdddz - t_5a3aj * t_oja3l)
-        + (a2_v1 * t_pwjew + t_edvw3_2 * t_yxsnq)
-        + (t_z4go7 * t_pwjew + t_edvw3_2 * t_htizu)
+        + (a2_v1 * t_pwjew + t_edvw3 * t_yxsnq)
+        + (t_z4go7 * t_pwjew + t_edvw3 * t_htizu)
         - (a3_v1 * t_yjwot - K63 * t_i3b73)
         - (t_wrgts * t_yjwot + K63 * t_h6nsv)
         + (t_bewoy * t_izs7f_2 + K64 * t_cviki)
         - t_bknng * t_pdzxe_13
         + (t_6iku5_2 * t_tduzp - t_6kh3y * t_oja3l)
-        + (t_37lel * t_pwjew + t_edvw3_2 * t_izkjb)
+        + (t_37lel * t_pwjew + t_edvw3 * t_izkjb)
         - (t_g54r5 * t_yjwot + K63 * t_rrgqa)
         + t_maktp;
     const real t_zbebr = t_bknng * t_mvrqf_13
@@ -5351,34 +5351,34 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + (K_L64 * t_e4xza + t_5ejts * t_mczja_2)
         + (K_L65 * t_nfsm4 + t_eq4wy * t_ea4g2);
     const real t_fcxeq = t_zbebr * t_6dtnj_9 - t_itqoj * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_6bwri);
-    const real t_vl4d6 = t_5nxpu * t_6dtnj_5 - t_zt5qz * t_eql56 - (t_dcknb * t_ea4g2 + K_L65 * t_fcxeq);
-    const real t_entta = t_sxalm * t_6dtnj_4
+    const real t_vl4d6 = t_5nxpu * t_6dtnj_8 - t_zt5qz * t_eql56 - (t_dcknb * t_ea4g2 + K_L65 * t_fcxeq);
+    const real t_entta = t_sxalm * t_6dtnj_7
         + t_a6l3v * t_r6h7w
         - (t_uddr7 * t_4fx56_2 + K_L54 * t_vl4d6)
         - (t_dcknb * t_mczja_2 + K_L64 * t_fcxeq);
-    const real t_qk6t4 = t_w6fea * t_6dtnj_3
+    const real t_qk6t4 = t_w6fea * t_6dtnj_6
         - t_y267s * t_nmm6d
         - (t_qn62h * t_afo5h + K_L43 * t_entta)
         - (t_uddr7 * t_dgo5i + K_L53 * t_vl4d6)
         - (t_dcknb * t_zz2lj + K_L63 * t_fcxeq);
-    const real t_ve5hq = t_wmigc * t_6dtnj_2
+    const real t_ve5hq = t_wmigc * t_6dtnj_5
         - t_2did4 * t_ztgih
         - (t_wkjm3 * t_b7jjc + K_L32 * t_qk6t4)
         + (t_qn62h * t_o3gyj + t_ae46j * t_entta)
         - (t_uddr7 * t_svdpp + K_L52 * t_vl4d6)
         + (t_dcknb * t_qcwbd + t_o5wmi * t_fcxeq);
-    const real t_pzu4a = t_bgade * t_6dtnj
+    const real t_pzu4a = t_bgade * t_6dtnj_4
         + (t_qgxvl * t_yrmpr + t_gousg * t_ve5hq)
         + (t_gousg_2 * t_qk6t4 - t_wkjm3 * t_yrmpr_2)
         + t_w6lcf * t_entta
         + (t_uddr7 * t_gsxk4 + t_thnvm * t_vl4d6)
         + (t_thnvm_2 * t_fcxeq - t_dcknb * t_gsxk4_2);
-    const real t_v2rui = t_lgf4h + t_lgf4h;
+    const real t_v2rui = t_lgf4h_2 + t_lgf4h_2;
     const real t_ipold = q[theta1_dot] * t_v2rui;
     const real t_angoh = t_mgpcw + t_mgpcw;
     const real t_5ctpc = t_angoh + t_ipold - q[wx] * t_v2rui;
     const real t_3wwg6 = t_hyv47 * (p[I1] * p[eps1])
-        + t_wdxch * (t_4maxk * t_v2rui - (t_lgf4h_2 * t_ipold + t_lgf4h_2 * t_5ctpc));
+        + t_wdxch * (t_4maxk * t_v2rui - (t_lgf4h * t_ipold + t_lgf4h * t_5ctpc));
     const real t_utm3f = t_hyv47 * (t_2ksfs * p[eps1] + (cdy_phi1 * D1 + t_4pqij * t_n4yir))
         - t_wdxch * (cy_theta1 * t_ipold + cy_theta1 * t_5ctpc - t_4maxk * t_uu5al);
     const real t_ie7ec = f_v1_L21 * t_3wwg6 + t_utm3f;
@@ -5386,7 +5386,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_wdxch * (cz_theta1 * t_ipold + cz_theta1 * t_5ctpc - t_4maxk * t_f4an4)
         - f_v1_L31 * t_3wwg6
         + f_v1_L32 * t_ie7ec;
-    const real t_m7qln = t_7yzal * t_6dtnj_7;
+    const real t_m7qln = t_7yzal * t_6dtnj_2;
     const real t_plqy5_2 = t_plqy5 + t_plqy5;
     const real t_chz6j = th_1 * (p[I1] * t_plqy5_2);
     const real t_5y6gd = cos_theta1 * t_chz6j;
@@ -5394,14 +5394,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_333yc = k1 * p[eps1];
     const real t_rkxcf = sin_phi1 * t_77voe + cos_phi1 * t_333yc;
     const real t_r76ai = t_5y6gd + sin_theta1 * t_rkxcf;
-    const real t_2jedw = t_ie7ec * t_6dtnj_6 + f_v1_L32 * t_m7qln;
+    const real t_2jedw = t_ie7ec * t_6dtnj + f_v1_L32 * t_m7qln;
     const real t_rn2c5 = t_hyv47 * D1;
     const real t_qv367 = x_C * t_m7qln + c[w1] * (gy_phi1 * t_rn2c5);
     const real t_5xnle = x_C * t_2jedw + c[w2] * (gz_phi1 * t_rn2c5);
     const real t_g7phx = f_v1_L31 * t_m7qln - (t_3wwg6 * t_a2lgz + f_v1_L21 * t_2jedw);
     const real t_lakzj = K52 * t_m7qln
         - t_r76ai
-        - t_edvw3_2 * t_2jedw
+        - t_edvw3 * t_2jedw
         + K22 * t_qv367
         + K32 * t_5xnle
         + t_belws * t_g7phx;
@@ -5409,9 +5409,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_wr7dp = t_rkxcf_2
         + t_6iku5 * t_m7qln
         + t_6iku5_2 * t_2jedw
-        + t_f2nhc * t_qv367
-        + t_f2nhc_2 * t_5xnle;
-    const real t_sgble = t_hig3c_6 * t_g7phx - t_wr7dp;
+        + t_f2nhc_2 * t_qv367
+        + t_f2nhc * t_5xnle;
+    const real t_sgble = t_hig3c_3 * t_g7phx - t_wr7dp;
     const real t_5y6gd_2 = sin_theta1 * t_chz6j;
     const real t_r76ai_2 = t_5y6gd_2 - cos_theta1 * t_rkxcf;
     const real t_h3ber = t_r76ai_2
@@ -5420,17 +5420,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_qv367
         + K33 * t_5xnle
         - K43 * t_g7phx;
-    const real t_7gdfv = K11 * t_sgble - t_f2nhc * t_lakzj - t_f2nhc_2 * t_h3ber;
+    const real t_7gdfv = K11 * t_sgble - t_f2nhc_2 * t_lakzj - t_f2nhc * t_h3ber;
     const real t_iurpc = t_2qjkk * t_7gdfv
         - PP_v1 * (t_w22j3 * t_sgble + t_w22j3_2 * t_lakzj + t_w22j3_3 * t_h3ber);
-    const real t_jixut_2 = (SELECT0(m_nsst6, t_x2afy * t_iurpc * t_kntxo) - t_7gdfv) * t_6dtnj_8;
-    const real t_kpntb = t_lakzj - t_f2nhc * t_jixut_2;
+    const real t_jixut_2 = (SELECT0(m_nsst6, t_x2afy * t_iurpc * t_kntxo) - t_7gdfv) * t_6dtnj_3;
+    const real t_kpntb = t_lakzj - t_f2nhc_2 * t_jixut_2;
     const real t_fzkuf_2 = t_q2hfz * (t_5x4sb * (t_kpntb * t_y7rm6));
     const real t_oesw4_10 = t_fzkuf_2 * t_nwsjf;
     const real t_iubif_14 = t_bw2jd * (t_3iu34 * t_oesw4_10);
     const real t_27ev7_14 = p[F] * (sin_t_6qa42 * t_iubif_14);
     const real t_wzmp3_14 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_14));
-    const real t_wiih7 = t_h3ber - t_f2nhc_2 * t_jixut_2;
+    const real t_wiih7 = t_h3ber - t_f2nhc * t_jixut_2;
     const real t_aqnqi_2 = t_wiih7 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_2 * t_nwsjf_2)));
     const real t_vwbcj_10 = t_q2hfz_2 * (t_2snz7 * t_aqnqi_2) * t_bifdl;
@@ -5457,27 +5457,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_14 = p[F] * (cos_t_wuiya * t_oesw4_10);
     const real t_iz4zu_2 = SELECT0(m_el4yy, t_s7ixe_14) - t_kpntb + t_gousg * t_hsftr_2;
     const real t_z5auc_14 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_14)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_14));
-    const real t_24yiu_2 = (t_gousg_2 * t_hsftr_2 - (t_z5auc_14 + t_wiih7) - K_L32 * t_iz4zu_2) * t_6dtnj_3;
-    const real t_jzkve_10 = t_iz4zu_2 * t_6dtnj_2 - K_L32 * t_24yiu_2;
-    const real t_pa2bf_4 = t_hsftr_2 * t_6dtnj + t_gousg * t_jzkve_10 + t_gousg_2 * t_24yiu_2;
+    const real t_24yiu_2 = (t_gousg_2 * t_hsftr_2 - (t_z5auc_14 + t_wiih7) - K_L32 * t_iz4zu_2) * t_6dtnj_6;
+    const real t_jzkve_10 = t_iz4zu_2 * t_6dtnj_5 - K_L32 * t_24yiu_2;
+    const real t_pa2bf_4 = t_hsftr_2 * t_6dtnj_4 + t_gousg * t_jzkve_10 + t_gousg_2 * t_24yiu_2;
     const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_o7cco_14 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_14));
     const real t_ycqju_14 = t_ilple_14 - t_s7ixe_14;
     const real t_bac74_10 = SELECT0(m_el4yy, t_ycqju_14) + t_gousg * t_cgxsm_14;
     const real t_pdzxe_14 = p[F] * t_5pi5x_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
-    const real t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_3;
-    const real t_2gufb_10 = t_bac74_10 * t_6dtnj_2 - K_L32 * t_5aqsz_10;
-    const real t_zws6c_10 = t_cgxsm_14 * t_6dtnj + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10;
+    const real t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_6;
+    const real t_2gufb_10 = t_bac74_10 * t_6dtnj_5 - K_L32 * t_5aqsz_10;
+    const real t_zws6c_10 = t_cgxsm_14 * t_6dtnj_4 + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10;
     const real t_5e3jb = t_m5mgy
         + K54 * t_m7qln
         + K64 * t_2jedw
-        - t_hig3c_6 * t_jixut_2
-        - t_hig3c_6 * t_pa2bf_4
+        - t_hig3c_3 * t_jixut_2
+        - t_hig3c_3 * t_pa2bf_4
         - t_belws * t_qv367
         - t_belws * t_jzkve_10
         + K43 * t_5xnle
         + K43 * t_24yiu_2
         - K44 * t_g7phx
-        - t_hig3c_6 * t_zws6c_10
+        - t_hig3c_3 * t_zws6c_10
         - t_belws * t_2gufb_10
         + K43 * t_5aqsz_10
         - t_m5mgy
@@ -5515,14 +5515,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_2jedw
         + t_6iku5_2 * t_jixut_2
         + t_6iku5_2 * t_pa2bf_4
-        + t_edvw3_2 * t_qv367
-        + t_edvw3_2 * t_jzkve_10
+        + t_edvw3 * t_qv367
+        + t_edvw3 * t_jzkve_10
         - K63 * t_5xnle
         - K63 * t_24yiu_2
         + K64 * t_g7phx
         - t_bknng * t_pdzxe_14
         + t_6iku5_2 * t_zws6c_10
-        + t_edvw3_2 * t_2gufb_10
+        + t_edvw3 * t_2gufb_10
         - K63 * t_5aqsz_10
         + t_4lqzh;
     const real t_evjw4 = t_bknng * t_mvrqf_14
@@ -5533,15 +5533,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_5e3jb
         - K_L65 * t_ttvdw;
     const real t_2wnxs_2 = t_evjw4 * t_6dtnj_9;
-    const real t_dwg3j = t_ttvdw * t_6dtnj_5 - K_L65 * t_2wnxs_2;
-    const real t_jm5dk = t_5e3jb * t_6dtnj_4 - K_L54 * t_dwg3j - K_L64 * t_2wnxs_2;
-    const real t_e3ob7 = t_z55p5 * t_6dtnj_3 - K_L43 * t_jm5dk - K_L53 * t_dwg3j - K_L63 * t_2wnxs_2;
-    const real t_a7sds = t_ooofu * t_6dtnj_2
+    const real t_dwg3j = t_ttvdw * t_6dtnj_8 - K_L65 * t_2wnxs_2;
+    const real t_jm5dk = t_5e3jb * t_6dtnj_7 - K_L54 * t_dwg3j - K_L64 * t_2wnxs_2;
+    const real t_e3ob7 = t_z55p5 * t_6dtnj_6 - K_L43 * t_jm5dk - K_L53 * t_dwg3j - K_L63 * t_2wnxs_2;
+    const real t_a7sds = t_ooofu * t_6dtnj_5
         - K_L32 * t_e3ob7
         + t_ae46j * t_jm5dk
         - K_L52 * t_dwg3j
         + t_o5wmi * t_2wnxs_2;
-    const real t_kqcia = t_5qlyr * t_6dtnj
+    const real t_kqcia = t_5qlyr * t_6dtnj_4
         + t_gousg * t_a7sds
         + t_gousg_2 * t_e3ob7
         + t_w6lcf * t_jm5dk
@@ -5554,26 +5554,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_g4lmd_2 = B_1 * t_7l5ed_2;
     const real t_lmque_2 = t_7ucg7 - cos_phi1 * t_g4lmd_2;
     const real t_5qvf3 = t_mqkrp + sin_theta1 * t_lmque_2;
-    const real t_34aak = p[m1] * (q[wx] * t_2vtqb) - (t_lgf4h * t_2zkgz + t_angoh);
+    const real t_34aak = p[m1] * (q[wx] * t_2vtqb) - (t_lgf4h_2 * t_2zkgz + t_angoh);
     const real t_4we64 = p[eps1] + Dd_theta1;
     const real t_cvylk = t_wdxch * (cz_theta1 * Dd_theta1 + cz_theta1 * t_4we64 - (cdz_theta1 * D_theta1 - t_4maxk * cy_theta1));
     const real t_vamne = t_hyv47 * (p[I1] * t_34aak)
-        + t_wdxch * (Dd_theta1 * D_theta1 - (t_lgf4h_2 * Dd_theta1 + t_lgf4h_2 * t_4we64));
+        + t_wdxch * (Dd_theta1 * D_theta1 - (t_lgf4h * Dd_theta1 + t_lgf4h * t_4we64));
     const real t_b64vc = t_wdxch * (cy_theta1 * Dd_theta1 + cy_theta1 * t_4we64 - (cdy_theta1 * D_theta1 + t_4maxk * t_jey6y));
     const real t_tfk7j = f_v1_L21 * t_vamne + (t_hyv47 * (t_2ksfs * t_34aak + t_4pqij * cz_phi1) - t_b64vc);
     const real t_3ybm6 = t_hyv47 * (cz_phi1 * t_34aak - t_4pqij * t_2ksfs)
         + t_cvylk
         - f_v1_L31 * t_vamne
         + f_v1_L32 * t_tfk7j;
-    const real t_m6wz3 = t_3ybm6 * t_6dtnj_7;
-    const real t_rtgny = t_tfk7j * t_6dtnj_6 + f_v1_L32 * t_m6wz3;
+    const real t_m6wz3 = t_3ybm6 * t_6dtnj_2;
+    const real t_rtgny = t_tfk7j * t_6dtnj + f_v1_L32 * t_m6wz3;
     const real t_v7kvu = t_wdxch * D_theta1;
     const real t_ij23r = x_C * t_m6wz3 + c[w1] * (gy_theta1 * t_v7kvu);
     const real t_s45gg = x_C * t_rtgny - c[w2] * (t_iouus * t_v7kvu);
     const real t_qi5hz = f_v1_L31 * t_m6wz3 - (t_vamne * t_a2lgz + f_v1_L21 * t_rtgny);
     const real t_kko27 = t_5qvf3
         + K52 * t_m6wz3
-        - t_edvw3_2 * t_rtgny
+        - t_edvw3 * t_rtgny
         + K22 * t_ij23r
         + K32 * t_s45gg
         + t_belws * t_qi5hz;
@@ -5581,9 +5581,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_l3mme = t_lmque_3
         + t_6iku5 * t_m6wz3
         + t_6iku5_2 * t_rtgny
-        + t_f2nhc * t_ij23r
-        + t_f2nhc_2 * t_s45gg;
-    const real t_z6o7y = t_hig3c_6 * t_qi5hz - t_l3mme;
+        + t_f2nhc_2 * t_ij23r
+        + t_f2nhc * t_s45gg;
+    const real t_z6o7y = t_hig3c_3 * t_qi5hz - t_l3mme;
     const real t_mqkrp_2 = sin_theta1 * t_eaygj;
     const real t_5qvf3_2 = cos_theta1 * t_lmque_2 - t_mqkrp_2;
     const real t_lcwjx = t_5qvf3_2
@@ -5592,17 +5592,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_ij23r
         + K33 * t_s45gg
         - K43 * t_qi5hz;
-    const real t_bz24n = K11 * t_z6o7y - t_f2nhc * t_kko27 - t_f2nhc_2 * t_lcwjx;
+    const real t_bz24n = K11 * t_z6o7y - t_f2nhc_2 * t_kko27 - t_f2nhc * t_lcwjx;
     const real t_n2isy = t_2qjkk * t_bz24n
         - PP_v1 * (t_w22j3 * t_z6o7y + t_w22j3_2 * t_kko27 + t_w22j3_3 * t_lcwjx);
-    const real t_jixut_3 = (SELECT0(m_nsst6, t_x2afy * t_n2isy * t_kntxo) - t_bz24n) * t_6dtnj_8;
-    const real t_itja6 = t_kko27 - t_f2nhc * t_jixut_3;
+    const real t_jixut_3 = (SELECT0(m_nsst6, t_x2afy * t_n2isy * t_kntxo) - t_bz24n) * t_6dtnj_3;
+    const real t_itja6 = t_kko27 - t_f2nhc_2 * t_jixut_3;
     const real t_fzkuf_3 = t_q2hfz * (t_5x4sb * (t_itja6 * t_y7rm6));
     const real t_oesw4_11 = t_fzkuf_3 * t_nwsjf;
     const real t_iubif_15 = t_bw2jd * (t_3iu34 * t_oesw4_11);
     const real t_27ev7_15 = p[F] * (sin_t_6qa42 * t_iubif_15);
     const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
-    const real t_bvf5t = t_lcwjx - t_f2nhc_2 * t_jixut_3;
+    const real t_bvf5t = t_lcwjx - t_f2nhc * t_jixut_3;
     const real t_aqnqi_3 = t_bvf5t * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_3 * t_nwsjf_2)));
     const real t_vwbcj_11 = t_q2hfz_2 * (t_2snz7 * t_aqnqi_3) * t_bifdl;
@@ -5629,27 +5629,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_15 = p[F] * (cos_t_wuiya * t_oesw4_11);
     const real t_iz4zu_3 = SELECT0(m_el4yy, t_s7ixe_15) - t_itja6 + t_gousg * t_hsftr_3;
     const real t_z5auc_15 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_15)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_15));
-    const real t_24yiu_3 = (t_gousg_2 * t_hsftr_3 - (t_z5auc_15 + t_bvf5t) - K_L32 * t_iz4zu_3) * t_6dtnj_3;
-    const real t_jzkve_11 = t_iz4zu_3 * t_6dtnj_2 - K_L32 * t_24yiu_3;
-    const real t_pa2bf_5 = t_hsftr_3 * t_6dtnj + t_gousg * t_jzkve_11 + t_gousg_2 * t_24yiu_3;
+    const real t_24yiu_3 = (t_gousg_2 * t_hsftr_3 - (t_z5auc_15 + t_bvf5t) - K_L32 * t_iz4zu_3) * t_6dtnj_6;
+    const real t_jzkve_11 = t_iz4zu_3 * t_6dtnj_5 - K_L32 * t_24yiu_3;
+    const real t_pa2bf_5 = t_hsftr_3 * t_6dtnj_4 + t_gousg * t_jzkve_11 + t_gousg_2 * t_24yiu_3;
     const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_o7cco_15 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_15));
     const real t_ycqju_15 = t_ilple_15 - t_s7ixe_15;
     const real t_bac74_11 = SELECT0(m_el4yy, t_ycqju_15) + t_gousg * t_cgxsm_15;
     const real t_pdzxe_15 = p[F] * t_5pi5x_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
-    const real t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_3;
-    const real t_2gufb_11 = t_bac74_11 * t_6dtnj_2 - K_L32 * t_5aqsz_11;
-    const real t_zws6c_11 = t_cgxsm_15 * t_6dtnj + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11;
+    const real t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_6;
+    const real t_2gufb_11 = t_bac74_11 * t_6dtnj_5 - K_L32 * t_5aqsz_11;
+    const real t_zws6c_11 = t_cgxsm_15 * t_6dtnj_4 + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11;
     const real t_r5itf = t_lcopv
         + K54 * t_m6wz3
         + K64 * t_rtgny
-        - t_hig3c_6 * t_jixut_3
-        - t_hig3c_6 * t_pa2bf_5
+        - t_hig3c_3 * t_jixut_3
+        - t_hig3c_3 * t_pa2bf_5
         - t_belws * t_ij23r
         - t_belws * t_jzkve_11
         + K43 * t_s45gg
         + K43 * t_24yiu_3
         - K44 * t_qi5hz
-        - t_hig3c_6 * t_zws6c_11
+        - t_hig3c_3 * t_zws6c_11
         - t_belws * t_2gufb_11
         + K43 * t_5aqsz_11
         - t_lcopv
@@ -5686,14 +5686,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_rtgny
         + t_6iku5_2 * t_jixut_3
         + t_6iku5_2 * t_pa2bf_5
-        + t_edvw3_2 * t_ij23r
-        + t_edvw3_2 * t_jzkve_11
+        + t_edvw3 * t_ij23r
+        + t_edvw3 * t_jzkve_11
         - K63 * t_s45gg
         - K63 * t_24yiu_3
         + K64 * t_qi5hz
         - t_bknng * t_pdzxe_15
         + t_6iku5_2 * t_zws6c_11
-        + t_edvw3_2 * t_2gufb_11
+        + t_edvw3 * t_2gufb_11
         - K63 * t_5aqsz_11
         + t_asqae;
     const real t_buezg = t_bknng * t_mvrqf_15
@@ -5704,15 +5704,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_r5itf
         - K_L65 * t_27sf7;
     const real t_2wnxs_3 = t_buezg * t_6dtnj_9;
-    const real t_o3ri7 = t_27sf7 * t_6dtnj_5 - K_L65 * t_2wnxs_3;
-    const real t_joc7i = t_r5itf * t_6dtnj_4 - K_L54 * t_o3ri7 - K_L64 * t_2wnxs_3;
-    const real t_e3ob7_2 = t_ptres * t_6dtnj_3 - K_L43 * t_joc7i - K_L53 * t_o3ri7 - K_L63 * t_2wnxs_3;
-    const real t_a7sds_2 = t_7qxpd * t_6dtnj_2
+    const real t_o3ri7 = t_27sf7 * t_6dtnj_8 - K_L65 * t_2wnxs_3;
+    const real t_joc7i = t_r5itf * t_6dtnj_7 - K_L54 * t_o3ri7 - K_L64 * t_2wnxs_3;
+    const real t_e3ob7_2 = t_ptres * t_6dtnj_6 - K_L43 * t_joc7i - K_L53 * t_o3ri7 - K_L63 * t_2wnxs_3;
+    const real t_a7sds_2 = t_7qxpd * t_6dtnj_5
         - K_L32 * t_e3ob7_2
         + t_ae46j * t_joc7i
         - K_L52 * t_o3ri7
         + t_o5wmi * t_2wnxs_3;
-    const real t_zaibg = t_qpgq7 * t_6dtnj
+    const real t_zaibg = t_qpgq7 * t_6dtnj_4
         + t_gousg * t_a7sds_2
         + t_gousg_2 * t_e3ob7_2
         + t_w6lcf * t_joc7i
@@ -5722,15 +5722,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_angoh_2 = t_n7l2g + t_n7l2g;
     const real t_ejlpy = t_angoh_2 + t_gv66t - t_rfj2a;
     const real t_jy26o = t_pi35k * (p[I2] * p[eps2])
-        + t_iyr6v * (t_qu7qb * t_4lhcb - (t_6pfo6_2 * t_gv66t + t_6pfo6_2 * t_ejlpy));
+        + t_iyr6v * (t_qu7qb * t_4lhcb - (t_6pfo6 * t_gv66t + t_6pfo6 * t_ejlpy));
     const real t_gxagu = t_pi35k * (t_zshn6 * p[eps2] + (cdy_phi2 * D2 + t_lzacu * t_epql5))
-        - t_iyr6v * (cy_theta2 * t_gv66t + cy_theta2 * t_ejlpy - t_qu7qb * t_erw3p);
+        - t_iyr6v * (cy_theta2 * t_gv66t + cy_theta2 * t_ejlpy - t_qu7qb * t_erw3p_2);
     const real t_confx = f_v1_L21 * t_jy26o + t_gxagu;
     const real t_2ayk7 = t_pi35k * (cz_phi2 * p[eps2] - (cdz_phi2 * D2 - t_lzacu * t_ipyra))
-        + t_iyr6v * (cz_theta2 * t_gv66t + cz_theta2 * t_ejlpy - t_qu7qb * t_erw3p_2)
+        + t_iyr6v * (cz_theta2 * t_gv66t + cz_theta2 * t_ejlpy - t_qu7qb * t_erw3p)
         - f_v1_L31 * t_jy26o
         + f_v1_L32 * t_confx;
-    const real t_ns2yt = t_2ayk7 * t_6dtnj_7;
+    const real t_ns2yt = t_2ayk7 * t_6dtnj_2;
     const real t_a3tjf_2 = t_a3tjf + t_a3tjf;
     const real t_scpzb = th_2 * (p[I2] * t_a3tjf_2);
     const real t_ffhve = cos_theta2 * t_scpzb;
@@ -5738,14 +5738,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_wktgs = k2 * p[eps2];
     const real t_lejiq = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs;
     const real t_twnno = t_ffhve + sin_theta2 * t_lejiq;
-    const real t_jowlf = t_confx * t_6dtnj_6 + f_v1_L32 * t_ns2yt;
+    const real t_jowlf = t_confx * t_6dtnj + f_v1_L32 * t_ns2yt;
     const real t_6ufmn = t_pi35k * D2;
     const real t_npj77 = x_C * t_ns2yt + c[w1] * (gy_phi2 * t_6ufmn);
     const real t_b3dll = x_C * t_jowlf + c[w2] * (gz_phi2 * t_6ufmn);
     const real t_gzqg6 = f_v1_L31 * t_ns2yt - (t_jy26o * t_a2lgz + f_v1_L21 * t_jowlf);
     const real t_nkgtc = K52 * t_ns2yt
         - t_twnno
-        - t_edvw3_2 * t_jowlf
+        - t_edvw3 * t_jowlf
         + K22 * t_npj77
         + K32 * t_b3dll
         + t_belws * t_gzqg6;
@@ -5753,9 +5753,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_bahnb = t_lejiq_2
         + t_6iku5 * t_ns2yt
         + t_6iku5_2 * t_jowlf
-        + t_f2nhc * t_npj77
-        + t_f2nhc_2 * t_b3dll;
-    const real t_r6wmy = t_hig3c_6 * t_gzqg6 - t_bahnb;
+        + t_f2nhc_2 * t_npj77
+        + t_f2nhc * t_b3dll;
+    const real t_r6wmy = t_hig3c_3 * t_gzqg6 - t_bahnb;
     const real t_ffhve_2 = sin_theta2 * t_scpzb;
     const real t_twnno_2 = t_ffhve_2 - cos_theta2 * t_lejiq;
     const real t_e4i26 = t_twnno_2
@@ -5764,17 +5764,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_npj77
         + K33 * t_b3dll
         - K43 * t_gzqg6;
-    const real t_gpzhv = K11 * t_r6wmy - t_f2nhc * t_nkgtc - t_f2nhc_2 * t_e4i26;
+    const real t_gpzhv = K11 * t_r6wmy - t_f2nhc_2 * t_nkgtc - t_f2nhc * t_e4i26;
     const real t_l3n56 = t_2qjkk * t_gpzhv
         - PP_v1 * (t_w22j3 * t_r6wmy + t_w22j3_2 * t_nkgtc + t_w22j3_3 * t_e4i26);
-    const real t_jixut_4 = (SELECT0(m_nsst6, t_x2afy * t_l3n56 * t_kntxo) - t_gpzhv) * t_6dtnj_8;
-    const real t_ubcbm = t_nkgtc - t_f2nhc * t_jixut_4;
+    const real t_jixut_4 = (SELECT0(m_nsst6, t_x2afy * t_l3n56 * t_kntxo) - t_gpzhv) * t_6dtnj_3;
+    const real t_ubcbm = t_nkgtc - t_f2nhc_2 * t_jixut_4;
     const real t_fzkuf_4 = t_q2hfz * (t_5x4sb * (t_ubcbm * t_y7rm6));
     const real t_oesw4_12 = t_fzkuf_4 * t_nwsjf;
     const real t_iubif_16 = t_bw2jd * (t_3iu34 * t_oesw4_12);
     const real t_27ev7_16 = p[F] * (sin_t_6qa42 * t_iubif_16);
     const real t_wzmp3_16 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_16));
-    const real t_i775c = t_e4i26 - t_f2nhc_2 * t_jixut_4;
+    const real t_i775c = t_e4i26 - t_f2nhc * t_jixut_4;
     const real t_aqnqi_4 = t_i775c * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_4 * t_nwsjf_2)));
     const real t_vwbcj_12 = t_q2hfz_2 * (t_2snz7 * t_aqnqi_4) * t_bifdl;
@@ -5801,27 +5801,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_16 = p[F] * (cos_t_wuiya * t_oesw4_12);
     const real t_iz4zu_4 = SELECT0(m_el4yy, t_s7ixe_16) - t_ubcbm + t_gousg * t_hsftr_4;
     const real t_z5auc_16 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_16)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_16));
-    const real t_24yiu_4 = (t_gousg_2 * t_hsftr_4 - (t_z5auc_16 + t_i775c) - K_L32 * t_iz4zu_4) * t_6dtnj_3;
-    const real t_jzkve_12 = t_iz4zu_4 * t_6dtnj_2 - K_L32 * t_24yiu_4;
-    const real t_pa2bf_6 = t_hsftr_4 * t_6dtnj + t_gousg * t_jzkve_12 + t_gousg_2 * t_24yiu_4;
+    const real t_24yiu_4 = (t_gousg_2 * t_hsftr_4 - (t_z5auc_16 + t_i775c) - K_L32 * t_iz4zu_4) * t_6dtnj_6;
+    const real t_jzkve_12 = t_iz4zu_4 * t_6dtnj_5 - K_L32 * t_24yiu_4;
+    const real t_pa2bf_6 = t_hsftr_4 * t_6dtnj_4 + t_gousg * t_jzkve_12 + t_gousg_2 * t_24yiu_4;
     const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_o7cco_16 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_16));
     const real t_ycqju_16 = t_ilple_16 - t_s7ixe_16;
     const real t_bac74_12 = SELECT0(m_el4yy, t_ycqju_16) + t_gousg * t_cgxsm_16;
     const real t_pdzxe_16 = p[F] * t_5pi5x_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
-    const real t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_3;
-    const real t_2gufb_12 = t_bac74_12 * t_6dtnj_2 - K_L32 * t_5aqsz_12;
-    const real t_zws6c_12 = t_cgxsm_16 * t_6dtnj + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12;
+    const real t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_6;
+    const real t_2gufb_12 = t_bac74_12 * t_6dtnj_5 - K_L32 * t_5aqsz_12;
+    const real t_zws6c_12 = t_cgxsm_16 * t_6dtnj_4 + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12;
     const real t_jx6mi = t_wzxld
         + K54 * t_ns2yt
         + K64 * t_jowlf
-        - t_hig3c_6 * t_jixut_4
-        - t_hig3c_6 * t_pa2bf_6
+        - t_hig3c_3 * t_jixut_4
+        - t_hig3c_3 * t_pa2bf_6
         - t_belws * t_npj77
         - t_belws * t_jzkve_12
         + K43 * t_b3dll
         + K43 * t_24yiu_4
         - K44 * t_gzqg6
-        - t_hig3c_6 * t_zws6c_12
+        - t_hig3c_3 * t_zws6c_12
         - t_belws * t_2gufb_12
         + K43 * t_5aqsz_12
         - t_wzxld
@@ -5859,14 +5859,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_jowlf
         + t_6iku5_2 * t_jixut_4
         + t_6iku5_2 * t_pa2bf_6
-        + t_edvw3_2 * t_npj77
-        + t_edvw3_2 * t_jzkve_12
+        + t_edvw3 * t_npj77
+        + t_edvw3 * t_jzkve_12
         - K63 * t_b3dll
         - K63 * t_24yiu_4
         + K64 * t_gzqg6
         - t_bknng * t_pdzxe_16
         + t_6iku5_2 * t_zws6c_12
-        + t_edvw3_2 * t_2gufb_12
+        + t_edvw3 * t_2gufb_12
         - K63 * t_5aqsz_12
         + t_cqksd;
     const real t_mwqxc = t_bknng * t_mvrqf_16
@@ -5877,15 +5877,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_jx6mi
         - K_L65 * t_j6yaj;
     const real t_2wnxs_4 = t_mwqxc * t_6dtnj_9;
-    const real t_aqqn5 = t_j6yaj * t_6dtnj_5 - K_L65 * t_2wnxs_4;
-    const real t_eywvp = t_jx6mi * t_6dtnj_4 - K_L54 * t_aqqn5 - K_L64 * t_2wnxs_4;
-    const real t_xczfr = t_rmh5p * t_6dtnj_3 - K_L43 * t_eywvp - K_L53 * t_aqqn5 - K_L63 * t_2wnxs_4;
-    const real t_vps25 = t_f4zjl * t_6dtnj_2
+    const real t_aqqn5 = t_j6yaj * t_6dtnj_8 - K_L65 * t_2wnxs_4;
+    const real t_eywvp = t_jx6mi * t_6dtnj_7 - K_L54 * t_aqqn5 - K_L64 * t_2wnxs_4;
+    const real t_xczfr = t_rmh5p * t_6dtnj_6 - K_L43 * t_eywvp - K_L53 * t_aqqn5 - K_L63 * t_2wnxs_4;
+    const real t_vps25 = t_f4zjl * t_6dtnj_5
         - K_L32 * t_xczfr
         + t_ae46j * t_eywvp
         - K_L52 * t_aqqn5
         + t_o5wmi * t_2wnxs_4;
-    const real t_l7yug = t_xelyu * t_6dtnj
+    const real t_l7yug = t_xelyu * t_6dtnj_4
         + t_gousg * t_vps25
         + t_gousg_2 * t_xczfr
         + t_w6lcf * t_eywvp
@@ -5898,26 +5898,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_no7he_2 = B_2 * t_2heqs_2;
     const real t_rtokx_2 = t_uxnqa - cos_phi2 * t_no7he_2;
     const real t_rlx3l = t_xdvnw + sin_theta2 * t_rtokx_2;
-    const real t_lkc2a = p[m2] * (q[wx] * t_nmy6y) - (t_6pfo6 * t_m7bta + t_angoh_2);
+    const real t_lkc2a = p[m2] * (q[wx] * t_nmy6y) - (t_6pfo6_2 * t_m7bta + t_angoh_2);
     const real t_z3l4t = p[eps2] + Dd_theta2;
     const real t_el6hz = t_iyr6v * (cz_theta2 * Dd_theta2 + cz_theta2 * t_z3l4t - (cdz_theta2 * D_theta2 - t_qu7qb * cy_theta2));
     const real t_jidxj = t_pi35k * (p[I2] * t_lkc2a)
-        + t_iyr6v * (Dd_theta2 * D_theta2 - (t_6pfo6_2 * Dd_theta2 + t_6pfo6_2 * t_z3l4t));
+        + t_iyr6v * (Dd_theta2 * D_theta2 - (t_6pfo6 * Dd_theta2 + t_6pfo6 * t_z3l4t));
     const real t_x6yqe = t_iyr6v * (cy_theta2 * Dd_theta2 + cy_theta2 * t_z3l4t - (cdy_theta2 * D_theta2 + t_qu7qb * t_rdvkg));
     const real t_dtief = f_v1_L21 * t_jidxj + (t_pi35k * (t_zshn6 * t_lkc2a + t_lzacu * cz_phi2) - t_x6yqe);
     const real t_4vhse = t_pi35k * (cz_phi2 * t_lkc2a - t_lzacu * t_zshn6)
         + t_el6hz
         - f_v1_L31 * t_jidxj
         + f_v1_L32 * t_dtief;
-    const real t_3niop = t_4vhse * t_6dtnj_7;
-    const real t_5abkv = t_dtief * t_6dtnj_6 + f_v1_L32 * t_3niop;
+    const real t_3niop = t_4vhse * t_6dtnj_2;
+    const real t_5abkv = t_dtief * t_6dtnj + f_v1_L32 * t_3niop;
     const real t_k2xmq = t_iyr6v * D_theta2;
     const real t_5i4mt = x_C * t_3niop + c[w1] * (gy_theta2 * t_k2xmq);
     const real t_mzkkw = x_C * t_5abkv - c[w2] * (t_cfuim * t_k2xmq);
     const real t_j43tv = f_v1_L31 * t_3niop - (t_jidxj * t_a2lgz + f_v1_L21 * t_5abkv);
     const real t_hqxqm = t_rlx3l
         + K52 * t_3niop
-        - t_edvw3_2 * t_5abkv
+        - t_edvw3 * t_5abkv
         + K22 * t_5i4mt
         + K32 * t_mzkkw
         + t_belws * t_j43tv;
@@ -5925,9 +5925,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_e77cj = t_rtokx_3
         + t_6iku5 * t_3niop
         + t_6iku5_2 * t_5abkv
-        + t_f2nhc * t_5i4mt
-        + t_f2nhc_2 * t_mzkkw;
-    const real t_r5qxl = t_hig3c_6 * t_j43tv - t_e77cj;
+        + t_f2nhc_2 * t_5i4mt
+        + t_f2nhc * t_mzkkw;
+    const real t_r5qxl = t_hig3c_3 * t_j43tv - t_e77cj;
     const real t_xdvnw_2 = sin_theta2 * t_p7h4z;
     const real t_rlx3l_2 = cos_theta2 * t_rtokx_2 - t_xdvnw_2;
     const real t_rrxbg = t_rlx3l_2
@@ -5936,17 +5936,17 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_5i4mt
         + K33 * t_mzkkw
         - K43 * t_j43tv;
-    const real t_nqul5 = K11 * t_r5qxl - t_f2nhc * t_hqxqm - t_f2nhc_2 * t_rrxbg;
+    const real t_nqul5 = K11 * t_r5qxl - t_f2nhc_2 * t_hqxqm - t_f2nhc * t_rrxbg;
     const real t_l7bgb = t_2qjkk * t_nqul5
         - PP_v1 * (t_w22j3 * t_r5qxl + t_w22j3_2 * t_hqxqm + t_w22j3_3 * t_rrxbg);
-    const real t_jixut_5 = (SELECT0(m_nsst6, t_x2afy * t_l7bgb * t_kntxo) - t_nqul5) * t_6dtnj_8;
-    const real t_ev2ow = t_hqxqm - t_f2nhc * t_jixut_5;
+    const real t_jixut_5 = (SELECT0(m_nsst6, t_x2afy * t_l7bgb * t_kntxo) - t_nqul5) * t_6dtnj_3;
+    const real t_ev2ow = t_hqxqm - t_f2nhc_2 * t_jixut_5;
     const real t_fzkuf_5 = t_q2hfz * (t_5x4sb * (t_ev2ow * t_y7rm6));
     const real t_oesw4_13 = t_fzkuf_5 * t_nwsjf;
     const real t_iubif_17 = t_bw2jd * (t_3iu34 * t_oesw4_13);
     const real t_27ev7_17 = p[F] * (sin_t_6qa42 * t_iubif_17);
     const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
-    const real t_ocblx = t_rrxbg - t_f2nhc_2 * t_jixut_5;
+    const real t_ocblx = t_rrxbg - t_f2nhc * t_jixut_5;
     const real t_aqnqi_5 = t_ocblx * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_h57hh * (t_fvalj * (t_xb3pe_2 * t_fzkuf_5 * t_nwsjf_2)));
     const real t_vwbcj_13 = t_q2hfz_2 * (t_2snz7 * t_aqnqi_5) * t_bifdl;
@@ -5973,27 +5973,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_17 = p[F] * (cos_t_wuiya * t_oesw4_13);
     const real t_iz4zu_5 = SELECT0(m_el4yy, t_s7ixe_17) - t_ev2ow + t_gousg * t_hsftr_5;
     const real t_z5auc_17 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_17)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_17));
-    const real t_24yiu_5 = (t_gousg_2 * t_hsftr_5 - (t_z5auc_17 + t_ocblx) - K_L32 * t_iz4zu_5) * t_6dtnj_3;
-    const real t_jzkve_13 = t_iz4zu_5 * t_6dtnj_2 - K_L32 * t_24yiu_5;
-    const real t_pa2bf_7 = t_hsftr_5 * t_6dtnj + t_gousg * t_jzkve_13 + t_gousg_2 * t_24yiu_5;
+    const real t_24yiu_5 = (t_gousg_2 * t_hsftr_5 - (t_z5auc_17 + t_ocblx) - K_L32 * t_iz4zu_5) * t_6dtnj_6;
+    const real t_jzkve_13 = t_iz4zu_5 * t_6dtnj_5 - K_L32 * t_24yiu_5;
+    const real t_pa2bf_7 = t_hsftr_5 * t_6dtnj_4 + t_gousg * t_jzkve_13 + t_gousg_2 * t_24yiu_5;
     const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_o7cco_17 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_17));
     const real t_ycqju_17 = t_ilple_17 - t_s7ixe_17;
     const real t_bac74_13 = SELECT0(m_el4yy, t_ycqju_17) + t_gousg * t_cgxsm_17;
     const real t_pdzxe_17 = p[F] * t_5pi5x_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
-    const real t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_3;
-    const real t_2gufb_13 = t_bac74_13 * t_6dtnj_2 - K_L32 * t_5aqsz_13;
-    const real t_zws6c_13 = t_cgxsm_17 * t_6dtnj + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13;
+    const real t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_6;
+    const real t_2gufb_13 = t_bac74_13 * t_6dtnj_5 - K_L32 * t_5aqsz_13;
+    const real t_zws6c_13 = t_cgxsm_17 * t_6dtnj_4 + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13;
     const real t_dehrs = t_tuxd7
         + K54 * t_3niop
         + K64 * t_5abkv
-        - t_hig3c_6 * t_jixut_5
-        - t_hig3c_6 * t_pa2bf_7
+        - t_hig3c_3 * t_jixut_5
+        - t_hig3c_3 * t_pa2bf_7
         - t_belws * t_5i4mt
         - t_belws * t_jzkve_13
         + K43 * t_mzkkw
         + K43 * t_24yiu_5
         - K44 * t_j43tv
-        - t_hig3c_6 * t_zws6c_13
+        - t_hig3c_3 * t_zws6c_13
         - t_belws * t_2gufb_13
         + K43 * t_5aqsz_13
         - t_tuxd7
@@ -6030,14 +6030,14 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_5abkv
         + t_6iku5_2 * t_jixut_5
         + t_6iku5_2 * t_pa2bf_7
-        + t_edvw3_2 * t_5i4mt
-        + t_edvw3_2 * t_jzkve_13
+        + t_edvw3 * t_5i4mt
+        + t_edvw3 * t_jzkve_13
         - K63 * t_mzkkw
         - K63 * t_24yiu_5
         + K64 * t_j43tv
         - t_bknng * t_pdzxe_17
         + t_6iku5_2 * t_zws6c_13
-        + t_edvw3_2 * t_2gufb_13
+        + t_edvw3 * t_2gufb_13
         - K63 * t_5aqsz_13
         + t_xfv6t;
     const real t_2q75x = t_bknng * t_mvrqf_17
@@ -6048,15 +6048,15 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_dehrs
         - K_L65 * t_ujhpr;
     const real t_2wnxs_5 = t_2q75x * t_6dtnj_9;
-    const real t_tna2h = t_ujhpr * t_6dtnj_5 - K_L65 * t_2wnxs_5;
-    const real t_joc7i_2 = t_dehrs * t_6dtnj_4 - K_L54 * t_tna2h - K_L64 * t_2wnxs_5;
-    const real t_xczfr_2 = t_ne6ar * t_6dtnj_3 - K_L43 * t_joc7i_2 - K_L53 * t_tna2h - K_L63 * t_2wnxs_5;
-    const real t_vps25_2 = t_ygb7y * t_6dtnj_2
+    const real t_tna2h = t_ujhpr * t_6dtnj_8 - K_L65 * t_2wnxs_5;
+    const real t_joc7i_2 = t_dehrs * t_6dtnj_7 - K_L54 * t_tna2h - K_L64 * t_2wnxs_5;
+    const real t_xczfr_2 = t_ne6ar * t_6dtnj_6 - K_L43 * t_joc7i_2 - K_L53 * t_tna2h - K_L63 * t_2wnxs_5;
+    const real t_vps25_2 = t_ygb7y * t_6dtnj_5
         - K_L32 * t_xczfr_2
         + t_ae46j * t_joc7i_2
         - K_L52 * t_tna2h
         + t_o5wmi * t_2wnxs_5;
-    const real t_egrc5 = t_b3yk4 * t_6dtnj
+    const real t_egrc5 = t_b3yk4 * t_6dtnj_4
         + t_gousg * t_vps25_2
         + t_gousg_2 * t_xczfr_2
         + t_w6lcf * t_joc7i_2
@@ -6744,20 +6744,223 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     enum { along_theta1_dot = 14 };
     enum { along_phi2_dot = 15 };
     enum { along_theta2_dot = 16 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real t_cmacw = Wn2 * lc_2;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_a3tjf = chi2 * p[l2];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real t_t6fx5 = K(1.0) / c[r8];
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * t_t6fx5;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real t_yjeu3 = K(1.0) / c[r6];
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * t_yjeu3;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real t_ma4ro = K(1.0) / c[r4];
+    const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * t_ma4ro;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_7fmkp;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_edvw3
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_belws * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_xyuxl = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
+    const real t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl;
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_xklq7));
+    const real t_6dtnj = K(1.0) / PP_v2;
+    const real ax_v2 = (root_v2 - Pq_v2) * t_6dtnj;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real t_whut6 = f2_v2 * t_y7rm6;
+    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_yel6o);
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real t_n42kg = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
+    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const mask m_2qz6z = LT(t_xklq7, K(0.0));
+    const real t_arpa7 = (SELECT(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj;
+    const real t_jakkp = q2_v2 - t_f2nhc_2 * t_arpa7;
+    const real t_m4lrw = t_jakkp * t_y7rm6;
+    const real t_mt6pf = mv_min(SPLAT(K(1.0)), t_m4lrw);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_mt6pf);
+    const mask m_ismjq = LT(t_yel6o, K(-1.0));
+    const mask m_xniro = LT(K(-1.0), t_yel6o);
+    const mask m_2wilq = LT(K(1.0), t_whut6);
+    const mask m_7hs2r = AND(m_xniro, m_2wilq);
+    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
+    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
+    const real t_wuiya = SELECT(m_nzov7, delta2_v2, mv_asin(t_dmbry));
+    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const real t_jakkp_2 = q3_v2 - t_f2nhc * t_arpa7;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v2, t_v4pjv);
+    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
+    const real t_de4x5 = t_jakkp_2 * t_y7rm6 * t_v2nh3;
+    const real t_nrwrx = -t_de4x5;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_nrwrx);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
+    const mask m_s2see = LT(K(-1.0), t_6xn6x);
+    const mask m_7ozlc = LT(K(1.0), t_n42kg);
+    const mask m_tuozf = AND(m_s2see, m_7ozlc);
+    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
+    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
+    const real t_vuw2a = SELECT(m_ld5rn, delta1_v2, mv_asin(t_xb3pe));
+    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -6767,146 +6970,40 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -6914,85 +7011,18 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real B_v2 = x[vy] * c[r1];  /* (29) */
-    const real C_v2 = x[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
-    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real t_t6fx5 = K(1.0) / c[r8];
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * t_t6fx5;
-    const real t_yjeu3 = K(1.0) / c[r6];
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * t_yjeu3;
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_hig3c_5 = Bs_1 + Bs_2;
-    const real t_ma4ro = K(1.0) / c[r4];
-    const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * t_ma4ro;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_hig3c_5 * t_7fmkp - t_7awx3;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_xyuxl = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
-    const real t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl;
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_xklq7));
-    const real t_6dtnj_3 = K(1.0) / PP_v2;
-    const real ax_v2 = (root_v2 - Pq_v2) * t_6dtnj_3;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real t_whut6 = f2_v2 * t_y7rm6;
-    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_yel6o);
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real t_n42kg = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
-    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
+    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_3;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
     const real t_caymt = cos_phi1 * along_x[along_phi1];
     const real t_elpoq = B_1 * t_caymt;
     const real t_ph2zw = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
@@ -7082,8 +7112,6 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_utmr2 = t_oltsa
         + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
         + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2);
-    const mask m_2qz6z = LT(t_xklq7, K(0.0));
-    const real t_arpa7 = (SELECT(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj_3;
     const real t_2jney = t_elpoq + t_pz7ut;
     const mask m_nsst6 = NOT(m_2qz6z);
     const mask m_fcur6 = LE(K(0.0), t_xklq7);
@@ -7117,9 +7145,9 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         + (cos_phi2 * t_3qzez - tension2 * t_acpzf_2)
         + (t_6iku5 * t_p4h4k + G2_v2 * t_fmlla)
         + (t_6iku5_2 * t_eelrn + G3_v2 * t_fmlla_2)
-        + (a2_v2 * t_6zhlz + t_f2nhc * t_bnq3o)
-        + (a3_v2 * t_6zhlz_2 + t_f2nhc_2 * t_fognk);
-    const real t_daqd5 = t_7fmkp * t_2jney + t_hig3c_5 * t_dho77 - t_us6g6;
+        + (a2_v2 * t_6zhlz + t_f2nhc_2 * t_bnq3o)
+        + (a3_v2 * t_6zhlz_2 + t_f2nhc * t_fognk);
+    const real t_daqd5 = t_7fmkp * t_2jney + t_hig3c_3 * t_dho77 - t_us6g6;
     const real t_4adkh_2 = sin_phi1 * t_a6n2y + As_1 * t_caymt;
     const real t_ipkuk_2 = sin_phi2 * t_jgxpx + As_2 * t_acpzf;
     const real t_njjnc = t_4adkh_2 + t_ipkuk_2;
@@ -7157,7 +7185,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
         + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
         + (K52 * t_p4h4k + G2_v2 * t_xmogo)
-        - (t_edvw3_2 * t_eelrn + G3_v2 * t_dqvol)
+        - (t_edvw3 * t_eelrn + G3_v2 * t_dqvol)
         + (a2_v2 * t_xz6vd + K22 * t_bnq3o)
         + (a3_v2 * t_asjie + K32 * t_fognk)
         + (t_7fmkp * t_atv7n + t_belws * t_dho77);
@@ -7183,50 +7211,22 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (t_7fmkp * t_atv7n_2 + K43 * t_dho77);
     const real t_jkax4 = K11 * t_daqd5
         - q1_v2 * t_njjnc
-        - (q2_v2 * t_6zhlz + t_f2nhc * t_wfgs5)
-        - (q3_v2 * t_6zhlz_2 + t_f2nhc_2 * t_bzufd);
-    const real t_nszf3 = (t_f2nhc + t_f2nhc) * t_6zhlz
+        - (q2_v2 * t_6zhlz + t_f2nhc_2 * t_wfgs5)
+        - (q3_v2 * t_6zhlz_2 + t_f2nhc * t_bzufd);
+    const real t_nszf3 = (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz
         - (K11 + K11) * t_njjnc
-        + (t_f2nhc_2 + t_f2nhc_2) * t_6zhlz_2;
+        + (t_f2nhc + t_f2nhc) * t_6zhlz_2;
     const real t_wan7q = (q1_v2 + q1_v2) * t_daqd5
         + (q2_v2 + q2_v2) * t_wfgs5
         + (q3_v2 + q3_v2) * t_bzufd;
     const real t_k7yha = t_bl2rl / (NUM(m_tinut) + t_bl2rl) * ((Pq_v2 + Pq_v2) * t_jkax4 - (t_xyuxl * t_nszf3 + PP_v2 * t_wan7q));
-    const real t_2w3fj = (SELECT0(m_nsst6, t_k7yha / (root_v2 + root_v2)) - t_jkax4) * t_6dtnj_3
-        - t_arpa7 * t_6dtnj_3 * t_nszf3;
-    const mask m_ismjq = LT(t_yel6o, K(-1.0));
-    const mask m_xniro = LT(K(-1.0), t_yel6o);
-    const mask m_2wilq = LT(K(1.0), t_whut6);
-    const mask m_7hs2r = AND(m_xniro, m_2wilq);
-    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
-    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
-    const real t_jakkp = q2_v2 - t_f2nhc * t_arpa7;
-    const real t_m4lrw = t_jakkp * t_y7rm6;
-    const real t_mt6pf = mv_min(SPLAT(K(1.0)), t_m4lrw);
-    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_mt6pf);
-    const real t_wuiya = SELECT(m_nzov7, delta2_v2, mv_asin(t_dmbry));
-    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const real t_2w3fj = (SELECT0(m_nsst6, t_k7yha / (root_v2 + root_v2)) - t_jkax4) * t_6dtnj
+        - t_arpa7 * t_6dtnj * t_nszf3;
     const real t_irojk = p[F] * cos_t_wuiya;
-    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
-    const mask m_s2see = LT(K(-1.0), t_6xn6x);
-    const mask m_7ozlc = LT(K(1.0), t_n42kg);
-    const mask m_tuozf = AND(m_s2see, m_7ozlc);
-    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
-    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
-    const real t_jakkp_2 = q3_v2 - t_f2nhc_2 * t_arpa7;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
-    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v2, t_v4pjv);
-    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
-    const real t_de4x5 = t_jakkp_2 * t_y7rm6 * t_v2nh3;
-    const real t_nrwrx = -t_de4x5;
-    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_nrwrx);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
-    const real t_vuw2a = SELECT(m_ld5rn, delta1_v2, mv_asin(t_xb3pe));
-    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
     const real t_w6zvz = t_irojk * cos_t_vuw2a - (q1_v2 + K11 * t_arpa7);
-    const real t_p4gqh = t_w6zvz * t_6dtnj;
+    const real t_p4gqh = t_w6zvz * t_6dtnj_2;
     const real t_yxar5 = p[F] * sin_t_wuiya - t_jakkp + t_gousg * t_w6zvz;
-    const real t_iqmhz = t_yxar5 * t_6dtnj_2;
+    const real t_iqmhz = t_yxar5 * t_6dtnj_3;
     const real t_6dtnj_4 = K(1.0) / K_D3;
     const real t_p4i76 = (t_gousg_2 * t_w6zvz - (t_irojk * sin_t_vuw2a + t_jakkp_2) - K_L32 * t_yxar5) * t_6dtnj_4;
     const real t_wpksz = t_iqmhz - K_L32 * t_p4i76;
@@ -7238,7 +7238,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const mask m_brrrz = LE(t_m4lrw, K(1.0));
     const real t_hkwhb = NUM(m_brrrz);
     const mask m_enj2u = LE(K(1.0), t_m4lrw);
-    const real t_n4u6d = t_wfgs5 - (t_arpa7 * t_6zhlz + t_f2nhc * t_2w3fj);
+    const real t_n4u6d = t_wfgs5 - (t_arpa7 * t_6zhlz + t_f2nhc_2 * t_2w3fj);
     const real t_cd6qa = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_enj2u) + t_hkwhb) * (t_n4u6d * t_y7rm6));
     const real t_4tqvz = t_cd6qa / t_v4pjv;
     const real t_ajthi = p[F] * (sin_t_wuiya * t_4tqvz);
@@ -7249,7 +7249,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const mask m_n24ux = LE(t_nrwrx, K(1.0));
     const real t_nowqj = NUM(m_n24ux);
     const mask m_lq75g = LE(K(1.0), t_nrwrx);
-    const real t_7br2g = t_bzufd - (t_arpa7 * t_6zhlz_2 + t_f2nhc_2 * t_2w3fj);
+    const real t_7br2g = t_bzufd - (t_arpa7 * t_6zhlz_2 + t_f2nhc * t_2w3fj);
     const mask m_iloht = LE(K(1e-09), t_7wk4r);
     const real t_ght2v = NUM(m_iloht);
     const mask m_7bqhg = LE(t_7wk4r, K(1e-09));
@@ -7259,13 +7259,13 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_4ckd5 = SELECT0(m_el4yy, -(cos_t_vuw2a * t_ajthi))
         + SELECT0(m_uklky, t_irojk * (sin_t_vuw2a * t_nsvzp))
         - (t_daqd5 + (K11 * t_2w3fj - t_arpa7 * t_njjnc));
-    const real t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc;
+    const real t_3vbu4 = t_6zhlz * t_6dtnj_2 + t_gousg * t_6dtnj_2 * t_njjnc;
     const real t_b76bo = p[F] * (cos_t_wuiya * t_4tqvz);
     const real t_zmsps = SELECT0(m_el4yy, t_b76bo) - t_n4u6d + (t_w6zvz * t_3vbu4 + t_gousg * t_4ckd5);
-    const real t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4);
-    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc;
-    const real t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2);
-    const real t_vfj6b = t_ibs4j * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_ybyvj;
+    const real t_ybyvj = t_xz6vd - (t_gousg * t_6zhlz + t_f2nhc_2 * t_3vbu4);
+    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj_2 + t_gousg_2 * t_6dtnj_2 * t_njjnc;
+    const real t_ibs4j = t_asjie - (t_gousg_2 * t_6zhlz + t_f2nhc_2 * t_3vbu4_2);
+    const real t_vfj6b = t_ibs4j * t_6dtnj_3 - K_L32 * t_6dtnj_3 * t_ybyvj;
     const real t_dufwl = SELECT0(m_el4yy, -(sin_t_vuw2a * t_ajthi)) + SELECT0(m_uklky, -(t_irojk * (cos_t_vuw2a * t_nsvzp)));
     const real t_h4qsm = t_w6zvz * t_3vbu4_2
         + t_gousg_2 * t_4ckd5
@@ -7273,13 +7273,13 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (t_yxar5 * t_vfj6b + K_L32 * t_zmsps);
     const real t_a26ph = t_qqj6d
         - (K_L32 * t_ibs4j + t_upifj * t_vfj6b)
-        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2);
+        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc * t_3vbu4_2);
     const real t_mysch = t_h4qsm * t_6dtnj_4 - t_p4i76 * t_6dtnj_4 * t_a26ph;
-    const real t_tfv64 = t_zmsps * t_6dtnj_2
-        - t_iqmhz * t_6dtnj_2 * t_ybyvj
+    const real t_tfv64 = t_zmsps * t_6dtnj_3
+        - t_iqmhz * t_6dtnj_3 * t_ybyvj
         - (t_p4i76 * t_vfj6b + K_L32 * t_mysch);
-    const real t_ryzoh = t_4ckd5 * t_6dtnj
-        + t_p4gqh * t_6dtnj * t_njjnc
+    const real t_ryzoh = t_4ckd5 * t_6dtnj_2
+        + t_p4gqh * t_6dtnj_2 * t_njjnc
         + (t_wpksz * t_3vbu4 + t_gousg * t_tfv64)
         + (t_p4i76 * t_3vbu4_2 + t_gousg_2 * t_mysch);
     const real t_bknng = p[b] + p[d] + x_C;
@@ -7295,8 +7295,8 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
         - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-        - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-        - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
+        - (g_1 * t_qq2dd_2 + t_mallh * t_lf5wu_2)
+        - (g_2 * t_2ta3i_2 + t_lbh6o * t_kfqtb_2)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
     const real t_g3h43 = e1 * t_zalnt - K(-2.0) * t_cyell;
@@ -7327,8 +7327,8 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
         + (K54 * t_p4h4k + G2_v2 * t_qznw4)
         + (K64 * t_eelrn + G3_v2 * t_utmr2)
-        - (t_arpa7 * t_2jney + t_hig3c_5 * t_2w3fj)
-        - (t_4oriq * t_2jney + t_hig3c_5 * t_ryzoh)
+        - (t_arpa7 * t_2jney + t_hig3c_3 * t_2w3fj)
+        - (t_4oriq * t_2jney + t_hig3c_3 * t_ryzoh)
         - (a2_v2 * t_atv7n + t_belws * t_bnq3o)
         - (t_wpksz * t_atv7n + t_belws * t_tfv64)
         + (a3_v2 * t_atv7n_2 + K43 * t_fognk)
@@ -7340,8 +7340,8 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (K66 * t_eelrn + G3_v2 * (t_g3h43 + t_7xl72 - t_snmto - t_hxniq))
         + (t_arpa7 * t_fmlla_2 + t_6iku5_2 * t_2w3fj)
         + (t_4oriq * t_fmlla_2 + t_6iku5_2 * t_ryzoh)
-        + (a2_v2 * t_dqvol + t_edvw3_2 * t_bnq3o)
-        + (t_wpksz * t_dqvol + t_edvw3_2 * t_tfv64)
+        + (a2_v2 * t_dqvol + t_edvw3 * t_bnq3o)
+        + (t_wpksz * t_dqvol + t_edvw3 * t_tfv64)
         - (a3_v2 * t_a3u5g + K63 * t_fognk)
         - (t_p4i76 * t_a3u5g + K63 * t_mysch)
         + (t_7fmkp * t_utmr2 + K64 * t_dho77);
@@ -7352,8 +7352,8 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-        + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+        + (g_1 * t_qq2dd + t_mallh_2 * t_lf5wu_2)
+        + (g_2 * t_2ta3i + t_lbh6o_2 * t_kfqtb_2)
         + (K55 * t_p4h4k + G2_v2 * t_sr4zu)
         + (K65 * t_eelrn + G3_v2 * t_5tzyn)
         - (t_arpa7 * t_fmlla + t_6iku5 * t_2w3fj)
@@ -7424,22 +7424,275 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real t_7uxgo = Wt1 * cos_phi1;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_fyz6s = t_7uxgo + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real t_7uxgo_2 = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_7uxgo_2;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real t_ayiti = t_pc5rt * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
+    const real t_f2pcf = F_t1 * cos_theta1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_mallh = F_n1 * sin_theta1;
+    const real q_2 = sin_phi2 * p[l2];
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real t_cmacw = Wn2 * lc_2;
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real t_365dx = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_365dx;
+    const real t_a3tjf = chi2 * p[l2];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real t_dkl52 = p2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real e2 = p[h2] - x_C;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real t_365dx_2 = Wt2 * cos_phi2;
+    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real t_ki236 = t_63ozv * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_ki236;
+    const real t_u5rk4 = F_t2 * cos_theta2;
+    const real n3 = t_f2pcf - (t_mallh + t_lbh6o) + t_u5rk4;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_t6fx5 = K(1.0) / c[r8];
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * t_t6fx5;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real g_1 = e1 - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_edvw3 + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real t_yjeu3 = K(1.0) / c[r6];
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * t_yjeu3;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_f2pcf_2 = Bc_1 * cos_theta1;
+    const real t_u5rk4_2 = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_f2pcf_2 - t_u5rk4_2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_ma4ro = K(1.0) / c[r4];
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * t_ma4ro;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_7fmkp;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real t_f2pcf_3 = Asc_1 * cos_theta1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_u5rk4_3 = Asc_2 * cos_theta2;
+    const real t_f2nhc = t_f2pcf_3 + t_u5rk4_3;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ayiti_2 = t_pc5rt * sin_phi1;
+    const real t_ki236_2 = t_63ozv * sin_phi2;
+    const real t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_rmbl5 = t_2jubo * sin_theta1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_oja3l = t_ittbm * sin_theta2;
+    const real t_6iku5 = t_rmbl5 + t_oja3l;
+    const real t_rmbl5_2 = t_2jubo * cos_theta1;
+    const real t_oja3l_2 = t_ittbm * cos_theta2;
+    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
+    const real t_f2pcf_4 = Asc_1 * sin_theta1;
+    const real t_u5rk4_4 = Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = t_f2pcf_4 + t_u5rk4_4;
+    const real t_wupfo = t_ep53l
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_wupfo;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real t_f2pcf_5 = F_t1 * sin_theta1;
+    const real t_u5rk4_5 = F_t2 * sin_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + t_f2pcf_5 + t_u5rk4_5;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_f2pcf_6 = Bc_1 * sin_theta1;
+    const real t_u5rk4_6 = Bc_2 * sin_theta2;
+    const real t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_edvw3
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_belws * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_xyuxl = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
+    const real t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl;
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_xklq7));
+    const real t_6dtnj = K(1.0) / PP_v2;
+    const real ax_v2 = (root_v2 - Pq_v2) * t_6dtnj;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real t_whut6 = f2_v2 * t_y7rm6;
+    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_yel6o);
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real t_n42kg = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
+    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const mask m_2qz6z = LT(t_xklq7, K(0.0));
+    const real t_arpa7 = (SELECT(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj;
+    const real t_jakkp = q2_v2 - t_f2nhc_2 * t_arpa7;
+    const real t_wsaxk = t_jakkp * t_y7rm6;
+    const real t_mt6pf = mv_min(SPLAT(K(1.0)), t_wsaxk);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_mt6pf);
+    const real t_jakkp_2 = q3_v2 - t_f2nhc * t_arpa7;
+    const mask m_ismjq = LT(t_yel6o, K(-1.0));
+    const mask m_xniro = LT(K(-1.0), t_yel6o);
+    const mask m_2wilq = LT(K(1.0), t_whut6);
+    const mask m_7hs2r = AND(m_xniro, m_2wilq);
+    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
+    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v2, t_v4pjv);
+    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
+    const real t_utxac = t_jakkp_2 * t_y7rm6 * t_v2nh3;
+    const real t_nrwrx = -t_utxac;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_nrwrx);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_jzhza = mv_cos(delta2_v2) * mv_sin(delta1_v2) * t_xkg6l;
+    const real t_mnszy = mv_min(SPLAT(K(1.0)), t_jzhza);
+    const real t_wuiya = SELECT(m_nzov7, delta2_v2, mv_asin(t_dmbry));
+    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
+    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
+    const mask m_s2see = LT(K(-1.0), t_6xn6x);
+    const mask m_7ozlc = LT(K(1.0), t_n42kg);
+    const mask m_tuozf = AND(m_s2see, m_7ozlc);
+    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
+    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
+    const real t_vuw2a = SELECT(m_ld5rn, delta1_v2, mv_asin(t_xb3pe));
+    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
+    const real t_a7hee = cos_t_wuiya * sin_t_vuw2a;
+    const real t_n35pv = t_a7hee * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_qerph = -p[delta1_max];
+    const mask m_gc6fd = LE(mv_fabs(t_wuiya), p[delta2_max]);
+    const mask m_rwno7 = LT(t_mnszy, K(-1.0));
+    const mask m_6lq2n = LT(K(-1.0), t_mnszy);
+    const mask m_h6j7n = LT(K(1.0), t_jzhza);
+    const mask m_us2hz = LT(t_jzhza, K(1.0));
+    const mask m_ojgi7 = AND(m_nzov7, m_ld5rn);
+    const mask m_zdn5f = AND(m_us2hz, m_ojgi7);
+    const mask m_5doda = OR(m_h6j7n, m_zdn5f);
+    const mask m_yua5q = OR(m_5doda, m_ojgi7);
+    const mask m_hv2m7 = AND(m_6lq2n, m_yua5q);
+    const mask m_3kx4h = OR(m_rwno7, m_hv2m7);
+    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
+    const real t_kt564 = SELECT(m_gc6fd, t_vuw2a, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_mnszy)), mv_asin(t_2g6s5)));
+    const real t_ytmgr = mv_min(p[delta1_max], t_kt564);
+    const real t_kl6tx = mv_max(t_qerph, t_ytmgr);
+    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
+    const real t_6k2ny = -p[delta2_max];
+    const real t_ihx4i = mv_min(t_wuiya, p[delta2_max]);
+    const real t_6qa42 = mv_max(t_6k2ny, t_ihx4i);
+    real sin_t_6qa42, cos_t_6qa42; mv_sincos(t_6qa42, &sin_t_6qa42, &cos_t_6qa42);
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -7449,158 +7702,44 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real t_7uxgo = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
-    const real t_7uxgo_2 = Wt1 * cos_phi1;
-    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real t_365dx = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_365dx;
-    const real t_365dx_2 = Wt2 * cos_phi2;
-    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
     const real t_xdulz = me1 * (e1 * e1);
     const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
     const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real t_ayiti = t_pc5rt * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
     const real t_uohf6 = me2 * (e2 * e2);
     const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real t_ki236 = t_63ozv * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_ki236;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real t_f2pcf = Bc_1 * cos_theta1;
-    const real t_u5rk4 = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
     const real t_yzhyr = Bl_1 - eBc_1;
     const real t_mttiv = t_yzhyr * sin_theta1;
     const real t_q6put = Bl_2 - eBc_2;
     const real t_zkamf = t_q6put * sin_theta2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
     const real t_leuxo_5 = S_sq1 * tn44_1;
     const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
         + t_leuxo_5
         + t_leuxo_6
         + J_C3
@@ -7608,30 +7747,19 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real t_hig3c_5 = wgS_1 + wgS_2;
     const real t_mttiv_2 = t_yzhyr * cos_theta1;
     const real t_zkamf_2 = t_q6put * cos_theta2;
-    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K64 = t_hig3c_5 + t_mttiv_2 + t_zkamf_2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_f2pcf_2 = F_t1 * sin_theta1;
-    const real t_u5rk4_2 = F_t2 * sin_theta2;
-    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
-    const real t_f2pcf_3 = F_t1 * cos_theta1;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real t_u5rk4_3 = F_t2 * cos_theta2;
-    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
     const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_hig3c_6 = M_q1 + M_q2;
     const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real t_6nfyn = t_sfymc * q[wy];
     const real n4 = t_mjqai
-        - t_hig3c_5
+        - t_hig3c_6
         + t_ogbts
         - loss_phi1
         - loss_phi2
@@ -7644,13 +7772,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_4d6tt = t_rbrf6 * sin_theta2;
     const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
     const real n5 = t_l3oem
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
         + t_4d6tt
         - W12 * t_g7pzr
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real t_l3oem_2 = t_lsqzr * cos_theta1;
     const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
     const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
@@ -7659,58 +7787,40 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * t_urwo6
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2pcf_4 = Asc_1 * sin_theta1;
-    const real t_u5rk4_4 = Asc_2 * sin_theta2;
-    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2pcf_5 = Asc_1 * cos_theta1;
-    const real t_u5rk4_5 = Asc_2 * cos_theta2;
-    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_7exg5 * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_rmbl5 = t_2jubo * sin_theta1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_oja3l = t_ittbm * sin_theta2;
-    const real t_6iku5 = t_rmbl5 + t_oja3l;
-    const real t_thnvm = t_6iku5 * t_6dtnj;
-    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
-    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
-    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_f2pcf_6 = Bc_1 * sin_theta1;
-    const real t_u5rk4_6 = Bc_2 * sin_theta2;
-    const real t_belws = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
-    const real t_ae46j = t_cawlo * t_6dtnj_2;
-    const real t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_e6q5b * t_6dtnj_3;
-    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
-    const real K_L53 = t_g6lxe * t_6dtnj_3;
-    const real t_rmbl5_2 = t_2jubo * cos_theta1;
-    const real t_oja3l_2 = t_ittbm * cos_theta2;
-    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
-    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
-    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
-    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
-    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
-    const real K_L63 = t_hbw2v * t_6dtnj_3;
-    const real K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_6 * t_thnvm;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_sjdff * t_6dtnj_4;
-    const real t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_6 * t_thnvm_2;
-    const real K_L64 = t_5ejts * t_6dtnj_4;
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
+    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
+    const real t_7exg5 = K32 - t_f2nhc_2 * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_7exg5 * t_6dtnj_3;
+    const real t_thnvm = t_6iku5 * t_6dtnj_2;
+    const real t_7exg5_2 = K52 - t_f2nhc_2 * t_thnvm;
+    const real K_L52 = t_7exg5_2 * t_6dtnj_3;
+    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj_2;
+    const real t_cawlo = t_belws + t_f2nhc_2 * t_w6lcf;
+    const real t_ae46j = t_cawlo * t_6dtnj_3;
+    const real t_e6q5b = K43 + t_7exg5 * t_ae46j - t_f2nhc * t_w6lcf;
+    const real t_6dtnj_4 = K(1.0) / K_D3;
+    const real K_L43 = t_e6q5b * t_6dtnj_4;
+    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc * t_thnvm;
+    const real K_L53 = t_g6lxe * t_6dtnj_4;
+    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj_2;
+    const real t_du5u3 = t_edvw3 + t_f2nhc_2 * t_thnvm_2;
+    const real t_o5wmi = t_du5u3 * t_6dtnj_3;
+    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc * t_thnvm_2;
+    const real K_L63 = t_hbw2v * t_6dtnj_4;
+    const real K_D4 = K44 - t_cawlo * t_ae46j - t_e6q5b * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_sjdff = K54 + t_cawlo * K_L52 - t_e6q5b * K_L53 - t_hig3c_3 * t_thnvm;
+    const real t_6dtnj_5 = K(1.0) / K_D4;
+    const real K_L54 = t_sjdff * t_6dtnj_5;
+    const real t_5ejts = K64 - t_cawlo * t_o5wmi - t_e6q5b * K_L63 - t_hig3c_3 * t_thnvm_2;
+    const real K_L64 = t_5ejts * t_6dtnj_5;
     const real K_D5 = K55
         - t_7exg5_2 * K_L52
         - t_g6lxe * K_L53
@@ -7721,125 +7831,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_g6lxe * K_L63
         - t_sjdff * K_L64
         - t_6iku5 * t_thnvm_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_eq4wy * t_6dtnj_5;
+    const real t_6dtnj_6 = K(1.0) / K_D5;
+    const real K_L65 = t_eq4wy * t_6dtnj_6;
     const real K_D6 = K66
         - t_du5u3 * t_o5wmi
         - t_hbw2v * K_L63
         - t_5ejts * K_L64
         - t_eq4wy * K_L65
         - t_6iku5_2 * t_thnvm_2;
-    const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real C_v2 = q[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real t_t6fx5 = K(1.0) / c[r8];
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * t_t6fx5;
-    const real t_yjeu3 = K(1.0) / c[r6];
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * t_yjeu3;
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_ma4ro = K(1.0) / c[r4];
-    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * t_ma4ro;
-    const real t_ayiti_2 = t_pc5rt * sin_phi1;
-    const real t_ki236_2 = t_63ozv * sin_phi2;
-    const real t_ep53l = t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_wupfo = t_ep53l
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_hig3c_6 * t_7fmkp - t_wupfo;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_xyuxl = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
-    const real t_xklq7 = Pq_v2 * Pq_v2 - PP_v2 * t_xyuxl;
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_xklq7));
-    const real t_6dtnj_6 = K(1.0) / PP_v2;
-    const real ax_v2 = (root_v2 - Pq_v2) * t_6dtnj_6;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real t_y7rm6 = K(1.0) / p[F];
-    const real t_whut6 = f2_v2 * t_y7rm6;
-    const real t_yel6o = mv_min(SPLAT(K(1.0)), t_whut6);
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_yel6o);
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real t_n42kg = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
-    const real t_6xn6x = mv_min(SPLAT(K(1.0)), t_n42kg);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_6xn6x));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
-    const mask m_ismjq = LT(t_yel6o, K(-1.0));
-    const mask m_xniro = LT(K(-1.0), t_yel6o);
-    const mask m_2wilq = LT(K(1.0), t_whut6);
-    const mask m_7hs2r = AND(m_xniro, m_2wilq);
-    const mask m_35nsk = OR(m_ismjq, m_7hs2r);
-    const mask m_nzov7 = OR(m_35nsk, m_2wilq);
     const mask m_el4yy = NOT(m_nzov7);
-    const real t_qerph = -p[delta1_max];
-    const mask m_2qz6z = LT(t_xklq7, K(0.0));
-    const real t_arpa7 = (SELECT(m_2qz6z, root_v2, root_v2) - Pq_v2) * t_6dtnj_6;
-    const real t_jakkp = q2_v2 - t_f2nhc * t_arpa7;
-    const real t_wsaxk = t_jakkp * t_y7rm6;
-    const real t_mt6pf = mv_min(SPLAT(K(1.0)), t_wsaxk);
-    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_mt6pf);
-    const real t_wuiya = SELECT(m_nzov7, delta2_v2, mv_asin(t_dmbry));
-    const mask m_gc6fd = LE(mv_fabs(t_wuiya), p[delta2_max]);
-    const mask m_6owgg = LT(t_6xn6x, K(-1.0));
-    const mask m_s2see = LT(K(-1.0), t_6xn6x);
-    const mask m_7ozlc = LT(K(1.0), t_n42kg);
-    const mask m_tuozf = AND(m_s2see, m_7ozlc);
-    const mask m_xrwwu = OR(m_6owgg, m_tuozf);
-    const mask m_ld5rn = OR(m_xrwwu, m_7ozlc);
-    const real t_jakkp_2 = q3_v2 - t_f2nhc_2 * t_arpa7;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
-    const real t_7wk4r = SELECT(m_nzov7, cos_d2_v2, t_v4pjv);
-    const real t_v2nh3 = K(1.0) / mv_max(SPLAT(K(1e-09)), t_7wk4r);
-    const real t_utxac = t_jakkp_2 * t_y7rm6 * t_v2nh3;
-    const real t_nrwrx = -t_utxac;
-    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_nrwrx);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
-    const real t_vuw2a = SELECT(m_ld5rn, delta1_v2, mv_asin(t_xb3pe));
-    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
-    const real t_jzhza = mv_cos(delta2_v2) * mv_sin(delta1_v2) * t_xkg6l;
-    const real t_mnszy = mv_min(SPLAT(K(1.0)), t_jzhza);
-    const mask m_rwno7 = LT(t_mnszy, K(-1.0));
-    const mask m_6lq2n = LT(K(-1.0), t_mnszy);
-    const mask m_h6j7n = LT(K(1.0), t_jzhza);
-    const mask m_us2hz = LT(t_jzhza, K(1.0));
-    const mask m_ojgi7 = AND(m_nzov7, m_ld5rn);
-    const mask m_zdn5f = AND(m_us2hz, m_ojgi7);
-    const mask m_5doda = OR(m_h6j7n, m_zdn5f);
-    const mask m_yua5q = OR(m_5doda, m_ojgi7);
-    const mask m_hv2m7 = AND(m_6lq2n, m_yua5q);
-    const mask m_3kx4h = OR(m_rwno7, m_hv2m7);
-    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
-    real sin_t_wuiya, cos_t_wuiya; mv_sincos(t_wuiya, &sin_t_wuiya, &cos_t_wuiya);
-    real sin_t_vuw2a, cos_t_vuw2a; mv_sincos(t_vuw2a, &sin_t_vuw2a, &cos_t_vuw2a);
-    const real t_a7hee = cos_t_wuiya * sin_t_vuw2a;
-    const real t_n35pv = t_a7hee * t_xkg6l;
-    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
-    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
-    const real t_kt564 = SELECT(m_gc6fd, t_vuw2a, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_mnszy)), mv_asin(t_2g6s5)));
-    const real t_ytmgr = mv_min(p[delta1_max], t_kt564);
-    const real t_kl6tx = mv_max(t_qerph, t_ytmgr);
-    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
-    const real t_6k2ny = -p[delta2_max];
-    const real t_ihx4i = mv_min(t_wuiya, p[delta2_max]);
-    const real t_6qa42 = mv_max(t_6k2ny, t_ihx4i);
-    real sin_t_6qa42, cos_t_6qa42; mv_sincos(t_6qa42, &sin_t_6qa42, &cos_t_6qa42);
     const mask m_b5o3n = LE(t_6k2ny, t_ihx4i);
     const real t_ews3r = NUM(m_b5o3n);
     const mask m_yyjmn = LE(t_ihx4i, t_6k2ny);
@@ -7860,24 +7860,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_jhdyk = C_v2 * t_yjeu3;
     const real t_oysf5 = x_C * t_nt4hd;
     const real t_ca3le = x_C * t_jhdyk;
-    const real t_4n7ya = K52 * t_nt4hd - t_edvw3_2 * t_jhdyk + K22 * t_oysf5 + K32 * t_ca3le;
+    const real t_4n7ya = K52 * t_nt4hd - t_edvw3 * t_jhdyk + K22 * t_oysf5 + K32 * t_ca3le;
     const mask m_nsst6 = NOT(m_2qz6z);
     const mask m_fcur6 = LE(K(0.0), t_xklq7);
     const real t_bl2rl = NUM(m_fcur6);
     const mask m_tinut = LE(t_xklq7, K(0.0));
     const real t_x2afy = t_bl2rl / (NUM(m_tinut) + t_bl2rl);
     const real t_2qjkk = Pq_v2 + Pq_v2;
-    const real t_cgfjk = t_6iku5 * t_nt4hd + t_6iku5_2 * t_jhdyk + t_f2nhc * t_oysf5 + t_f2nhc_2 * t_ca3le;
+    const real t_cgfjk = t_6iku5 * t_nt4hd + t_6iku5_2 * t_jhdyk + t_f2nhc_2 * t_oysf5 + t_f2nhc * t_ca3le;
     const real t_y5qxo = K53 * t_nt4hd + K63 * t_jhdyk + K32 * t_oysf5 + K33 * t_ca3le;
-    const real t_wkypi = K11 * t_cgfjk + t_f2nhc * t_4n7ya + t_f2nhc_2 * t_y5qxo;
+    const real t_wkypi = K11 * t_cgfjk + t_f2nhc_2 * t_4n7ya + t_f2nhc * t_y5qxo;
     const real t_q5yfk = q2_v2 + q2_v2;
     const real t_q5yfk_2 = q1_v2 + q1_v2;
     const real t_q5yfk_3 = q3_v2 + q3_v2;
     const real t_asgj7 = t_2qjkk * t_wkypi
         + PP_v2 * (t_q5yfk * t_4n7ya - t_q5yfk_2 * t_cgfjk + t_q5yfk_3 * t_y5qxo);
     const real t_kntxo = K(1.0) / (root_v2 + root_v2);
-    const real t_soskx = (SELECT0(m_nsst6, -(t_x2afy * t_asgj7 * t_kntxo)) + t_wkypi) * t_6dtnj_6;
-    const real t_454bf = t_4n7ya - t_f2nhc * t_soskx;
+    const real t_soskx = (SELECT0(m_nsst6, -(t_x2afy * t_asgj7 * t_kntxo)) + t_wkypi) * t_6dtnj;
+    const real t_454bf = t_4n7ya - t_f2nhc_2 * t_soskx;
     const real t_jfixj = t_q2hfz * (t_5x4sb * (t_454bf * t_y7rm6));
     const real t_nwsjf = K(1.0) / t_v4pjv;
     const real t_oesw4 = t_jfixj * t_nwsjf;
@@ -7902,7 +7902,7 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_nowqj = NUM(m_n24ux);
     const mask m_lq75g = LE(K(1.0), t_nrwrx);
     const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
-    const real t_prnds = t_y5qxo - t_f2nhc_2 * t_soskx;
+    const real t_prnds = t_y5qxo - t_f2nhc * t_soskx;
     const real t_j4byf = t_utxac * t_v2nh3;
     const mask m_iloht = LE(K(1e-09), t_7wk4r);
     const real t_ght2v = NUM(m_iloht);
@@ -7945,27 +7945,27 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe = p[F] * (cos_t_wuiya * t_oesw4);
     const real t_vvqsv = SELECT0(m_el4yy, t_s7ixe) - t_454bf + t_gousg * t_q2yyd;
     const real t_z5auc = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw));
-    const real t_epldc = (t_gousg_2 * t_q2yyd - (t_z5auc + t_prnds) - K_L32 * t_vvqsv) * t_6dtnj_3;
-    const real t_jzkve = t_vvqsv * t_6dtnj_2 - K_L32 * t_epldc;
-    const real t_k5i6c = t_q2yyd * t_6dtnj + t_gousg * t_jzkve + t_gousg_2 * t_epldc;
+    const real t_epldc = (t_gousg_2 * t_q2yyd - (t_z5auc + t_prnds) - K_L32 * t_vvqsv) * t_6dtnj_4;
+    const real t_jzkve = t_vvqsv * t_6dtnj_3 - K_L32 * t_epldc;
+    const real t_k5i6c = t_q2yyd * t_6dtnj_2 + t_gousg * t_jzkve + t_gousg_2 * t_epldc;
     const real t_zmkrd_2 = p[F] * cos_t_6qa42;
     const real t_irojk_2 = cos_t_wuiya * p[F];
     const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_o7cco + SELECT0(m_uklky, t_irojk_2 * t_wmzoo));
     const real t_ycqju = t_ilple - t_s7ixe;
     const real t_bac74 = SELECT0(m_el4yy, t_ycqju) + t_gousg * t_cgxsm;
     const real t_pdzxe = p[F] * t_5pi5x - (t_ooljq + t_zmkrd_2 * t_lqx5z);
-    const real t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_3;
-    const real t_2gufb = t_bac74 * t_6dtnj_2 - K_L32 * t_5aqsz;
-    const real t_zws6c = t_cgxsm * t_6dtnj + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz;
+    const real t_5aqsz = (t_pdzxe + t_gousg_2 * t_cgxsm - K_L32 * t_bac74) * t_6dtnj_4;
+    const real t_2gufb = t_bac74 * t_6dtnj_3 - K_L32 * t_5aqsz;
+    const real t_zws6c = t_cgxsm * t_6dtnj_2 + t_gousg * t_2gufb + t_gousg_2 * t_5aqsz;
     const real t_dpevz = K54 * t_nt4hd
         + K64 * t_jhdyk
-        - t_hig3c_6 * t_soskx
-        - t_hig3c_6 * t_k5i6c
+        - t_hig3c_3 * t_soskx
+        - t_hig3c_3 * t_k5i6c
         - t_belws * t_oysf5
         - t_belws * t_jzkve
         + K43 * t_ca3le
         + K43 * t_epldc
-        - t_hig3c_6 * t_zws6c
+        - t_hig3c_3 * t_zws6c
         - t_belws * t_2gufb
         + K43 * t_5aqsz
         + t_w6lcf * t_ke372
@@ -7995,13 +7995,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_jhdyk
         + t_6iku5_2 * t_soskx
         + t_6iku5_2 * t_k5i6c
-        + t_edvw3_2 * t_oysf5
-        + t_edvw3_2 * t_jzkve
+        + t_edvw3 * t_oysf5
+        + t_edvw3 * t_jzkve
         - K63 * t_ca3le
         - K63 * t_epldc
         - t_bknng * t_pdzxe
         + t_6iku5_2 * t_zws6c
-        + t_edvw3_2 * t_2gufb
+        + t_edvw3 * t_2gufb
         - K63 * t_5aqsz;
     const real t_ezy4q = t_bknng * t_mvrqf
         - t_o6pxd
@@ -8012,15 +8012,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L65 * t_f5gx7;
     const real t_6dtnj_7 = K(1.0) / K_D6;
     const real t_hrugr = t_ezy4q * t_6dtnj_7;
-    const real t_c3w35 = t_f5gx7 * t_6dtnj_5 - K_L65 * t_hrugr;
-    const real t_tra6l = t_dpevz * t_6dtnj_4 - K_L54 * t_c3w35 - K_L64 * t_hrugr;
-    const real t_uk7z5 = t_uf3i2 * t_6dtnj_3 - K_L43 * t_tra6l - K_L53 * t_c3w35 - K_L63 * t_hrugr;
-    const real t_brzp4 = t_eokqz * t_6dtnj_2
+    const real t_c3w35 = t_f5gx7 * t_6dtnj_6 - K_L65 * t_hrugr;
+    const real t_tra6l = t_dpevz * t_6dtnj_5 - K_L54 * t_c3w35 - K_L64 * t_hrugr;
+    const real t_uk7z5 = t_uf3i2 * t_6dtnj_4 - K_L43 * t_tra6l - K_L53 * t_c3w35 - K_L63 * t_hrugr;
+    const real t_brzp4 = t_eokqz * t_6dtnj_3
         - K_L32 * t_uk7z5
         + t_ae46j * t_tra6l
         - K_L52 * t_c3w35
         + t_o5wmi * t_hrugr;
-    const real t_lccek = t_ke372 * t_6dtnj
+    const real t_lccek = t_ke372 * t_6dtnj_2
         + t_gousg * t_brzp4
         + t_gousg_2 * t_uk7z5
         + t_w6lcf * t_tra6l
@@ -8030,19 +8030,19 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_yjv65 = x_C * t_f3swo - c[w1] * c[r1];
     const real t_atl3g = (q[vz] * c[r1] - C_v2) * t_ma4ro;
     const real t_rash6 = K52 * t_f3swo + K22 * t_yjv65 + t_belws * t_atl3g;
-    const real t_gand4 = t_hig3c_6 * t_atl3g - (t_6iku5 * t_f3swo + t_f2nhc * t_yjv65);
+    const real t_gand4 = t_hig3c_3 * t_atl3g - (t_6iku5 * t_f3swo + t_f2nhc_2 * t_yjv65);
     const real t_6s2nt = K53 * t_f3swo + K32 * t_yjv65 - K43 * t_atl3g;
-    const real t_twczt = K11 * t_gand4 - t_f2nhc * t_rash6 - t_f2nhc_2 * t_6s2nt;
+    const real t_twczt = K11 * t_gand4 - t_f2nhc_2 * t_rash6 - t_f2nhc * t_6s2nt;
     const real t_73sek = t_2qjkk * t_twczt
         - PP_v2 * (t_q5yfk_2 * t_gand4 + t_q5yfk * t_rash6 + t_q5yfk_3 * t_6s2nt);
-    const real t_o24iv = (SELECT0(m_nsst6, t_x2afy * t_73sek * t_kntxo) - t_twczt) * t_6dtnj_6;
-    const real t_aioub = t_rash6 - t_f2nhc * t_o24iv;
+    const real t_o24iv = (SELECT0(m_nsst6, t_x2afy * t_73sek * t_kntxo) - t_twczt) * t_6dtnj;
+    const real t_aioub = t_rash6 - t_f2nhc_2 * t_o24iv;
     const real t_7rl32 = t_q2hfz * (t_5x4sb * (t_aioub * t_y7rm6));
     const real t_oesw4_2 = t_7rl32 * t_nwsjf;
     const real t_iubif_2 = t_bw2jd * (t_3iu34 * t_oesw4_2);
     const real t_27ev7_2 = p[F] * (sin_t_6qa42 * t_iubif_2);
     const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
-    const real t_jtuzk = t_6s2nt - t_f2nhc_2 * t_o24iv;
+    const real t_jtuzk = t_6s2nt - t_f2nhc * t_o24iv;
     const real t_aykl7 = t_jtuzk * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_7rl32 * t_nwsjf_2)));
     const real t_vwbcj_2 = t_q2hfz_2 * (t_2snz7 * t_aykl7) * t_bifdl;
@@ -8066,24 +8066,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_2 = p[F] * (cos_t_wuiya * t_oesw4_2);
     const real t_uwzzk = SELECT0(m_el4yy, t_s7ixe_2) - t_aioub + t_gousg * t_f5twe;
     const real t_z5auc_2 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_2)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_2));
-    const real t_rohhq = (t_gousg_2 * t_f5twe - (t_z5auc_2 + t_jtuzk) - K_L32 * t_uwzzk) * t_6dtnj_3;
-    const real t_jzkve_2 = t_uwzzk * t_6dtnj_2 - K_L32 * t_rohhq;
-    const real t_rfmgl = t_f5twe * t_6dtnj + t_gousg * t_jzkve_2 + t_gousg_2 * t_rohhq;
+    const real t_rohhq = (t_gousg_2 * t_f5twe - (t_z5auc_2 + t_jtuzk) - K_L32 * t_uwzzk) * t_6dtnj_4;
+    const real t_jzkve_2 = t_uwzzk * t_6dtnj_3 - K_L32 * t_rohhq;
+    const real t_rfmgl = t_f5twe * t_6dtnj_2 + t_gousg * t_jzkve_2 + t_gousg_2 * t_rohhq;
     const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_o7cco_2 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_2));
     const real t_ycqju_2 = t_ilple_2 - t_s7ixe_2;
     const real t_bac74_2 = SELECT0(m_el4yy, t_ycqju_2) + t_gousg * t_cgxsm_2;
     const real t_pdzxe_2 = p[F] * t_5pi5x_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
-    const real t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_3;
-    const real t_2gufb_2 = t_bac74_2 * t_6dtnj_2 - K_L32 * t_5aqsz_2;
-    const real t_zws6c_2 = t_cgxsm_2 * t_6dtnj + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2;
+    const real t_5aqsz_2 = (t_pdzxe_2 + t_gousg_2 * t_cgxsm_2 - K_L32 * t_bac74_2) * t_6dtnj_4;
+    const real t_2gufb_2 = t_bac74_2 * t_6dtnj_3 - K_L32 * t_5aqsz_2;
+    const real t_zws6c_2 = t_cgxsm_2 * t_6dtnj_2 + t_gousg * t_2gufb_2 + t_gousg_2 * t_5aqsz_2;
     const real t_auzpm = K54 * t_f3swo
-        - t_hig3c_6 * t_o24iv
-        - t_hig3c_6 * t_rfmgl
+        - t_hig3c_3 * t_o24iv
+        - t_hig3c_3 * t_rfmgl
         - t_belws * t_yjv65
         - t_belws * t_jzkve_2
         + K43 * t_rohhq
         - K44 * t_atl3g
-        - t_hig3c_6 * t_zws6c_2
+        - t_hig3c_3 * t_zws6c_2
         - t_belws * t_2gufb_2
         + K43 * t_5aqsz_2
         + t_w6lcf * t_ke372_2
@@ -8110,13 +8110,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K65 * t_f3swo
         + t_6iku5_2 * t_o24iv
         + t_6iku5_2 * t_rfmgl
-        + t_edvw3_2 * t_yjv65
-        + t_edvw3_2 * t_jzkve_2
+        + t_edvw3 * t_yjv65
+        + t_edvw3 * t_jzkve_2
         - K63 * t_rohhq
         + K64 * t_atl3g
         - t_bknng * t_pdzxe_2
         + t_6iku5_2 * t_zws6c_2
-        + t_edvw3_2 * t_2gufb_2
+        + t_edvw3 * t_2gufb_2
         - K63 * t_5aqsz_2;
     const real t_adnad = t_bknng * t_mvrqf_2
         - t_odr4l
@@ -8126,15 +8126,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_auzpm
         - K_L65 * t_2jd3w;
     const real t_zflbu = t_adnad * t_6dtnj_7;
-    const real t_btabh = t_2jd3w * t_6dtnj_5 - K_L65 * t_zflbu;
-    const real t_4jdwv = t_auzpm * t_6dtnj_4 - K_L54 * t_btabh - K_L64 * t_zflbu;
-    const real t_7vnnl = t_uf3i2_2 * t_6dtnj_3 - K_L43 * t_4jdwv - K_L53 * t_btabh - K_L63 * t_zflbu;
-    const real t_7resr = t_eokqz_2 * t_6dtnj_2
+    const real t_btabh = t_2jd3w * t_6dtnj_6 - K_L65 * t_zflbu;
+    const real t_4jdwv = t_auzpm * t_6dtnj_5 - K_L54 * t_btabh - K_L64 * t_zflbu;
+    const real t_7vnnl = t_uf3i2_2 * t_6dtnj_4 - K_L43 * t_4jdwv - K_L53 * t_btabh - K_L63 * t_zflbu;
+    const real t_7resr = t_eokqz_2 * t_6dtnj_3
         - K_L32 * t_7vnnl
         + t_ae46j * t_4jdwv
         - K_L52 * t_btabh
         + t_o5wmi * t_zflbu;
-    const real t_ye5ch = t_ke372_2 * t_6dtnj
+    const real t_ye5ch = t_ke372_2 * t_6dtnj_2
         + t_gousg * t_7resr
         + t_gousg_2 * t_7vnnl
         + t_w6lcf * t_4jdwv
@@ -8143,20 +8143,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_nmcio = q[vx] * c[r2] * t_yjeu3;
     const real t_xvnfg = x_C * t_nmcio - c[w2] * c[r2];
     const real t_eaurj = (B_v2 - q[vy] * c[r2]) * t_ma4ro;
-    const real t_3cv55 = K32 * t_xvnfg - t_edvw3_2 * t_nmcio + t_belws * t_eaurj;
-    const real t_6hmo6 = t_hig3c_6 * t_eaurj - (t_6iku5_2 * t_nmcio + t_f2nhc_2 * t_xvnfg);
+    const real t_3cv55 = K32 * t_xvnfg - t_edvw3 * t_nmcio + t_belws * t_eaurj;
+    const real t_6hmo6 = t_hig3c_3 * t_eaurj - (t_6iku5_2 * t_nmcio + t_f2nhc * t_xvnfg);
     const real t_lymbm = K63 * t_nmcio + K33 * t_xvnfg - K43 * t_eaurj;
-    const real t_bpcd3 = K11 * t_6hmo6 - t_f2nhc * t_3cv55 - t_f2nhc_2 * t_lymbm;
+    const real t_bpcd3 = K11 * t_6hmo6 - t_f2nhc_2 * t_3cv55 - t_f2nhc * t_lymbm;
     const real t_ypjxu = t_2qjkk * t_bpcd3
         - PP_v2 * (t_q5yfk_2 * t_6hmo6 + t_q5yfk * t_3cv55 + t_q5yfk_3 * t_lymbm);
-    const real t_d7tm5 = (SELECT0(m_nsst6, t_x2afy * t_ypjxu * t_kntxo) - t_bpcd3) * t_6dtnj_6;
-    const real t_l5hge = t_3cv55 - t_f2nhc * t_d7tm5;
+    const real t_d7tm5 = (SELECT0(m_nsst6, t_x2afy * t_ypjxu * t_kntxo) - t_bpcd3) * t_6dtnj;
+    const real t_l5hge = t_3cv55 - t_f2nhc_2 * t_d7tm5;
     const real t_4xnol = t_q2hfz * (t_5x4sb * (t_l5hge * t_y7rm6));
     const real t_oesw4_3 = t_4xnol * t_nwsjf;
     const real t_iubif_3 = t_bw2jd * (t_3iu34 * t_oesw4_3);
     const real t_27ev7_3 = p[F] * (sin_t_6qa42 * t_iubif_3);
     const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
-    const real t_sinhu = t_lymbm - t_f2nhc_2 * t_d7tm5;
+    const real t_sinhu = t_lymbm - t_f2nhc * t_d7tm5;
     const real t_aykl7_2 = t_sinhu * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_4xnol * t_nwsjf_2)));
     const real t_vwbcj_3 = t_q2hfz_2 * (t_2snz7 * t_aykl7_2) * t_bifdl;
@@ -8180,24 +8180,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_3 = p[F] * (cos_t_wuiya * t_oesw4_3);
     const real t_gvpjo = SELECT0(m_el4yy, t_s7ixe_3) - t_l5hge + t_gousg * t_tljnu;
     const real t_z5auc_3 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_3)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_3));
-    const real t_rohhq_2 = (t_gousg_2 * t_tljnu - (t_z5auc_3 + t_sinhu) - K_L32 * t_gvpjo) * t_6dtnj_3;
-    const real t_jzkve_3 = t_gvpjo * t_6dtnj_2 - K_L32 * t_rohhq_2;
-    const real t_rfmgl_2 = t_tljnu * t_6dtnj + t_gousg * t_jzkve_3 + t_gousg_2 * t_rohhq_2;
+    const real t_rohhq_2 = (t_gousg_2 * t_tljnu - (t_z5auc_3 + t_sinhu) - K_L32 * t_gvpjo) * t_6dtnj_4;
+    const real t_jzkve_3 = t_gvpjo * t_6dtnj_3 - K_L32 * t_rohhq_2;
+    const real t_rfmgl_2 = t_tljnu * t_6dtnj_2 + t_gousg * t_jzkve_3 + t_gousg_2 * t_rohhq_2;
     const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_o7cco_3 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_3));
     const real t_ycqju_3 = t_ilple_3 - t_s7ixe_3;
     const real t_bac74_3 = SELECT0(m_el4yy, t_ycqju_3) + t_gousg * t_cgxsm_3;
     const real t_pdzxe_3 = p[F] * t_5pi5x_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
-    const real t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_3;
-    const real t_2gufb_3 = t_bac74_3 * t_6dtnj_2 - K_L32 * t_5aqsz_3;
-    const real t_zws6c_3 = t_cgxsm_3 * t_6dtnj + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3;
+    const real t_5aqsz_3 = (t_pdzxe_3 + t_gousg_2 * t_cgxsm_3 - K_L32 * t_bac74_3) * t_6dtnj_4;
+    const real t_2gufb_3 = t_bac74_3 * t_6dtnj_3 - K_L32 * t_5aqsz_3;
+    const real t_zws6c_3 = t_cgxsm_3 * t_6dtnj_2 + t_gousg * t_2gufb_3 + t_gousg_2 * t_5aqsz_3;
     const real t_dx5b2 = K64 * t_nmcio
-        - t_hig3c_6 * t_d7tm5
-        - t_hig3c_6 * t_rfmgl_2
+        - t_hig3c_3 * t_d7tm5
+        - t_hig3c_3 * t_rfmgl_2
         - t_belws * t_jzkve_3
         + K43 * t_xvnfg
         + K43 * t_rohhq_2
         - K44 * t_eaurj
-        - t_hig3c_6 * t_zws6c_3
+        - t_hig3c_3 * t_zws6c_3
         - t_belws * t_2gufb_3
         + K43 * t_5aqsz_3
         + t_w6lcf * t_ke372_3
@@ -8224,13 +8224,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_nmcio
         + t_6iku5_2 * t_d7tm5
         + t_6iku5_2 * t_rfmgl_2
-        + t_edvw3_2 * t_jzkve_3
+        + t_edvw3 * t_jzkve_3
         - K63 * t_xvnfg
         - K63 * t_rohhq_2
         + K64 * t_eaurj
         - t_bknng * t_pdzxe_3
         + t_6iku5_2 * t_zws6c_3
-        + t_edvw3_2 * t_2gufb_3
+        + t_edvw3 * t_2gufb_3
         - K63 * t_5aqsz_3;
     const real t_tnteb = t_bknng * t_mvrqf_3
         - t_lh2v3
@@ -8240,15 +8240,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_dx5b2
         - K_L65 * t_nz3hb;
     const real t_qyq2q = t_tnteb * t_6dtnj_7;
-    const real t_f3b4o = t_nz3hb * t_6dtnj_5 - K_L65 * t_qyq2q;
-    const real t_yhv7m = t_dx5b2 * t_6dtnj_4 - K_L54 * t_f3b4o - K_L64 * t_qyq2q;
-    const real t_krozp = t_uf3i2_3 * t_6dtnj_3 - K_L43 * t_yhv7m - K_L53 * t_f3b4o - K_L63 * t_qyq2q;
-    const real t_fpyse = t_eokqz_3 * t_6dtnj_2
+    const real t_f3b4o = t_nz3hb * t_6dtnj_6 - K_L65 * t_qyq2q;
+    const real t_yhv7m = t_dx5b2 * t_6dtnj_5 - K_L54 * t_f3b4o - K_L64 * t_qyq2q;
+    const real t_krozp = t_uf3i2_3 * t_6dtnj_4 - K_L43 * t_yhv7m - K_L53 * t_f3b4o - K_L63 * t_qyq2q;
+    const real t_fpyse = t_eokqz_3 * t_6dtnj_3
         - K_L32 * t_krozp
         + t_ae46j * t_yhv7m
         - K_L52 * t_f3b4o
         + t_o5wmi * t_qyq2q;
-    const real t_ge5wu = t_ke372_3 * t_6dtnj
+    const real t_ge5wu = t_ke372_3 * t_6dtnj_2
         + t_gousg * t_fpyse
         + t_gousg_2 * t_krozp
         + t_w6lcf * t_yhv7m
@@ -8284,7 +8284,7 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_x5djw = c[w3] * t_ma4ro;
     const real t_m3coo = t_egsqb
         + K52 * q[wy]
-        - t_edvw3_2 * q[wz]
+        - t_edvw3 * q[wz]
         + K22 * t_yisz4
         + K32 * t_ewlh3
         + t_belws * t_x5djw;
@@ -8294,9 +8294,9 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ozmrh = t_7o6hw
         + t_6iku5 * q[wy]
         + t_6iku5_2 * q[wz]
-        + t_f2nhc * t_yisz4
-        + t_f2nhc_2 * t_ewlh3;
-    const real t_d7fxu = t_hig3c_6 * t_x5djw - t_ozmrh;
+        + t_f2nhc_2 * t_yisz4
+        + t_f2nhc * t_ewlh3;
+    const real t_d7fxu = t_hig3c_3 * t_x5djw - t_ozmrh;
     const real t_l6a3v_2 = sin_theta1 * t_vrfyi;
     const real t_bece6_2 = sin_theta2 * t_rv6hp;
     const real t_egsqb_2 = cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx;
@@ -8306,17 +8306,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_yisz4
         + K33 * t_ewlh3
         - K43 * t_x5djw;
-    const real t_a37g6 = K11 * t_d7fxu - t_f2nhc * t_m3coo - t_f2nhc_2 * t_5clgr;
+    const real t_a37g6 = K11 * t_d7fxu - t_f2nhc_2 * t_m3coo - t_f2nhc * t_5clgr;
     const real t_5vmjy = t_2qjkk * t_a37g6
         - PP_v2 * (t_q5yfk_2 * t_d7fxu + t_q5yfk * t_m3coo + t_q5yfk_3 * t_5clgr);
-    const real t_kie2q = (SELECT0(m_nsst6, t_x2afy * t_5vmjy * t_kntxo) - t_a37g6) * t_6dtnj_6;
-    const real t_6lwgh = t_m3coo - t_f2nhc * t_kie2q;
+    const real t_kie2q = (SELECT0(m_nsst6, t_x2afy * t_5vmjy * t_kntxo) - t_a37g6) * t_6dtnj;
+    const real t_6lwgh = t_m3coo - t_f2nhc_2 * t_kie2q;
     const real t_vzwrp = t_q2hfz * (t_5x4sb * (t_6lwgh * t_y7rm6));
     const real t_oesw4_4 = t_vzwrp * t_nwsjf;
     const real t_iubif_4 = t_bw2jd * (t_3iu34 * t_oesw4_4);
     const real t_27ev7_4 = p[F] * (sin_t_6qa42 * t_iubif_4);
     const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
-    const real t_h5ehk = t_5clgr - t_f2nhc_2 * t_kie2q;
+    const real t_h5ehk = t_5clgr - t_f2nhc * t_kie2q;
     const real t_qh5ix = t_h5ehk * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_vzwrp * t_nwsjf_2)));
     const real t_vwbcj_4 = t_q2hfz_2 * (t_2snz7 * t_qh5ix) * t_bifdl;
@@ -8344,27 +8344,27 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_4 = p[F] * (cos_t_wuiya * t_oesw4_4);
     const real t_3weeh = SELECT0(m_el4yy, t_s7ixe_4) - t_6lwgh + t_gousg * t_f2a6k;
     const real t_z5auc_4 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_4)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_4));
-    const real t_3srf3 = (t_gousg_2 * t_f2a6k - (t_z5auc_4 + t_h5ehk) - K_L32 * t_3weeh) * t_6dtnj_3;
-    const real t_jzkve_4 = t_3weeh * t_6dtnj_2 - K_L32 * t_3srf3;
-    const real t_xgkvq = t_f2a6k * t_6dtnj + t_gousg * t_jzkve_4 + t_gousg_2 * t_3srf3;
+    const real t_3srf3 = (t_gousg_2 * t_f2a6k - (t_z5auc_4 + t_h5ehk) - K_L32 * t_3weeh) * t_6dtnj_4;
+    const real t_jzkve_4 = t_3weeh * t_6dtnj_3 - K_L32 * t_3srf3;
+    const real t_xgkvq = t_f2a6k * t_6dtnj_2 + t_gousg * t_jzkve_4 + t_gousg_2 * t_3srf3;
     const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_o7cco_4 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_4));
     const real t_ycqju_4 = t_ilple_4 - t_s7ixe_4;
     const real t_bac74_4 = SELECT0(m_el4yy, t_ycqju_4) + t_gousg * t_cgxsm_4;
     const real t_pdzxe_4 = p[F] * t_5pi5x_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
-    const real t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_3;
-    const real t_2gufb_4 = t_bac74_4 * t_6dtnj_2 - K_L32 * t_5aqsz_4;
-    const real t_zws6c_4 = t_cgxsm_4 * t_6dtnj + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4;
+    const real t_5aqsz_4 = (t_pdzxe_4 + t_gousg_2 * t_cgxsm_4 - K_L32 * t_bac74_4) * t_6dtnj_4;
+    const real t_2gufb_4 = t_bac74_4 * t_6dtnj_3 - K_L32 * t_5aqsz_4;
+    const real t_zws6c_4 = t_cgxsm_4 * t_6dtnj_2 + t_gousg * t_2gufb_4 + t_gousg_2 * t_5aqsz_4;
     const real t_mlsgy = t_3y7x4
         + K54 * q[wy]
         + K64 * q[wz]
-        - t_hig3c_6 * t_kie2q
-        - t_hig3c_6 * t_xgkvq
+        - t_hig3c_3 * t_kie2q
+        - t_hig3c_3 * t_xgkvq
         - t_belws * t_yisz4
         - t_belws * t_jzkve_4
         + K43 * t_ewlh3
         + K43 * t_3srf3
         - K44 * t_x5djw
-        - t_hig3c_6 * t_zws6c_4
+        - t_hig3c_3 * t_zws6c_4
         - t_belws * t_2gufb_4
         + K43 * t_5aqsz_4
         - t_3y7x4
@@ -8413,14 +8413,14 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * q[wz]
         + t_6iku5_2 * t_kie2q
         + t_6iku5_2 * t_xgkvq
-        + t_edvw3_2 * t_yisz4
-        + t_edvw3_2 * t_jzkve_4
+        + t_edvw3 * t_yisz4
+        + t_edvw3 * t_jzkve_4
         - K63 * t_ewlh3
         - K63 * t_3srf3
         + K64 * t_x5djw
         - t_bknng * t_pdzxe_4
         + t_6iku5_2 * t_zws6c_4
-        + t_edvw3_2 * t_2gufb_4
+        + t_edvw3 * t_2gufb_4
         - K63 * t_5aqsz_4
         + t_v43pb;
     const real t_5jxuk = t_bknng * t_mvrqf_4
@@ -8431,15 +8431,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_mlsgy
         - K_L65 * t_h7fmv;
     const real t_2zpua = t_5jxuk * t_6dtnj_7;
-    const real t_jo5iz = t_h7fmv * t_6dtnj_5 - K_L65 * t_2zpua;
-    const real t_segp3 = t_mlsgy * t_6dtnj_4 - K_L54 * t_jo5iz - K_L64 * t_2zpua;
-    const real t_3xb4a = t_36kq5 * t_6dtnj_3 - K_L43 * t_segp3 - K_L53 * t_jo5iz - K_L63 * t_2zpua;
-    const real t_eqr7y = t_yvz7v * t_6dtnj_2
+    const real t_jo5iz = t_h7fmv * t_6dtnj_6 - K_L65 * t_2zpua;
+    const real t_segp3 = t_mlsgy * t_6dtnj_5 - K_L54 * t_jo5iz - K_L64 * t_2zpua;
+    const real t_3xb4a = t_36kq5 * t_6dtnj_4 - K_L43 * t_segp3 - K_L53 * t_jo5iz - K_L63 * t_2zpua;
+    const real t_eqr7y = t_yvz7v * t_6dtnj_3
         - K_L32 * t_3xb4a
         + t_ae46j * t_segp3
         - K_L52 * t_jo5iz
         + t_o5wmi * t_2zpua;
-    const real t_66vla = t_2dpc6 * t_6dtnj
+    const real t_66vla = t_2dpc6 * t_6dtnj_2
         + t_gousg * t_eqr7y
         + t_gousg_2 * t_3xb4a
         + t_w6lcf * t_segp3
@@ -8478,31 +8478,31 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_pc4ht = x_C * t_4ybo3;
     const real t_yv65a = t_qzmde
         + K52 * q[wx]
-        - t_edvw3_2 * t_4ybo3
+        - t_edvw3 * t_4ybo3
         + K22 * t_h22ye
         + K32 * t_pc4ht;
     const real t_fpn55 = sin_phi1 * t_wxrry + sin_phi2 * t_u7woh + cos_phi1 * t_nkbhu + cos_phi2 * t_dnv4p;
     const real t_uc6nv = t_fpn55
         + t_6iku5 * q[wx]
         + t_6iku5_2 * t_4ybo3
-        + t_f2nhc * t_h22ye
-        + t_f2nhc_2 * t_pc4ht;
+        + t_f2nhc_2 * t_h22ye
+        + t_f2nhc * t_pc4ht;
     const real t_lhpev_2 = sin_theta1 * t_5podz;
     const real t_dev2l_2 = sin_theta2 * t_jsutt;
     const real t_qzmde_2 = cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz;
     const real t_dwz2y = K32 * t_h22ye;
     const real t_b6xzw = t_qzmde_2 + K53 * q[wx] + K63 * t_4ybo3 + t_dwz2y + K33 * t_pc4ht;
-    const real t_kdh5f = K11 * t_uc6nv + t_f2nhc * t_yv65a + t_f2nhc_2 * t_b6xzw;
+    const real t_kdh5f = K11 * t_uc6nv + t_f2nhc_2 * t_yv65a + t_f2nhc * t_b6xzw;
     const real t_4og4t = t_2qjkk * t_kdh5f
         + PP_v2 * (t_q5yfk * t_yv65a - t_q5yfk_2 * t_uc6nv + t_q5yfk_3 * t_b6xzw);
-    const real t_ya24v = (SELECT0(m_nsst6, -(t_x2afy * t_4og4t * t_kntxo)) + t_kdh5f) * t_6dtnj_6;
-    const real t_omzfo = t_yv65a - t_f2nhc * t_ya24v;
+    const real t_ya24v = (SELECT0(m_nsst6, -(t_x2afy * t_4og4t * t_kntxo)) + t_kdh5f) * t_6dtnj;
+    const real t_omzfo = t_yv65a - t_f2nhc_2 * t_ya24v;
     const real t_ixgz5 = t_q2hfz * (t_5x4sb * (t_omzfo * t_y7rm6));
     const real t_oesw4_5 = t_ixgz5 * t_nwsjf;
     const real t_iubif_5 = t_bw2jd * (t_3iu34 * t_oesw4_5);
     const real t_27ev7_5 = p[F] * (sin_t_6qa42 * t_iubif_5);
     const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
-    const real t_lz2zc = t_b6xzw - t_f2nhc_2 * t_ya24v;
+    const real t_lz2zc = t_b6xzw - t_f2nhc * t_ya24v;
     const real t_tbnfl = t_lz2zc * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_ixgz5 * t_nwsjf_2)));
     const real t_vwbcj_5 = t_q2hfz_2 * (t_2snz7 * t_tbnfl) * t_bifdl;
@@ -8530,26 +8530,26 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_5 = p[F] * (cos_t_wuiya * t_oesw4_5);
     const real t_ml7ec = SELECT0(m_el4yy, t_s7ixe_5) - t_omzfo + t_gousg * t_zcx4k;
     const real t_z5auc_5 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_5)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_5));
-    const real t_2pesw = (t_gousg_2 * t_zcx4k - (t_z5auc_5 + t_lz2zc) - K_L32 * t_ml7ec) * t_6dtnj_3;
-    const real t_jzkve_5 = t_ml7ec * t_6dtnj_2 - K_L32 * t_2pesw;
-    const real t_5grm6 = t_zcx4k * t_6dtnj + t_gousg * t_jzkve_5 + t_gousg_2 * t_2pesw;
+    const real t_2pesw = (t_gousg_2 * t_zcx4k - (t_z5auc_5 + t_lz2zc) - K_L32 * t_ml7ec) * t_6dtnj_4;
+    const real t_jzkve_5 = t_ml7ec * t_6dtnj_3 - K_L32 * t_2pesw;
+    const real t_5grm6 = t_zcx4k * t_6dtnj_2 + t_gousg * t_jzkve_5 + t_gousg_2 * t_2pesw;
     const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_o7cco_5 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_5));
     const real t_ycqju_5 = t_ilple_5 - t_s7ixe_5;
     const real t_bac74_5 = SELECT0(m_el4yy, t_ycqju_5) + t_gousg * t_cgxsm_5;
     const real t_pdzxe_5 = p[F] * t_5pi5x_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
-    const real t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_3;
-    const real t_2gufb_5 = t_bac74_5 * t_6dtnj_2 - K_L32 * t_5aqsz_5;
-    const real t_zws6c_5 = t_cgxsm_5 * t_6dtnj + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5;
+    const real t_5aqsz_5 = (t_pdzxe_5 + t_gousg_2 * t_cgxsm_5 - K_L32 * t_bac74_5) * t_6dtnj_4;
+    const real t_2gufb_5 = t_bac74_5 * t_6dtnj_3 - K_L32 * t_5aqsz_5;
+    const real t_zws6c_5 = t_cgxsm_5 * t_6dtnj_2 + t_gousg * t_2gufb_5 + t_gousg_2 * t_5aqsz_5;
     const real t_t4fah = t_nphmx
         + K54 * q[wx]
         + K64 * t_4ybo3
-        - t_hig3c_6 * t_ya24v
-        - t_hig3c_6 * t_5grm6
+        - t_hig3c_3 * t_ya24v
+        - t_hig3c_3 * t_5grm6
         - t_belws * t_h22ye
         - t_belws * t_jzkve_5
         + K43 * t_pc4ht
         + K43 * t_2pesw
-        - t_hig3c_6 * t_zws6c_5
+        - t_hig3c_3 * t_zws6c_5
         - t_belws * t_2gufb_5
         + K43 * t_5aqsz_5
         - t_nphmx
@@ -8594,13 +8594,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_4ybo3
         + t_6iku5_2 * t_ya24v
         + t_6iku5_2 * t_5grm6
-        + t_edvw3_2 * t_h22ye
-        + t_edvw3_2 * t_jzkve_5
+        + t_edvw3 * t_h22ye
+        + t_edvw3 * t_jzkve_5
         - K63 * t_pc4ht
         - K63 * t_2pesw
         - t_bknng * t_pdzxe_5
         + t_6iku5_2 * t_zws6c_5
-        + t_edvw3_2 * t_2gufb_5
+        + t_edvw3 * t_2gufb_5
         - K63 * t_5aqsz_5
         + t_zci7z;
     const real t_mvctn = t_bknng * t_mvrqf_5
@@ -8611,15 +8611,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_t4fah
         - K_L65 * t_ho773;
     const real t_4kxxq = t_mvctn * t_6dtnj_7;
-    const real t_kfmle = t_ho773 * t_6dtnj_5 - K_L65 * t_4kxxq;
-    const real t_bsowo = t_t4fah * t_6dtnj_4 - K_L54 * t_kfmle - K_L64 * t_4kxxq;
-    const real t_zyco5 = t_472i2 * t_6dtnj_3 - K_L43 * t_bsowo - K_L53 * t_kfmle - K_L63 * t_4kxxq;
-    const real t_nxzpj = t_icxiv * t_6dtnj_2
+    const real t_kfmle = t_ho773 * t_6dtnj_6 - K_L65 * t_4kxxq;
+    const real t_bsowo = t_t4fah * t_6dtnj_5 - K_L54 * t_kfmle - K_L64 * t_4kxxq;
+    const real t_zyco5 = t_472i2 * t_6dtnj_4 - K_L43 * t_bsowo - K_L53 * t_kfmle - K_L63 * t_4kxxq;
+    const real t_nxzpj = t_icxiv * t_6dtnj_3
         - K_L32 * t_zyco5
         + t_ae46j * t_bsowo
         - K_L52 * t_kfmle
         + t_o5wmi * t_4kxxq;
-    const real t_gwwtf = t_wlxmt * t_6dtnj
+    const real t_gwwtf = t_wlxmt * t_6dtnj_2
         + t_gousg * t_nxzpj
         + t_gousg_2 * t_zyco5
         + t_w6lcf * t_bsowo
@@ -8649,13 +8649,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_qzmde_3 = t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2;
     const real t_ggqkk = c[w5] * t_t6fx5;
     const real t_6plfm = x_C * t_ggqkk;
-    const real t_wnpvm = t_qzmde_3 - K52 * t_ggqkk - t_edvw3_2 * q[wx] - K22 * t_6plfm + t_dwz2y;
+    const real t_wnpvm = t_qzmde_3 - K52 * t_ggqkk - t_edvw3 * q[wx] - K22 * t_6plfm + t_dwz2y;
     const real t_fpn55_2 = sin_phi1 * t_wxrry_2 + sin_phi2 * t_u7woh_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat;
     const real t_timby = t_fpn55_2
         - t_6iku5 * t_ggqkk
         + t_6iku5_2 * q[wx]
-        - t_f2nhc * t_6plfm
-        + t_f2nhc_2 * t_h22ye;
+        - t_f2nhc_2 * t_6plfm
+        + t_f2nhc * t_h22ye;
     const real t_lok4o_2 = sin_theta1 * t_dpd5l;
     const real t_biccq_2 = sin_theta2 * t_hsipp;
     const real t_qzmde_4 = cos_theta1 * t_tbgkc_2 - (t_lok4o_2 + t_biccq_2) + cos_theta2 * t_kfbmz_2;
@@ -8664,17 +8664,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + K63 * q[wx]
         - K32 * t_6plfm
         + K33 * t_h22ye;
-    const real t_7dnbi = K11 * t_timby + t_f2nhc * t_wnpvm + t_f2nhc_2 * t_plpl3;
+    const real t_7dnbi = K11 * t_timby + t_f2nhc_2 * t_wnpvm + t_f2nhc * t_plpl3;
     const real t_p4jbj = t_2qjkk * t_7dnbi
         + PP_v2 * (t_q5yfk * t_wnpvm - t_q5yfk_2 * t_timby + t_q5yfk_3 * t_plpl3);
-    const real t_2juba = (SELECT0(m_nsst6, -(t_x2afy * t_p4jbj * t_kntxo)) + t_7dnbi) * t_6dtnj_6;
-    const real t_sujew = t_wnpvm - t_f2nhc * t_2juba;
+    const real t_2juba = (SELECT0(m_nsst6, -(t_x2afy * t_p4jbj * t_kntxo)) + t_7dnbi) * t_6dtnj;
+    const real t_sujew = t_wnpvm - t_f2nhc_2 * t_2juba;
     const real t_kghst = t_q2hfz * (t_5x4sb * (t_sujew * t_y7rm6));
     const real t_oesw4_6 = t_kghst * t_nwsjf;
     const real t_iubif_6 = t_bw2jd * (t_3iu34 * t_oesw4_6);
     const real t_27ev7_6 = p[F] * (sin_t_6qa42 * t_iubif_6);
     const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
-    const real t_swd55 = t_plpl3 - t_f2nhc_2 * t_2juba;
+    const real t_swd55 = t_plpl3 - t_f2nhc * t_2juba;
     const real t_aj6b2 = t_swd55 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kghst * t_nwsjf_2)));
     const real t_vwbcj_6 = t_q2hfz_2 * (t_2snz7 * t_aj6b2) * t_bifdl;
@@ -8702,26 +8702,26 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_6 = p[F] * (cos_t_wuiya * t_oesw4_6);
     const real t_cssz7 = SELECT0(m_el4yy, t_s7ixe_6) - t_sujew + t_gousg * t_7zrbq;
     const real t_z5auc_6 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_6)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_6));
-    const real t_ytzcf = (t_gousg_2 * t_7zrbq - (t_z5auc_6 + t_swd55) - K_L32 * t_cssz7) * t_6dtnj_3;
-    const real t_jzkve_6 = t_cssz7 * t_6dtnj_2 - K_L32 * t_ytzcf;
-    const real t_5grm6_2 = t_7zrbq * t_6dtnj + t_gousg * t_jzkve_6 + t_gousg_2 * t_ytzcf;
+    const real t_ytzcf = (t_gousg_2 * t_7zrbq - (t_z5auc_6 + t_swd55) - K_L32 * t_cssz7) * t_6dtnj_4;
+    const real t_jzkve_6 = t_cssz7 * t_6dtnj_3 - K_L32 * t_ytzcf;
+    const real t_5grm6_2 = t_7zrbq * t_6dtnj_2 + t_gousg * t_jzkve_6 + t_gousg_2 * t_ytzcf;
     const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_o7cco_6 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_6));
     const real t_ycqju_6 = t_ilple_6 - t_s7ixe_6;
     const real t_bac74_6 = SELECT0(m_el4yy, t_ycqju_6) + t_gousg * t_cgxsm_6;
     const real t_pdzxe_6 = p[F] * t_5pi5x_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
-    const real t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_3;
-    const real t_2gufb_6 = t_bac74_6 * t_6dtnj_2 - K_L32 * t_5aqsz_6;
-    const real t_zws6c_6 = t_cgxsm_6 * t_6dtnj + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6;
+    const real t_5aqsz_6 = (t_pdzxe_6 + t_gousg_2 * t_cgxsm_6 - K_L32 * t_bac74_6) * t_6dtnj_4;
+    const real t_2gufb_6 = t_bac74_6 * t_6dtnj_3 - K_L32 * t_5aqsz_6;
+    const real t_zws6c_6 = t_cgxsm_6 * t_6dtnj_2 + t_gousg * t_2gufb_6 + t_gousg_2 * t_5aqsz_6;
     const real t_e25n5 = t_now5h
         - K54 * t_ggqkk
         + K64 * q[wx]
-        - t_hig3c_6 * t_2juba
-        - t_hig3c_6 * t_5grm6_2
+        - t_hig3c_3 * t_2juba
+        - t_hig3c_3 * t_5grm6_2
         + t_belws * t_6plfm
         - t_belws * t_jzkve_6
         + K43 * t_h22ye
         + K43 * t_ytzcf
-        - t_hig3c_6 * t_zws6c_6
+        - t_hig3c_3 * t_zws6c_6
         - t_belws * t_2gufb_6
         + K43 * t_5aqsz_6
         - t_now5h
@@ -8768,13 +8768,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * q[wx]
         + t_6iku5_2 * t_2juba
         + t_6iku5_2 * t_5grm6_2
-        - t_edvw3_2 * t_6plfm
-        + t_edvw3_2 * t_jzkve_6
+        - t_edvw3 * t_6plfm
+        + t_edvw3 * t_jzkve_6
         - K63 * t_h22ye
         - K63 * t_ytzcf
         - t_bknng * t_pdzxe_6
         + t_6iku5_2 * t_zws6c_6
-        + t_edvw3_2 * t_2gufb_6
+        + t_edvw3 * t_2gufb_6
         - K63 * t_5aqsz_6
         + t_3m5c4;
     const real t_rth2q = t_bknng * t_mvrqf_6
@@ -8785,15 +8785,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_e25n5
         - K_L65 * t_5fuh4;
     const real t_ti2z5 = t_rth2q * t_6dtnj_7;
-    const real t_5lz6i = t_5fuh4 * t_6dtnj_5 - K_L65 * t_ti2z5;
-    const real t_mwymj = t_e25n5 * t_6dtnj_4 - K_L54 * t_5lz6i - K_L64 * t_ti2z5;
-    const real t_cbfm5 = t_472i2_2 * t_6dtnj_3 - K_L43 * t_mwymj - K_L53 * t_5lz6i - K_L63 * t_ti2z5;
-    const real t_hsvfj = t_icxiv_2 * t_6dtnj_2
+    const real t_5lz6i = t_5fuh4 * t_6dtnj_6 - K_L65 * t_ti2z5;
+    const real t_mwymj = t_e25n5 * t_6dtnj_5 - K_L54 * t_5lz6i - K_L64 * t_ti2z5;
+    const real t_cbfm5 = t_472i2_2 * t_6dtnj_4 - K_L43 * t_mwymj - K_L53 * t_5lz6i - K_L63 * t_ti2z5;
+    const real t_hsvfj = t_icxiv_2 * t_6dtnj_3
         - K_L32 * t_cbfm5
         + t_ae46j * t_mwymj
         - K_L52 * t_5lz6i
         + t_o5wmi * t_ti2z5;
-    const real t_7agvl = t_wlxmt_2 * t_6dtnj
+    const real t_7agvl = t_wlxmt_2 * t_6dtnj_2
         + t_gousg * t_hsvfj
         + t_gousg_2 * t_cbfm5
         + t_w6lcf * t_mwymj
@@ -8801,19 +8801,19 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + t_thnvm_2 * t_ti2z5;
     const real t_danyi = c[r3] * t_ma4ro;
     const real t_uk3gg = t_belws * t_danyi;
-    const real t_qvcel = t_hig3c_6 * t_danyi;
+    const real t_qvcel = t_hig3c_3 * t_danyi;
     const real t_qhdcz = K43 * t_danyi;
-    const real t_ump6n = K11 * t_qvcel - t_f2nhc * t_uk3gg + t_f2nhc_2 * t_qhdcz;
+    const real t_ump6n = K11 * t_qvcel - t_f2nhc_2 * t_uk3gg + t_f2nhc * t_qhdcz;
     const real t_xhou7 = t_2qjkk * t_ump6n
         - PP_v2 * (t_q5yfk_2 * t_qvcel + t_q5yfk * t_uk3gg - t_q5yfk_3 * t_qhdcz);
-    const real t_twxem = (SELECT0(m_nsst6, t_x2afy * t_xhou7 * t_kntxo) - t_ump6n) * t_6dtnj_6;
-    const real t_xghwy = t_uk3gg - t_f2nhc * t_twxem;
+    const real t_twxem = (SELECT0(m_nsst6, t_x2afy * t_xhou7 * t_kntxo) - t_ump6n) * t_6dtnj;
+    const real t_xghwy = t_uk3gg - t_f2nhc_2 * t_twxem;
     const real t_w32zh = t_q2hfz * (t_5x4sb * (t_xghwy * t_y7rm6));
     const real t_zigcd = t_w32zh * t_nwsjf;
     const real t_iubif_7 = t_bw2jd * (t_3iu34 * t_zigcd);
     const real t_27ev7_7 = p[F] * (sin_t_6qa42 * t_iubif_7);
     const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
-    const real t_32x66 = t_qhdcz + t_f2nhc_2 * t_twxem;
+    const real t_32x66 = t_qhdcz + t_f2nhc * t_twxem;
     const real t_eyt3r = SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_w32zh * t_nwsjf_2)))
         - t_32x66 * t_y7rm6 * t_v2nh3;
     const real t_akllm = t_q2hfz_2 * (t_2snz7 * t_eyt3r) * t_bifdl;
@@ -8837,20 +8837,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_z5auc_7 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_7)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_7));
     const real t_s7ixe_7 = p[F] * (cos_t_wuiya * t_zigcd);
     const real t_lvpms = SELECT0(m_el4yy, t_s7ixe_7) - t_xghwy + t_gousg * t_ahd3b;
-    const real t_xracg = (t_gousg_2 * t_ahd3b - (t_z5auc_7 - t_32x66) - K_L32 * t_lvpms) * t_6dtnj_3;
-    const real t_p4oaf = t_lvpms * t_6dtnj_2 - K_L32 * t_xracg;
-    const real t_qefmz = t_ahd3b * t_6dtnj + t_gousg * t_p4oaf + t_gousg_2 * t_xracg;
+    const real t_xracg = (t_gousg_2 * t_ahd3b - (t_z5auc_7 - t_32x66) - K_L32 * t_lvpms) * t_6dtnj_4;
+    const real t_p4oaf = t_lvpms * t_6dtnj_3 - K_L32 * t_xracg;
+    const real t_qefmz = t_ahd3b * t_6dtnj_2 + t_gousg * t_p4oaf + t_gousg_2 * t_xracg;
     const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_o7cco_7 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_7));
     const real t_ycqju_7 = t_ilple_7 - t_s7ixe_7;
     const real t_bac74_7 = SELECT0(m_el4yy, t_ycqju_7) + t_gousg * t_cgxsm_7;
     const real t_pdzxe_7 = p[F] * t_5pi5x_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
-    const real t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_3;
-    const real t_2gufb_7 = t_bac74_7 * t_6dtnj_2 - K_L32 * t_5aqsz_7;
-    const real t_zws6c_7 = t_cgxsm_7 * t_6dtnj + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7;
+    const real t_5aqsz_7 = (t_pdzxe_7 + t_gousg_2 * t_cgxsm_7 - K_L32 * t_bac74_7) * t_6dtnj_4;
+    const real t_2gufb_7 = t_bac74_7 * t_6dtnj_3 - K_L32 * t_5aqsz_7;
+    const real t_zws6c_7 = t_cgxsm_7 * t_6dtnj_2 + t_gousg * t_2gufb_7 + t_gousg_2 * t_5aqsz_7;
     const real t_c5gpy = K43 * t_xracg
-        - (t_hig3c_6 * t_twxem + t_hig3c_6 * t_qefmz + t_belws * t_p4oaf)
+        - (t_hig3c_3 * t_twxem + t_hig3c_3 * t_qefmz + t_belws * t_p4oaf)
         - K44 * t_danyi
-        - t_hig3c_6 * t_zws6c_7
+        - t_hig3c_3 * t_zws6c_7
         - t_belws * t_2gufb_7
         + K43 * t_5aqsz_7
         + t_w6lcf * t_ke372_4
@@ -8873,12 +8873,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_tcc45 = t_bknng * t_z5auc_7
         + t_6iku5_2 * t_twxem
         + t_6iku5_2 * t_qefmz
-        + t_edvw3_2 * t_p4oaf
+        + t_edvw3 * t_p4oaf
         - K63 * t_xracg
         + K64 * t_danyi
         - t_bknng * t_pdzxe_7
         + t_6iku5_2 * t_zws6c_7
-        + t_edvw3_2 * t_2gufb_7
+        + t_edvw3 * t_2gufb_7
         - K63 * t_5aqsz_7;
     const real t_nioil = t_bknng * t_mvrqf_7
         - t_tcc45
@@ -8888,15 +8888,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_c5gpy
         - K_L65 * t_lfsqp;
     const real t_e3zih = t_nioil * t_6dtnj_7;
-    const real t_pfu6v = t_lfsqp * t_6dtnj_5 - K_L65 * t_e3zih;
-    const real t_rxfzl = t_c5gpy * t_6dtnj_4 - K_L54 * t_pfu6v - K_L64 * t_e3zih;
-    const real t_bt4x3 = t_uf3i2_4 * t_6dtnj_3 - K_L43 * t_rxfzl - K_L53 * t_pfu6v - K_L63 * t_e3zih;
-    const real t_zv64l = t_eokqz_4 * t_6dtnj_2
+    const real t_pfu6v = t_lfsqp * t_6dtnj_6 - K_L65 * t_e3zih;
+    const real t_rxfzl = t_c5gpy * t_6dtnj_5 - K_L54 * t_pfu6v - K_L64 * t_e3zih;
+    const real t_bt4x3 = t_uf3i2_4 * t_6dtnj_4 - K_L43 * t_rxfzl - K_L53 * t_pfu6v - K_L63 * t_e3zih;
+    const real t_zv64l = t_eokqz_4 * t_6dtnj_3
         - K_L32 * t_bt4x3
         + t_ae46j * t_rxfzl
         - K_L52 * t_pfu6v
         + t_o5wmi * t_e3zih;
-    const real t_pthir = t_ke372_4 * t_6dtnj
+    const real t_pthir = t_ke372_4 * t_6dtnj_2
         + t_gousg * t_zv64l
         + t_gousg_2 * t_bt4x3
         + t_w6lcf * t_rxfzl
@@ -8904,20 +8904,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + t_thnvm_2 * t_e3zih;
     const real t_zeepb = c[r5] * t_yjeu3;
     const real t_uneev = x_C * t_zeepb;
-    const real t_dtzii = K32 * t_uneev - t_edvw3_2 * t_zeepb;
-    const real t_tuwt6 = t_6iku5_2 * t_zeepb + t_f2nhc_2 * t_uneev;
+    const real t_dtzii = K32 * t_uneev - t_edvw3 * t_zeepb;
+    const real t_tuwt6 = t_6iku5_2 * t_zeepb + t_f2nhc * t_uneev;
     const real t_rjcun = K63 * t_zeepb + K33 * t_uneev;
-    const real t_gg64x = K11 * t_tuwt6 + t_f2nhc * t_dtzii + t_f2nhc_2 * t_rjcun;
+    const real t_gg64x = K11 * t_tuwt6 + t_f2nhc_2 * t_dtzii + t_f2nhc * t_rjcun;
     const real t_emwdc = t_2qjkk * t_gg64x
         + PP_v2 * (t_q5yfk * t_dtzii - t_q5yfk_2 * t_tuwt6 + t_q5yfk_3 * t_rjcun);
-    const real t_lo3za = (SELECT0(m_nsst6, -(t_x2afy * t_emwdc * t_kntxo)) + t_gg64x) * t_6dtnj_6;
-    const real t_ecgte = t_dtzii - t_f2nhc * t_lo3za;
+    const real t_lo3za = (SELECT0(m_nsst6, -(t_x2afy * t_emwdc * t_kntxo)) + t_gg64x) * t_6dtnj;
+    const real t_ecgte = t_dtzii - t_f2nhc_2 * t_lo3za;
     const real t_fvn7d = t_q2hfz * (t_5x4sb * (t_ecgte * t_y7rm6));
     const real t_oesw4_7 = t_fvn7d * t_nwsjf;
     const real t_iubif_8 = t_bw2jd * (t_3iu34 * t_oesw4_7);
     const real t_27ev7_8 = p[F] * (sin_t_6qa42 * t_iubif_8);
     const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
-    const real t_r4vb3 = t_rjcun - t_f2nhc_2 * t_lo3za;
+    const real t_r4vb3 = t_rjcun - t_f2nhc * t_lo3za;
     const real t_issvn = t_r4vb3 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_fvn7d * t_nwsjf_2)));
     const real t_vwbcj_7 = t_q2hfz_2 * (t_2snz7 * t_issvn) * t_bifdl;
@@ -8941,23 +8941,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_8 = p[F] * (cos_t_wuiya * t_oesw4_7);
     const real t_46pyh = SELECT0(m_el4yy, t_s7ixe_8) - t_ecgte + t_gousg * t_aajgk;
     const real t_z5auc_8 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_8)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_8));
-    const real t_eugh4 = (t_gousg_2 * t_aajgk - (t_z5auc_8 + t_r4vb3) - K_L32 * t_46pyh) * t_6dtnj_3;
-    const real t_jzkve_7 = t_46pyh * t_6dtnj_2 - K_L32 * t_eugh4;
-    const real t_uzz4u = t_aajgk * t_6dtnj + t_gousg * t_jzkve_7 + t_gousg_2 * t_eugh4;
+    const real t_eugh4 = (t_gousg_2 * t_aajgk - (t_z5auc_8 + t_r4vb3) - K_L32 * t_46pyh) * t_6dtnj_4;
+    const real t_jzkve_7 = t_46pyh * t_6dtnj_3 - K_L32 * t_eugh4;
+    const real t_uzz4u = t_aajgk * t_6dtnj_2 + t_gousg * t_jzkve_7 + t_gousg_2 * t_eugh4;
     const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_o7cco_8 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_8));
     const real t_ycqju_8 = t_ilple_8 - t_s7ixe_8;
     const real t_bac74_8 = SELECT0(m_el4yy, t_ycqju_8) + t_gousg * t_cgxsm_8;
     const real t_pdzxe_8 = p[F] * t_5pi5x_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
-    const real t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_3;
-    const real t_2gufb_8 = t_bac74_8 * t_6dtnj_2 - K_L32 * t_5aqsz_8;
-    const real t_zws6c_8 = t_cgxsm_8 * t_6dtnj + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8;
+    const real t_5aqsz_8 = (t_pdzxe_8 + t_gousg_2 * t_cgxsm_8 - K_L32 * t_bac74_8) * t_6dtnj_4;
+    const real t_2gufb_8 = t_bac74_8 * t_6dtnj_3 - K_L32 * t_5aqsz_8;
+    const real t_zws6c_8 = t_cgxsm_8 * t_6dtnj_2 + t_gousg * t_2gufb_8 + t_gousg_2 * t_5aqsz_8;
     const real t_2urxk = K64 * t_zeepb
-        - t_hig3c_6 * t_lo3za
-        - t_hig3c_6 * t_uzz4u
+        - t_hig3c_3 * t_lo3za
+        - t_hig3c_3 * t_uzz4u
         - t_belws * t_jzkve_7
         + K43 * t_uneev
         + K43 * t_eugh4
-        - t_hig3c_6 * t_zws6c_8
+        - t_hig3c_3 * t_zws6c_8
         - t_belws * t_2gufb_8
         + K43 * t_5aqsz_8
         + t_w6lcf * t_ke372_5
@@ -8983,12 +8983,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K66 * t_zeepb
         + t_6iku5_2 * t_lo3za
         + t_6iku5_2 * t_uzz4u
-        + t_edvw3_2 * t_jzkve_7
+        + t_edvw3 * t_jzkve_7
         - K63 * t_uneev
         - K63 * t_eugh4
         - t_bknng * t_pdzxe_8
         + t_6iku5_2 * t_zws6c_8
-        + t_edvw3_2 * t_2gufb_8
+        + t_edvw3 * t_2gufb_8
         - K63 * t_5aqsz_8;
     const real t_fgaxw = t_bknng * t_mvrqf_8
         - t_beby6
@@ -8998,15 +8998,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_2urxk
         - K_L65 * t_6ah2d;
     const real t_lm7cy = t_fgaxw * t_6dtnj_7;
-    const real t_zy642 = t_6ah2d * t_6dtnj_5 - K_L65 * t_lm7cy;
-    const real t_3wzxk = t_2urxk * t_6dtnj_4 - K_L54 * t_zy642 - K_L64 * t_lm7cy;
-    const real t_6sq4l = t_uf3i2_5 * t_6dtnj_3 - K_L43 * t_3wzxk - K_L53 * t_zy642 - K_L63 * t_lm7cy;
-    const real t_q65at = t_eokqz_5 * t_6dtnj_2
+    const real t_zy642 = t_6ah2d * t_6dtnj_6 - K_L65 * t_lm7cy;
+    const real t_3wzxk = t_2urxk * t_6dtnj_5 - K_L54 * t_zy642 - K_L64 * t_lm7cy;
+    const real t_6sq4l = t_uf3i2_5 * t_6dtnj_4 - K_L43 * t_3wzxk - K_L53 * t_zy642 - K_L63 * t_lm7cy;
+    const real t_q65at = t_eokqz_5 * t_6dtnj_3
         - K_L32 * t_6sq4l
         + t_ae46j * t_3wzxk
         - K_L52 * t_zy642
         + t_o5wmi * t_lm7cy;
-    const real t_lj2mq = t_ke372_5 * t_6dtnj
+    const real t_lj2mq = t_ke372_5 * t_6dtnj_2
         + t_gousg * t_q65at
         + t_gousg_2 * t_6sq4l
         + t_w6lcf * t_3wzxk
@@ -9015,19 +9015,19 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_447cc = c[r7] * t_t6fx5;
     const real t_lxtrk = x_C * t_447cc;
     const real t_va5vr = K52 * t_447cc + K22 * t_lxtrk;
-    const real t_vsxpx = t_6iku5 * t_447cc + t_f2nhc * t_lxtrk;
+    const real t_vsxpx = t_6iku5 * t_447cc + t_f2nhc_2 * t_lxtrk;
     const real t_va5vr_2 = K53 * t_447cc + K32 * t_lxtrk;
-    const real t_g2ivp = K11 * t_vsxpx + t_f2nhc * t_va5vr + t_f2nhc_2 * t_va5vr_2;
+    const real t_g2ivp = K11 * t_vsxpx + t_f2nhc_2 * t_va5vr + t_f2nhc * t_va5vr_2;
     const real t_tza5n = t_2qjkk * t_g2ivp
         - PP_v2 * (t_q5yfk_2 * t_vsxpx - t_q5yfk * t_va5vr - t_q5yfk_3 * t_va5vr_2);
-    const real t_ynyhb = (SELECT0(m_nsst6, t_x2afy * t_tza5n * t_kntxo) - t_g2ivp) * t_6dtnj_6;
-    const real t_jnn7d = t_va5vr + t_f2nhc * t_ynyhb;
+    const real t_ynyhb = (SELECT0(m_nsst6, t_x2afy * t_tza5n * t_kntxo) - t_g2ivp) * t_6dtnj;
+    const real t_jnn7d = t_va5vr + t_f2nhc_2 * t_ynyhb;
     const real t_cpv6o = t_q2hfz * (t_5x4sb * (t_jnn7d * t_y7rm6));
     const real t_oesw4_8 = t_cpv6o * t_nwsjf;
     const real t_iubif_9 = t_bw2jd * (t_3iu34 * t_oesw4_8);
     const real t_27ev7_9 = p[F] * (sin_t_6qa42 * t_iubif_9);
     const real t_wzmp3_9 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_9);
-    const real t_jnn7d_2 = t_va5vr_2 + t_f2nhc_2 * t_ynyhb;
+    const real t_jnn7d_2 = t_va5vr_2 + t_f2nhc * t_ynyhb;
     const real t_issvn_2 = SELECT0(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_cpv6o * t_nwsjf_2))))
         - t_jnn7d_2 * t_y7rm6 * t_v2nh3;
     const real t_vwbcj_8 = t_q2hfz_2 * (t_2snz7 * t_issvn_2) * t_bifdl;
@@ -9051,21 +9051,21 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_9 = p[F] * (cos_t_wuiya * t_oesw4_8);
     const real t_vdbjg = SELECT0(m_el4yy, -t_s7ixe_9) + t_jnn7d + t_gousg * t_hkse4;
     const real t_z5auc_9 = SELECT0(m_el4yy, sin_t_vuw2a * t_shxu4_9) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_9));
-    const real t_eugh4_2 = (t_gousg_2 * t_hkse4 - (t_z5auc_9 - t_jnn7d_2) - K_L32 * t_vdbjg) * t_6dtnj_3;
-    const real t_jzkve_8 = t_vdbjg * t_6dtnj_2 - K_L32 * t_eugh4_2;
-    const real t_uzz4u_2 = t_hkse4 * t_6dtnj + t_gousg * t_jzkve_8 + t_gousg_2 * t_eugh4_2;
+    const real t_eugh4_2 = (t_gousg_2 * t_hkse4 - (t_z5auc_9 - t_jnn7d_2) - K_L32 * t_vdbjg) * t_6dtnj_4;
+    const real t_jzkve_8 = t_vdbjg * t_6dtnj_3 - K_L32 * t_eugh4_2;
+    const real t_uzz4u_2 = t_hkse4 * t_6dtnj_2 + t_gousg * t_jzkve_8 + t_gousg_2 * t_eugh4_2;
     const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_o7cco_9 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_9));
     const real t_ycqju_9 = t_s7ixe_9 - t_ilple_9;
     const real t_bac74_9 = SELECT0(m_el4yy, t_ycqju_9) + t_gousg * t_cgxsm_9;
     const real t_pdzxe_9 = p[F] * t_5pi5x_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
-    const real t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_3;
-    const real t_2gufb_9 = t_bac74_9 * t_6dtnj_2 - K_L32 * t_5aqsz_9;
-    const real t_zws6c_9 = t_cgxsm_9 * t_6dtnj + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9;
+    const real t_5aqsz_9 = (t_pdzxe_9 + t_gousg_2 * t_cgxsm_9 - K_L32 * t_bac74_9) * t_6dtnj_4;
+    const real t_2gufb_9 = t_bac74_9 * t_6dtnj_3 - K_L32 * t_5aqsz_9;
+    const real t_zws6c_9 = t_cgxsm_9 * t_6dtnj_2 + t_gousg * t_2gufb_9 + t_gousg_2 * t_5aqsz_9;
     const real t_gi5ql = t_belws * t_lxtrk
-        - (K54 * t_447cc + t_hig3c_6 * t_ynyhb + t_hig3c_6 * t_uzz4u_2)
+        - (K54 * t_447cc + t_hig3c_3 * t_ynyhb + t_hig3c_3 * t_uzz4u_2)
         - t_belws * t_jzkve_8
         + K43 * t_eugh4_2
-        - t_hig3c_6 * t_zws6c_9
+        - t_hig3c_3 * t_zws6c_9
         - t_belws * t_2gufb_9
         + K43 * t_5aqsz_9
         + t_w6lcf * t_ke372_6
@@ -9088,12 +9088,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + K65 * t_447cc
         + t_6iku5_2 * t_ynyhb
         + t_6iku5_2 * t_uzz4u_2
-        - t_edvw3_2 * t_lxtrk
-        + t_edvw3_2 * t_jzkve_8
+        - t_edvw3 * t_lxtrk
+        + t_edvw3 * t_jzkve_8
         - K63 * t_eugh4_2
         - t_bknng * t_pdzxe_9
         + t_6iku5_2 * t_zws6c_9
-        + t_edvw3_2 * t_2gufb_9
+        + t_edvw3 * t_2gufb_9
         - K63 * t_5aqsz_9;
     const real t_iv2im = t_bknng * t_mvrqf_9
         - t_cvhfl
@@ -9103,27 +9103,27 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_gi5ql
         - K_L65 * t_tahgd;
     const real t_ab6e6 = t_iv2im * t_6dtnj_7;
-    const real t_lrimt = t_tahgd * t_6dtnj_5 - K_L65 * t_ab6e6;
-    const real t_lmyzq = t_gi5ql * t_6dtnj_4 - K_L54 * t_lrimt - K_L64 * t_ab6e6;
-    const real t_kpbnw = t_uf3i2_6 * t_6dtnj_3 - K_L43 * t_lmyzq - K_L53 * t_lrimt - K_L63 * t_ab6e6;
-    const real t_y25bq = t_eokqz_6 * t_6dtnj_2
+    const real t_lrimt = t_tahgd * t_6dtnj_6 - K_L65 * t_ab6e6;
+    const real t_lmyzq = t_gi5ql * t_6dtnj_5 - K_L54 * t_lrimt - K_L64 * t_ab6e6;
+    const real t_kpbnw = t_uf3i2_6 * t_6dtnj_4 - K_L43 * t_lmyzq - K_L53 * t_lrimt - K_L63 * t_ab6e6;
+    const real t_y25bq = t_eokqz_6 * t_6dtnj_3
         - K_L32 * t_kpbnw
         + t_ae46j * t_lmyzq
         - K_L52 * t_lrimt
         + t_o5wmi * t_ab6e6;
-    const real t_z7djc = t_ke372_6 * t_6dtnj
+    const real t_z7djc = t_ke372_6 * t_6dtnj_2
         + t_gousg * t_y25bq
         + t_gousg_2 * t_kpbnw
         + t_w6lcf * t_lmyzq
         + t_thnvm * t_lrimt
         + t_thnvm_2 * t_ab6e6;
     const real t_rcy73_2 = p[l1] * sin_phi1;
-    const real t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo_2;
+    const real t_fyz6s_3 = w_x1 * sin_phi1 + t_7uxgo;
     const real t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_3);
     const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
     const real t_mbiwq = th_1 * (p[I1] * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
     const real t_2btv3 = cos_theta1 * t_mbiwq;
-    const real t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo;
+    const real t_fyz6s_4 = w_x1 * cos_phi1 - t_7uxgo_2;
     const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_4);
     const real t_vfk7p = chi1 * t_fyz6s_4 - t_fyz6s * t_fyz6s_3;
     const real t_a7om6 = B_1 * t_vfk7p;
@@ -9180,24 +9180,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_7fmkp * t_dpewl_2;
     const real t_5pppz = K11 * t_3bw5p
         - q1_v2 * t_c3bgc
-        - (q2_v2 * t_ptemu + t_f2nhc * t_iy4vu)
-        - (q3_v2 * t_ptemu_2 + t_f2nhc_2 * t_qk3ch);
-    const real t_f2nhc_3 = t_f2nhc + t_f2nhc;
+        - (q2_v2 * t_ptemu + t_f2nhc_2 * t_iy4vu)
+        - (q3_v2 * t_ptemu_2 + t_f2nhc * t_qk3ch);
+    const real t_f2nhc_3 = t_f2nhc_2 + t_f2nhc_2;
     const real t_2qjkk_2 = K11 + K11;
-    const real t_f2nhc_4 = t_f2nhc_2 + t_f2nhc_2;
+    const real t_f2nhc_4 = t_f2nhc + t_f2nhc;
     const real t_bxkhr = t_f2nhc_3 * t_ptemu - t_2qjkk_2 * t_c3bgc + t_f2nhc_4 * t_ptemu_2;
     const real t_v7jic = t_xyuxl * t_bxkhr
         + PP_v2 * (t_q5yfk_2 * t_3bw5p + t_q5yfk * t_iy4vu + t_q5yfk_3 * t_qk3ch);
-    const real t_3wdoe = t_arpa7 * t_6dtnj_6;
-    const real t_ewsjx = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_5pppz - t_v7jic) * t_kntxo) - t_5pppz) * t_6dtnj_6
+    const real t_3wdoe = t_arpa7 * t_6dtnj;
+    const real t_ewsjx = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_5pppz - t_v7jic) * t_kntxo) - t_5pppz) * t_6dtnj
         - t_3wdoe * t_bxkhr;
-    const real t_d45tc = t_iy4vu - (t_arpa7 * t_ptemu + t_f2nhc * t_ewsjx);
+    const real t_d45tc = t_iy4vu - (t_arpa7 * t_ptemu + t_f2nhc_2 * t_ewsjx);
     const real t_3usb3 = t_q2hfz * (t_5x4sb * (t_d45tc * t_y7rm6));
     const real t_7vxmt = t_3usb3 * t_nwsjf;
     const real t_iubif_10 = t_bw2jd * (t_3iu34 * t_7vxmt);
     const real t_27ev7_10 = p[F] * (sin_t_6qa42 * t_iubif_10);
     const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
-    const real t_gmpbw = t_qk3ch - (t_arpa7 * t_ptemu_2 + t_f2nhc_2 * t_ewsjx);
+    const real t_gmpbw = t_qk3ch - (t_arpa7 * t_ptemu_2 + t_f2nhc * t_ewsjx);
     const real t_2m56d = t_gmpbw * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_3usb3 * t_nwsjf_2)));
     const real t_i25zk = t_q2hfz_2 * (t_2snz7 * t_2m56d) * t_bifdl;
@@ -9209,50 +9209,50 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
     const real t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2;
     const real t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l;
-    const real t_sjhta = t_njixh * t_6dtnj;
-    const real t_5ewry = t_sjhta * t_6dtnj;
+    const real t_sjhta = t_njixh * t_6dtnj_2;
+    const real t_5ewry = t_sjhta * t_6dtnj_2;
     const real t_b4c42 = sin_t_6qa42 * p[F];
     const real t_ycskf = t_b4c42 - n2 + t_gousg * t_njixh;
-    const real t_e3z3n = t_ycskf * t_6dtnj_2;
+    const real t_e3z3n = t_ycskf * t_6dtnj_3;
     const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
     const real t_vhcjl = t_gousg_2 * t_njixh - (t_gyv2s + n3) - K_L32 * t_ycskf;
-    const real t_n2a4t = t_vhcjl * t_6dtnj_3;
+    const real t_n2a4t = t_vhcjl * t_6dtnj_4;
     const real t_w6zvz = t_irojk * cos_t_vuw2a - (q1_v2 + K11 * t_arpa7);
-    const real t_p4gqh = t_w6zvz * t_6dtnj;
+    const real t_p4gqh = t_w6zvz * t_6dtnj_2;
     const real t_56r2w = p[F] * sin_t_wuiya;
     const real t_cjev4 = t_56r2w - t_jakkp + t_gousg * t_w6zvz;
-    const real t_lcfki = t_cjev4 * t_6dtnj_2;
+    const real t_lcfki = t_cjev4 * t_6dtnj_3;
     const real t_rc6ns = t_irojk * sin_t_vuw2a;
-    const real t_6xt5f = (t_gousg_2 * t_w6zvz - (t_rc6ns + t_jakkp_2) - K_L32 * t_cjev4) * t_6dtnj_3;
+    const real t_6xt5f = (t_gousg_2 * t_w6zvz - (t_rc6ns + t_jakkp_2) - K_L32 * t_cjev4) * t_6dtnj_4;
     const real t_bmvfd = t_lcfki - K_L32 * t_6xt5f;
     const real t_3pxhm = t_p4gqh + t_gousg * t_bmvfd + t_gousg_2 * t_6xt5f;
     const real t_lurhj = t_zmkrd_2 * cos_t_kl6tx - t_irojk_2 * cos_t_vuw2a;
-    const real t_aqadx = t_lurhj * t_6dtnj;
+    const real t_aqadx = t_lurhj * t_6dtnj_2;
     const real t_76oy7 = p[F] * sin_t_6qa42 - t_56r2w;
     const real t_zoi3s = t_76oy7 + t_gousg * t_lurhj;
-    const real t_7o25l = t_zoi3s * t_6dtnj_2;
+    const real t_7o25l = t_zoi3s * t_6dtnj_3;
     const real t_qfukh = t_a7hee * p[F] - t_zmkrd_2 * sin_t_kl6tx;
-    const real t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_3;
+    const real t_g54r5 = (t_qfukh + t_gousg_2 * t_lurhj - K_L32 * t_zoi3s) * t_6dtnj_4;
     const real t_37lel = t_7o25l - K_L32 * t_g54r5;
     const real t_6kh3y = t_aqadx + t_gousg * t_37lel + t_gousg_2 * t_g54r5;
     const real t_sgdph = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_hig3c_6 * t_arpa7
-        - t_hig3c_6 * t_3pxhm
+        - t_hig3c_3 * t_arpa7
+        - t_hig3c_3 * t_3pxhm
         - t_belws * a2_v2
         - t_belws * t_bmvfd
         + K43 * a3_v2
         + K43 * t_6xt5f
         - K44 * t_7fmkp
-        - t_hig3c_6 * t_6kh3y
+        - t_hig3c_3 * t_6kh3y
         - t_belws * t_37lel
         + K43 * t_g54r5
         - n4
         + t_w6lcf * t_njixh
         + t_ae46j * t_ycskf
         - K_L43 * t_vhcjl;
-    const real t_26yla = t_sgdph * t_6dtnj_4;
+    const real t_26yla = t_sgdph * t_6dtnj_5;
     const real t_jxkqe = n5
         + G2_v2 * K55
         + G3_v2 * K65
@@ -9274,21 +9274,21 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L52 * t_ycskf
         - K_L53 * t_vhcjl
         - K_L54 * t_sgdph;
-    const real t_erm7k = t_jxkqe * t_6dtnj_5;
+    const real t_erm7k = t_jxkqe * t_6dtnj_6;
     const real t_vascj = t_rc6ns * t_bknng
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
         + t_6iku5_2 * t_arpa7
         + t_6iku5_2 * t_3pxhm
-        + t_edvw3_2 * a2_v2
-        + t_edvw3_2 * t_bmvfd
+        + t_edvw3 * a2_v2
+        + t_edvw3 * t_bmvfd
         - K63 * a3_v2
         - K63 * t_6xt5f
         + K64 * t_7fmkp
         - t_qfukh * t_bknng
         + t_6iku5_2 * t_6kh3y
-        + t_edvw3_2 * t_37lel
+        + t_edvw3 * t_37lel
         - K63 * t_g54r5
         + n6;
     const real t_w2ikc = t_gyv2s * t_bknng
@@ -9307,17 +9307,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + t_ae46j * t_4cb4c
         - K_L52 * t_ssyzm
         + t_o5wmi * t_5cn4h;
-    const real t_jza4m = t_gousg * t_6dtnj;
-    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc;
+    const real t_jza4m = t_gousg * t_6dtnj_2;
+    const real t_zczsz = t_ptemu * t_6dtnj_2 + t_jza4m * t_c3bgc;
     const real t_ilple_10 = p[F] * (cos_t_6qa42 * t_iubif_10);
     const real t_te25h = SELECT0(m_el4yy, t_ilple_10) - t_tbc4a + (t_njixh * t_zczsz + t_gousg * t_hvdh4);
-    const real t_2did4 = t_e3z3n * t_6dtnj_2;
-    const real t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
-    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
-    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc;
-    const real t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
-    const real t_bintu = K_L32 * t_6dtnj_2;
-    const real t_3qaii = t_af7ak * t_6dtnj_2 - t_bintu * t_7kvzm;
+    const real t_2did4 = t_e3z3n * t_6dtnj_3;
+    const real t_7kvzm = t_p3fiz - (t_gousg * t_ptemu + t_f2nhc_2 * t_zczsz);
+    const real t_jza4m_2 = t_gousg_2 * t_6dtnj_2;
+    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj_2 + t_jza4m_2 * t_c3bgc;
+    const real t_af7ak = t_pqupo_2 - (t_gousg_2 * t_ptemu + t_f2nhc_2 * t_zczsz_2);
+    const real t_bintu = K_L32 * t_6dtnj_3;
+    const real t_3qaii = t_af7ak * t_6dtnj_3 - t_bintu * t_7kvzm;
     const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
     const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
     const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
@@ -9325,20 +9325,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + t_gousg_2 * t_hvdh4
         - (t_mvrqf_10 + t_tbc4a_2)
         - (t_ycskf * t_3qaii + K_L32 * t_te25h);
-    const real t_y267s = t_n2a4t * t_6dtnj_3;
+    const real t_y267s = t_n2a4t * t_6dtnj_4;
     const real t_etwy6 = t_2zhno
         - (K_L32 * t_af7ak + t_7exg5 * t_3qaii)
-        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
-    const real t_4pum4 = t_w6lcf * t_6dtnj;
-    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc;
-    const real t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
-    const real t_l3pbw = t_ae46j * t_6dtnj_2;
-    const real t_m5omm = t_sxhu6 * t_6dtnj_2 - t_l3pbw * t_7kvzm;
+        - (t_gousg_2 * t_ptemu_2 + t_f2nhc * t_zczsz_2);
+    const real t_4pum4 = t_w6lcf * t_6dtnj_2;
+    const real t_aqch6 = Bc_1 * t_6dtnj_2 + t_4pum4 * t_c3bgc;
+    const real t_sxhu6 = t_dpewl + (t_w6lcf * t_ptemu + t_f2nhc_2 * t_aqch6);
+    const real t_l3pbw = t_ae46j * t_6dtnj_3;
+    const real t_m5omm = t_sxhu6 * t_6dtnj_3 - t_l3pbw * t_7kvzm;
     const real t_tfhej = t_dpewl_2
         + (t_ae46j * t_af7ak + t_7exg5 * t_m5omm)
-        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
-    const real t_bintu_2 = K_L43 * t_6dtnj_3;
-    const real t_xc35z = t_tfhej * t_6dtnj_3 - t_bintu_2 * t_etwy6;
+        - (t_w6lcf * t_ptemu_2 + t_f2nhc * t_aqch6);
+    const real t_bintu_2 = K_L43 * t_6dtnj_4;
+    const real t_xc35z = t_tfhej * t_6dtnj_4 - t_bintu_2 * t_etwy6;
     const real t_kktyp = t_aqrn5 * Bc_1 + p[l1] * t_a7om6;
     const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
     const real t_2ihny = t_kktyp - t_wuzra;
@@ -9355,78 +9355,78 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_gpzvt = t_o7cco_10
         + SELECT0(m_uklky, t_irojk * t_wmzoo_10)
         - (t_3bw5p + (K11 * t_ewsjx - t_arpa7 * t_c3bgc));
-    const real t_byx6c = t_p4gqh * t_6dtnj;
+    const real t_byx6c = t_p4gqh * t_6dtnj_2;
     const real t_s7ixe_10 = p[F] * (cos_t_wuiya * t_7vxmt);
     const real t_eubpx = SELECT0(m_el4yy, t_s7ixe_10) - t_d45tc + (t_w6zvz * t_zczsz + t_gousg * t_gpzvt);
-    const real t_5umxj = t_lcfki * t_6dtnj_2;
+    const real t_5umxj = t_lcfki * t_6dtnj_3;
     const real t_z5auc_10 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_10)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_10));
     const real t_xcyfr = t_w6zvz * t_zczsz_2
         + t_gousg_2 * t_gpzvt
         - (t_z5auc_10 + t_gmpbw)
         - (t_cjev4 * t_3qaii + K_L32 * t_eubpx);
-    const real t_lseqt = t_6xt5f * t_6dtnj_3;
-    const real t_hkbz7 = t_xcyfr * t_6dtnj_3 - t_lseqt * t_etwy6;
-    const real t_wktn7 = t_eubpx * t_6dtnj_2 - t_5umxj * t_7kvzm - (t_6xt5f * t_3qaii + K_L32 * t_hkbz7);
-    const real t_gnbt3 = t_gpzvt * t_6dtnj
+    const real t_lseqt = t_6xt5f * t_6dtnj_4;
+    const real t_hkbz7 = t_xcyfr * t_6dtnj_4 - t_lseqt * t_etwy6;
+    const real t_wktn7 = t_eubpx * t_6dtnj_3 - t_5umxj * t_7kvzm - (t_6xt5f * t_3qaii + K_L32 * t_hkbz7);
+    const real t_gnbt3 = t_gpzvt * t_6dtnj_2
         + t_byx6c * t_c3bgc
         + (t_bmvfd * t_zczsz + t_gousg * t_wktn7)
         + (t_6xt5f * t_zczsz_2 + t_gousg_2 * t_hkbz7);
     const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_o7cco_10 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_10));
-    const real t_3eyvc = t_aqadx * t_6dtnj;
+    const real t_3eyvc = t_aqadx * t_6dtnj_2;
     const real t_ycqju_10 = t_ilple_10 - t_s7ixe_10;
     const real t_nopke = SELECT0(m_el4yy, t_ycqju_10) + (t_lurhj * t_zczsz + t_gousg * t_cgxsm_10);
-    const real t_l3pbw_2 = t_7o25l * t_6dtnj_2;
+    const real t_l3pbw_2 = t_7o25l * t_6dtnj_3;
     const real t_pdzxe_10 = p[F] * t_5pi5x_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
     const real t_m2f6l = t_pdzxe_10
         + (t_lurhj * t_zczsz_2 + t_gousg_2 * t_cgxsm_10)
         - (t_zoi3s * t_3qaii + K_L32 * t_nopke);
-    const real t_e4fqd = t_g54r5 * t_6dtnj_3;
-    const real t_7i5di = t_m2f6l * t_6dtnj_3 - t_e4fqd * t_etwy6;
-    const real t_tg72k = t_nopke * t_6dtnj_2 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di);
-    const real t_6vhdn = t_cgxsm_10 * t_6dtnj
+    const real t_e4fqd = t_g54r5 * t_6dtnj_4;
+    const real t_7i5di = t_m2f6l * t_6dtnj_4 - t_e4fqd * t_etwy6;
+    const real t_tg72k = t_nopke * t_6dtnj_3 - t_l3pbw_2 * t_7kvzm - (t_g54r5 * t_3qaii + K_L32 * t_7i5di);
+    const real t_6vhdn = t_cgxsm_10 * t_6dtnj_2
         + t_3eyvc * t_c3bgc
         + (t_37lel * t_zczsz + t_gousg * t_tg72k)
         + (t_g54r5 * t_zczsz_2 + t_gousg_2 * t_7i5di);
     const real t_7uveo = t_2ihny
         + G2_v2 * t_ngye2
         + G3_v2 * t_e4pgh
-        - (t_arpa7 * Bc_1 + t_hig3c_6 * t_ewsjx)
-        - (t_3pxhm * Bc_1 + t_hig3c_6 * t_gnbt3)
+        - (t_arpa7 * Bc_1 + t_hig3c_3 * t_ewsjx)
+        - (t_3pxhm * Bc_1 + t_hig3c_3 * t_gnbt3)
         - a2_v2 * t_dpewl
         - (t_bmvfd * t_dpewl + t_belws * t_wktn7)
         + a3_v2 * t_dpewl_2
         + (t_6xt5f * t_dpewl_2 + K43 * t_hkbz7)
         - t_7fmkp * t_wa7jk
-        - (t_6kh3y * Bc_1 + t_hig3c_6 * t_6vhdn)
+        - (t_6kh3y * Bc_1 + t_hig3c_3 * t_6vhdn)
         - (t_37lel * t_dpewl + t_belws * t_tg72k)
         + (t_g54r5 * t_dpewl_2 + K43 * t_7i5di)
         - t_2ihny
         + (t_njixh * t_aqch6 + t_w6lcf * t_hvdh4)
         + (t_ycskf * t_m5omm + t_ae46j * t_te25h)
         - (t_vhcjl * t_xc35z + K_L43 * t_72zjd);
-    const real t_tim5x = t_26yla * t_6dtnj_4;
+    const real t_tim5x = t_26yla * t_6dtnj_5;
     const real t_hlysv = t_wa7jk
         - (t_ae46j * t_sxhu6 + t_cawlo * t_m5omm)
         - (K_L43 * t_tfhej + t_e6q5b * t_xc35z)
-        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
-    const real t_jza4m_3 = t_thnvm * t_6dtnj;
-    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc;
-    const real t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
-    const real t_bintu_3 = K_L52 * t_6dtnj_2;
-    const real t_q77ke = t_2r7fn * t_6dtnj_2 - t_bintu_3 * t_7kvzm;
+        - (t_w6lcf * Bc_1 + t_hig3c_3 * t_aqch6);
+    const real t_jza4m_3 = t_thnvm * t_6dtnj_2;
+    const real t_zjzn6 = t_f4z55 * t_6dtnj_2 + t_jza4m_3 * t_c3bgc;
+    const real t_2r7fn = t_5rn7a - (t_thnvm * t_ptemu + t_f2nhc_2 * t_zjzn6);
+    const real t_bintu_3 = K_L52 * t_6dtnj_3;
+    const real t_q77ke = t_2r7fn * t_6dtnj_3 - t_bintu_3 * t_7kvzm;
     const real t_7ohr3 = t_orzyl
         - (K_L52 * t_af7ak + t_7exg5 * t_q77ke)
-        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
-    const real t_bintu_4 = K_L53 * t_6dtnj_3;
-    const real t_yah2x = t_7ohr3 * t_6dtnj_3 - t_bintu_4 * t_etwy6;
+        - (t_thnvm * t_ptemu_2 + t_f2nhc * t_zjzn6);
+    const real t_bintu_4 = K_L53 * t_6dtnj_4;
+    const real t_yah2x = t_7ohr3 * t_6dtnj_4 - t_bintu_4 * t_etwy6;
     const real t_pc6oe = t_ngye2
         + (K_L52 * t_sxhu6 + t_cawlo * t_q77ke)
         - (K_L53 * t_tfhej + t_e6q5b * t_yah2x)
-        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
-    const real t_bintu_5 = K_L54 * t_6dtnj_4;
-    const real t_qxlw6 = t_pc6oe * t_6dtnj_4 - t_bintu_5 * t_hlysv;
+        - (t_thnvm * Bc_1 + t_hig3c_3 * t_zjzn6);
+    const real t_bintu_5 = K_L54 * t_6dtnj_5;
+    const real t_qxlw6 = t_pc6oe * t_6dtnj_5 - t_bintu_5 * t_hlysv;
     const real t_uccau = t_kktyp + e1 * t_m6622;
-    const real t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2);
+    const real t_l5zyx = sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh_2 * t_rcy73_2);
     const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
     const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
     const real t_a22y5 = t_23glo - t_zpvnv;
@@ -9454,36 +9454,36 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (t_ycskf * t_q77ke + K_L52 * t_te25h)
         - (t_vhcjl * t_yah2x + K_L53 * t_72zjd)
         - (t_sgdph * t_qxlw6 + K_L54 * t_7uveo);
-    const real t_qzvyk = t_erm7k * t_6dtnj_5;
+    const real t_qzvyk = t_erm7k * t_6dtnj_6;
     const real t_ciywh = t_3l3ff
         - (K_L52 * t_2r7fn + t_7exg5_2 * t_q77ke)
         - (K_L53 * t_7ohr3 + t_g6lxe * t_yah2x)
         - (K_L54 * t_pc6oe + t_sjdff * t_qxlw6)
         - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
-    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
-    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc;
-    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
-    const real t_l3pbw_3 = t_o5wmi * t_6dtnj_2;
-    const real t_x2b36 = t_c2yzs * t_6dtnj_2 - t_l3pbw_3 * t_7kvzm;
+    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj_2;
+    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj_2 + t_jza4m_4 * t_c3bgc;
+    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc_2 * t_zjzn6_2);
+    const real t_l3pbw_3 = t_o5wmi * t_6dtnj_3;
+    const real t_x2b36 = t_c2yzs * t_6dtnj_3 - t_l3pbw_3 * t_7kvzm;
     const real t_r2rgw = t_xa2rj
         + (t_o5wmi * t_af7ak + t_7exg5 * t_x2b36)
-        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
-    const real t_bintu_6 = K_L63 * t_6dtnj_3;
-    const real t_ta3hy = t_r2rgw * t_6dtnj_3 - t_bintu_6 * t_etwy6;
+        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc * t_zjzn6_2);
+    const real t_bintu_6 = K_L63 * t_6dtnj_4;
+    const real t_ta3hy = t_r2rgw * t_6dtnj_4 - t_bintu_6 * t_etwy6;
     const real t_77h32 = t_e4pgh
         - (t_o5wmi * t_sxhu6 + t_cawlo * t_x2b36)
         - (K_L63 * t_tfhej + t_e6q5b * t_ta3hy)
-        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
-    const real t_bintu_7 = K_L64 * t_6dtnj_4;
-    const real t_c6em4 = t_77h32 * t_6dtnj_4 - t_bintu_7 * t_hlysv;
+        - (t_thnvm_2 * Bc_1 + t_hig3c_3 * t_zjzn6_2);
+    const real t_bintu_7 = K_L64 * t_6dtnj_5;
+    const real t_c6em4 = t_77h32 * t_6dtnj_5 - t_bintu_7 * t_hlysv;
     const real t_egoqk = t_xzf5j
         + (t_o5wmi * t_2r7fn + t_7exg5_2 * t_x2b36)
         - (K_L63 * t_7ohr3 + t_g6lxe * t_ta3hy)
         - (K_L64 * t_pc6oe + t_sjdff * t_c6em4)
         - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
-    const real t_bintu_8 = K_L65 * t_6dtnj_5;
-    const real t_b2ljk = t_egoqk * t_6dtnj_5 - t_bintu_8 * t_ciywh;
-    const real t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2);
+    const real t_bintu_8 = K_L65 * t_6dtnj_6;
+    const real t_b2ljk = t_egoqk * t_6dtnj_6 - t_bintu_8 * t_ciywh;
+    const real t_tphaw = cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh * t_rcy73_2);
     const real t_dfedx = t_23glo - t_envft;
     const real t_nbjue = t_bknng * t_z5auc_10
         - t_tphaw
@@ -9492,13 +9492,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_arpa7 * t_f4z55_2 + t_6iku5_2 * t_ewsjx)
         + (t_3pxhm * t_f4z55_2 + t_6iku5_2 * t_gnbt3)
         + a2_v2 * t_kamdk_2
-        + (t_bmvfd * t_kamdk_2 + t_edvw3_2 * t_wktn7)
+        + (t_bmvfd * t_kamdk_2 + t_edvw3 * t_wktn7)
         - a3_v2 * t_xa2rj
         - (t_6xt5f * t_xa2rj + K63 * t_hkbz7)
         + t_7fmkp * t_e4pgh
         - t_bknng * t_pdzxe_10
         + (t_6kh3y * t_f4z55_2 + t_6iku5_2 * t_6vhdn)
-        + (t_37lel * t_kamdk_2 + t_edvw3_2 * t_tg72k)
+        + (t_37lel * t_kamdk_2 + t_edvw3 * t_tg72k)
         - (t_g54r5 * t_xa2rj + K63 * t_7i5di)
         + t_tphaw;
     const real t_tqzxj = t_bknng * t_mvrqf_10
@@ -9516,23 +9516,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L65 * t_egoqk + t_eq4wy * t_b2ljk)
         - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
     const real t_kdnib = t_tqzxj * t_6dtnj_7 - t_itqoj * t_6ipne;
-    const real t_6rpzk = t_zozet * t_6dtnj_5 - t_qzvyk * t_ciywh - (t_5cn4h * t_b2ljk + K_L65 * t_kdnib);
-    const real t_2ytlv = t_7uveo * t_6dtnj_4
+    const real t_6rpzk = t_zozet * t_6dtnj_6 - t_qzvyk * t_ciywh - (t_5cn4h * t_b2ljk + K_L65 * t_kdnib);
+    const real t_2ytlv = t_7uveo * t_6dtnj_5
         - t_tim5x * t_hlysv
         - (t_ssyzm * t_qxlw6 + K_L54 * t_6rpzk)
         - (t_5cn4h * t_c6em4 + K_L64 * t_kdnib);
-    const real t_m6ho5 = t_72zjd * t_6dtnj_3
+    const real t_m6ho5 = t_72zjd * t_6dtnj_4
         - t_y267s * t_etwy6
         - (t_4cb4c * t_xc35z + K_L43 * t_2ytlv)
         - (t_ssyzm * t_yah2x + K_L53 * t_6rpzk)
         - (t_5cn4h * t_ta3hy + K_L63 * t_kdnib);
-    const real t_o7hwc = t_te25h * t_6dtnj_2
+    const real t_o7hwc = t_te25h * t_6dtnj_3
         - t_2did4 * t_7kvzm
         - (t_wkjm3 * t_3qaii + K_L32 * t_m6ho5)
         + (t_4cb4c * t_m5omm + t_ae46j * t_2ytlv)
         - (t_ssyzm * t_q77ke + K_L52 * t_6rpzk)
         + (t_5cn4h * t_x2b36 + t_o5wmi * t_kdnib);
-    const real t_om6hf = t_hvdh4 * t_6dtnj
+    const real t_om6hf = t_hvdh4 * t_6dtnj_2
         + t_5ewry * t_c3bgc
         + (t_qgxvl * t_zczsz + t_gousg * t_o7hwc)
         + (t_wkjm3 * t_zczsz_2 + t_gousg_2 * t_m6ho5)
@@ -9544,13 +9544,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_l4ozg_2 = q[wy] * sin_theta1 + q[wz] * cos_theta1;
     const real t_a3yjd = t_l5lry * (p[l1] * t_6t73u) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2);
     const real t_24qbv = th_1 * (p[I1] * t_a3yjd);
-    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2;
+    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh;
     const real t_6t73u_2 = cos_phi1 * t_l4ozg;
     const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u_2 - t_lcyz4 * t_l4ozg_2);
     const real t_nqgju = chi1 * t_6t73u_2 - t_fyz6s * t_6t73u - w_x1 * t_l4ozg;
     const real t_thekk = B_1 * t_nqgju;
     const real t_vjiiv = sin_phi1 * t_gucob + cos_phi1 * t_thekk;
-    const real t_xwqpn = t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv);
+    const real t_xwqpn = t_orsg5 + (t_f2pcf - sin_theta1 * t_vjiiv);
     const real t_f2pcf_7 = wq_1 * sin_theta1;
     const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_3ugdb = t_vjftl * t_4xedj;
@@ -9559,7 +9559,7 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_r33pf = t_vjftl * t_ewvyh;
     const real t_rcfrh = tn11_1 * t_4xedj;
     const real t_m5n2z = tn11_1 * t_ewvyh;
-    const real t_fdt76 = t_f2pcf - t_f2pcf_7;
+    const real t_fdt76 = t_f2pcf_2 - t_f2pcf_7;
     const real t_n74yr = t_xwqpn
         + G2_v2 * t_bhxcm
         - G3_v2 * t_r33pf
@@ -9570,12 +9570,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_7wzrk = t_vjiiv_2
         + G2_v2 * t_rmbl5_2
         - G3_v2 * t_rmbl5
-        + a2_v2 * t_f2pcf_5
+        + a2_v2 * t_f2pcf_3
         - a3_v2 * t_f2pcf_4;
     const real t_f2pcf_8 = wq_1 * cos_theta1;
     const real t_ipp4u = t_f2pcf_8 - t_r33pf;
-    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh;
-    const real t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_2 + t_orsg5_2;
+    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh_2;
+    const real t_xwqpn_2 = cos_theta1 * t_vjiiv + t_f2pcf_5 + t_orsg5_2;
     const real t_fdt76_2 = t_f2pcf_8 + t_f2pcf_6;
     const real t_nmbfc = G2_v2 * t_ipp4u
         - t_xwqpn_2
@@ -9584,20 +9584,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - a3_v2 * t_rcfrh
         - t_7fmkp * t_fdt76_2;
     const real t_kan6c = K11 * t_7wzrk
-        + (q2_v2 * t_f2pcf_5 + t_f2nhc * t_n74yr)
-        + (t_f2nhc_2 * t_nmbfc - q3_v2 * t_f2pcf_4);
-    const real t_5yzgr = t_f2nhc_3 * t_f2pcf_5 - t_f2nhc_4 * t_f2pcf_4;
+        + (q2_v2 * t_f2pcf_3 + t_f2nhc_2 * t_n74yr)
+        + (t_f2nhc * t_nmbfc - q3_v2 * t_f2pcf_4);
+    const real t_5yzgr = t_f2nhc_3 * t_f2pcf_3 - t_f2nhc_4 * t_f2pcf_4;
     const real t_nevz4 = t_xyuxl * t_5yzgr
         + PP_v2 * (t_q5yfk * t_n74yr - t_q5yfk_2 * t_7wzrk + t_q5yfk_3 * t_nmbfc);
-    const real t_leml7 = (SELECT0(m_nsst6, -(t_x2afy * (t_2qjkk * t_kan6c + t_nevz4) * t_kntxo)) + t_kan6c) * t_6dtnj_6
+    const real t_leml7 = (SELECT0(m_nsst6, -(t_x2afy * (t_2qjkk * t_kan6c + t_nevz4) * t_kntxo)) + t_kan6c) * t_6dtnj
         - t_3wdoe * t_5yzgr;
-    const real t_265lq = t_n74yr - (t_arpa7 * t_f2pcf_5 + t_f2nhc * t_leml7);
+    const real t_265lq = t_n74yr - (t_arpa7 * t_f2pcf_3 + t_f2nhc_2 * t_leml7);
     const real t_zxuei = t_q2hfz * (t_5x4sb * (t_265lq * t_y7rm6));
     const real t_7vxmt_2 = t_zxuei * t_nwsjf;
     const real t_iubif_11 = t_bw2jd * (t_3iu34 * t_7vxmt_2);
     const real t_27ev7_11 = p[F] * (sin_t_6qa42 * t_iubif_11);
     const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
-    const real t_hhiuy = t_nmbfc - (t_f2nhc_2 * t_leml7 - t_arpa7 * t_f2pcf_4);
+    const real t_hhiuy = t_nmbfc - (t_f2nhc * t_leml7 - t_arpa7 * t_f2pcf_4);
     const real t_aj6aa = t_hhiuy * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_zxuei * t_nwsjf_2)));
     const real t_i25zk_2 = t_q2hfz_2 * (t_2snz7 * t_aj6aa) * t_bifdl;
@@ -9608,13 +9608,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_3uupj_11);
     const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
     const real t_jpsjh = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_vjiiv_2;
-    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
+    const real t_3l2rq = t_f2pcf_3 * t_6dtnj_2;
     const real t_ilple_11 = p[F] * (cos_t_6qa42 * t_iubif_11);
     const real t_5pci3 = SELECT0(m_el4yy, t_ilple_11) - t_xwqpn + (t_njixh * t_3l2rq + t_gousg * t_jpsjh);
-    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
-    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
-    const real t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
-    const real t_jp2fk = t_7egtn * t_6dtnj_2 - t_bintu * t_k4367;
+    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_3 + t_f2nhc_2 * t_3l2rq);
+    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj_2;
+    const real t_7egtn = t_m5n2z - (t_gousg_2 * t_f2pcf_3 - t_f2nhc_2 * t_3l2rq_2);
+    const real t_jp2fk = t_7egtn * t_6dtnj_3 - t_bintu * t_k4367;
     const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
     const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
     const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
@@ -9623,12 +9623,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (t_mvrqf_11 - t_xwqpn_2)
         - (t_ycskf * t_jp2fk + K_L32 * t_5pci3);
     const real t_qwp7a = t_gousg_2 * t_f2pcf_4
-        + t_f2nhc_2 * t_3l2rq_2
+        + t_f2nhc * t_3l2rq_2
         - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_jp2fk));
-    const real t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_5;
-    const real t_yo4jq = t_bg3dm * t_6dtnj_2 - t_l3pbw * t_k4367;
+    const real t_bg3dm = t_fdt76 + t_w6lcf * t_f2pcf_3;
+    const real t_yo4jq = t_bg3dm * t_6dtnj_3 - t_l3pbw * t_k4367;
     const real t_gywmn = t_fdt76_2 + (t_ae46j * t_7egtn + t_7exg5 * t_yo4jq) + t_w6lcf * t_f2pcf_4;
-    const real t_gznvd = t_gywmn * t_6dtnj_3 - t_bintu_2 * t_qwp7a;
+    const real t_gznvd = t_gywmn * t_6dtnj_4 - t_bintu_2 * t_qwp7a;
     const real t_r5eou = p[l1] * t_thekk;
     const real t_pgfgd = q_1 * t_24qbv;
     const real t_5avih = t_r5eou - t_pgfgd;
@@ -9647,9 +9647,9 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_w6zvz * t_3l2rq_2
         - (t_z5auc_11 + t_hhiuy)
         - (t_cjev4 * t_jp2fk + K_L32 * t_grqmg);
-    const real t_fjsfi = t_qzul4 * t_6dtnj_3 - t_lseqt * t_qwp7a;
-    const real t_dqsud = t_grqmg * t_6dtnj_2 - t_5umxj * t_k4367 - (t_6xt5f * t_jp2fk + K_L32 * t_fjsfi);
-    const real t_s4vnf = t_k7cdt * t_6dtnj
+    const real t_fjsfi = t_qzul4 * t_6dtnj_4 - t_lseqt * t_qwp7a;
+    const real t_dqsud = t_grqmg * t_6dtnj_3 - t_5umxj * t_k4367 - (t_6xt5f * t_jp2fk + K_L32 * t_fjsfi);
+    const real t_s4vnf = t_k7cdt * t_6dtnj_2
         + (t_bmvfd * t_3l2rq + t_gousg * t_dqsud)
         + (t_gousg_2 * t_fjsfi - t_6xt5f * t_3l2rq_2);
     const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_o7cco_11 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_11));
@@ -9659,21 +9659,21 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_j2hhv = t_pdzxe_11
         + (t_gousg_2 * t_cgxsm_11 - t_lurhj * t_3l2rq_2)
         - (t_zoi3s * t_jp2fk + K_L32 * t_assfc);
-    const real t_uldkl = t_j2hhv * t_6dtnj_3 - t_e4fqd * t_qwp7a;
-    const real t_fdsef = t_assfc * t_6dtnj_2 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl);
-    const real t_ncied = t_cgxsm_11 * t_6dtnj
+    const real t_uldkl = t_j2hhv * t_6dtnj_4 - t_e4fqd * t_qwp7a;
+    const real t_fdsef = t_assfc * t_6dtnj_3 - t_l3pbw_2 * t_k4367 - (t_g54r5 * t_jp2fk + K_L32 * t_uldkl);
+    const real t_ncied = t_cgxsm_11 * t_6dtnj_2
         + (t_37lel * t_3l2rq + t_gousg * t_fdsef)
         + (t_gousg_2 * t_uldkl - t_g54r5 * t_3l2rq_2);
     const real t_nu7px = t_5avih
         + G2_v2 * t_vsfmr
         + G3_v2 * t_vsfmr_2
-        - t_hig3c_6 * t_leml7
-        - t_hig3c_6 * t_s4vnf
+        - t_hig3c_3 * t_leml7
+        - t_hig3c_3 * t_s4vnf
         - a2_v2 * t_fdt76
         - (t_bmvfd * t_fdt76 + t_belws * t_dqsud)
         + a3_v2 * t_fdt76_2
         + (t_6xt5f * t_fdt76_2 + K43 * t_fjsfi)
-        - t_hig3c_6 * t_ncied
+        - t_hig3c_3 * t_ncied
         - (t_37lel * t_fdt76 + t_belws * t_fdsef)
         + (t_g54r5 * t_fdt76_2 + K43 * t_uldkl)
         - t_5avih
@@ -9681,18 +9681,18 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_ycskf * t_yo4jq + t_ae46j * t_5pci3)
         - (t_vhcjl * t_gznvd + K_L43 * t_nfkbw);
     const real t_xeukz = t_ae46j * t_bg3dm + t_cawlo * t_yo4jq + (K_L43 * t_gywmn + t_e6q5b * t_gznvd);
-    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
-    const real t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
-    const real t_shygh = t_zaa4w * t_6dtnj_2 - t_bintu_3 * t_k4367;
+    const real t_oria2 = t_rmbl5_2 * t_6dtnj_2;
+    const real t_zaa4w = t_bhxcm - (t_thnvm * t_f2pcf_3 + t_f2nhc_2 * t_oria2);
+    const real t_shygh = t_zaa4w * t_6dtnj_3 - t_bintu_3 * t_k4367;
     const real t_g3cf2 = t_ipp4u
         - (K_L52 * t_7egtn + t_7exg5 * t_shygh)
-        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
-    const real t_gfugg = t_g3cf2 * t_6dtnj_3 - t_bintu_4 * t_qwp7a;
+        - (t_f2nhc * t_oria2 - t_thnvm * t_f2pcf_4);
+    const real t_gfugg = t_g3cf2 * t_6dtnj_4 - t_bintu_4 * t_qwp7a;
     const real t_eutyh = t_vsfmr
         + (K_L52 * t_bg3dm + t_cawlo * t_shygh)
         - (K_L53 * t_gywmn + t_e6q5b * t_gfugg)
-        - t_hig3c_6 * t_oria2;
-    const real t_4fx56 = t_eutyh * t_6dtnj_4 + t_bintu_5 * t_xeukz;
+        - t_hig3c_3 * t_oria2;
+    const real t_4fx56 = t_eutyh * t_6dtnj_5 + t_bintu_5 * t_xeukz;
     const real t_dv6i5 = t_r5eou - e1 * t_vjiiv;
     const real t_p7ifm = sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5;
     const real t_rcfrh_2 = tn44_1 * t_4xedj;
@@ -9724,24 +9724,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_g3cf2 + t_g6lxe * t_gfugg)
         - (K_L54 * t_eutyh + t_sjdff * t_4fx56)
         - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
-    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
-    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
-    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw_3 * t_k4367;
+    const real t_oria2_2 = t_rmbl5 * t_6dtnj_2;
+    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_3 - t_f2nhc_2 * t_oria2_2);
+    const real t_pthet = t_55v76 * t_6dtnj_3 - t_l3pbw_3 * t_k4367;
     const real t_y4hig = t_3ugdb
         + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
-    const real t_6xfoh = t_y4hig * t_6dtnj_3 - t_bintu_6 * t_qwp7a;
+        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc * t_oria2_2);
+    const real t_6xfoh = t_y4hig * t_6dtnj_4 - t_bintu_6 * t_qwp7a;
     const real t_i7ohe = t_vsfmr_2
         - (t_o5wmi * t_bg3dm + t_cawlo * t_pthet)
         - (K_L63 * t_gywmn + t_e6q5b * t_6xfoh)
-        + t_hig3c_6 * t_oria2_2;
-    const real t_mczja = t_i7ohe * t_6dtnj_4 + t_bintu_7 * t_xeukz;
+        + t_hig3c_3 * t_oria2_2;
+    const real t_mczja = t_i7ohe * t_6dtnj_5 + t_bintu_7 * t_xeukz;
     const real t_w2eil = t_rqzxn
         + (t_o5wmi * t_zaa4w + t_7exg5_2 * t_pthet)
         - (K_L63 * t_g3cf2 + t_g6lxe * t_6xfoh)
         - (K_L64 * t_eutyh + t_sjdff * t_mczja)
         - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
-    const real t_2fki7 = t_w2eil * t_6dtnj_5 - t_bintu_8 * t_27fzj;
+    const real t_2fki7 = t_w2eil * t_6dtnj_6 - t_bintu_8 * t_27fzj;
     const real t_bowfy = cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2;
     const real t_ndaci = t_bknng * t_z5auc_11
         - t_bowfy
@@ -9750,13 +9750,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_6iku5_2 * t_leml7 - t_arpa7 * t_rmbl5)
         + (t_6iku5_2 * t_s4vnf - t_3pxhm * t_rmbl5)
         + a2_v2 * t_r33pf
-        + (t_bmvfd * t_r33pf + t_edvw3_2 * t_dqsud)
+        + (t_bmvfd * t_r33pf + t_edvw3 * t_dqsud)
         - a3_v2 * t_3ugdb
         - (t_6xt5f * t_3ugdb + K63 * t_fjsfi)
         + t_7fmkp * t_vsfmr_2
         - t_bknng * t_pdzxe_11
         + (t_6iku5_2 * t_ncied - t_6kh3y * t_rmbl5)
-        + (t_37lel * t_r33pf + t_edvw3_2 * t_fdsef)
+        + (t_37lel * t_r33pf + t_edvw3 * t_fdsef)
         - (t_g54r5 * t_3ugdb + K63 * t_uldkl)
         + t_bowfy;
     const real t_2nxpr = t_bknng * t_mvrqf_11
@@ -9772,23 +9772,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (K_L64 * t_i7ohe + t_5ejts * t_mczja)
         + (K_L65 * t_w2eil + t_eq4wy * t_2fki7);
     const real t_ridqx = t_2nxpr * t_6dtnj_7 - t_itqoj * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_obv5t);
-    const real t_n7kdv = t_k5wlf * t_6dtnj_5 - t_qzvyk * t_27fzj - (t_5cn4h * t_2fki7 + K_L65 * t_ridqx);
-    const real t_vnmyq = t_nu7px * t_6dtnj_4
+    const real t_n7kdv = t_k5wlf * t_6dtnj_6 - t_qzvyk * t_27fzj - (t_5cn4h * t_2fki7 + K_L65 * t_ridqx);
+    const real t_vnmyq = t_nu7px * t_6dtnj_5
         + t_tim5x * t_xeukz
         - (t_ssyzm * t_4fx56 + K_L54 * t_n7kdv)
         - (t_5cn4h * t_mczja + K_L64 * t_ridqx);
-    const real t_vnoqt = t_nfkbw * t_6dtnj_3
+    const real t_vnoqt = t_nfkbw * t_6dtnj_4
         - t_y267s * t_qwp7a
         - (t_4cb4c * t_gznvd + K_L43 * t_vnmyq)
         - (t_ssyzm * t_gfugg + K_L53 * t_n7kdv)
         - (t_5cn4h * t_6xfoh + K_L63 * t_ridqx);
-    const real t_ci2wa = t_5pci3 * t_6dtnj_2
+    const real t_ci2wa = t_5pci3 * t_6dtnj_3
         - t_2did4 * t_k4367
         - (t_wkjm3 * t_jp2fk + K_L32 * t_vnoqt)
         + (t_4cb4c * t_yo4jq + t_ae46j * t_vnmyq)
         - (t_ssyzm * t_shygh + K_L52 * t_n7kdv)
         + (t_5cn4h * t_pthet + t_o5wmi * t_ridqx);
-    const real t_jjman = t_jpsjh * t_6dtnj
+    const real t_jjman = t_jpsjh * t_6dtnj_2
         + (t_qgxvl * t_3l2rq + t_gousg * t_ci2wa)
         + (t_gousg_2 * t_vnoqt - t_wkjm3 * t_3l2rq_2)
         + t_w6lcf * t_vnmyq
@@ -9857,20 +9857,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_7fmkp * t_s44po_2;
     const real t_j3pos = K11 * t_mrdvj
         - q1_v2 * t_skjof
-        - (q2_v2 * t_qh7lx + t_f2nhc * t_ifuer)
-        - (q3_v2 * t_qh7lx_2 + t_f2nhc_2 * t_ploz7);
+        - (q2_v2 * t_qh7lx + t_f2nhc_2 * t_ifuer)
+        - (q3_v2 * t_qh7lx_2 + t_f2nhc * t_ploz7);
     const real t_tzw5a = t_f2nhc_3 * t_qh7lx - t_2qjkk_2 * t_skjof + t_f2nhc_4 * t_qh7lx_2;
     const real t_ly54c = t_xyuxl * t_tzw5a
         + PP_v2 * (t_q5yfk_2 * t_mrdvj + t_q5yfk * t_ifuer + t_q5yfk_3 * t_ploz7);
-    const real t_ortjy = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_j3pos - t_ly54c) * t_kntxo) - t_j3pos) * t_6dtnj_6
+    const real t_ortjy = (SELECT0(m_nsst6, t_x2afy * (t_2qjkk * t_j3pos - t_ly54c) * t_kntxo) - t_j3pos) * t_6dtnj
         - t_3wdoe * t_tzw5a;
-    const real t_jbaqp = t_ifuer - (t_arpa7 * t_qh7lx + t_f2nhc * t_ortjy);
+    const real t_jbaqp = t_ifuer - (t_arpa7 * t_qh7lx + t_f2nhc_2 * t_ortjy);
     const real t_twvgs = t_q2hfz * (t_5x4sb * (t_jbaqp * t_y7rm6));
     const real t_7vxmt_3 = t_twvgs * t_nwsjf;
     const real t_iubif_12 = t_bw2jd * (t_3iu34 * t_7vxmt_3);
     const real t_27ev7_12 = p[F] * (sin_t_6qa42 * t_iubif_12);
     const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
-    const real t_e2x6a = t_ploz7 - (t_arpa7 * t_qh7lx_2 + t_f2nhc_2 * t_ortjy);
+    const real t_e2x6a = t_ploz7 - (t_arpa7 * t_qh7lx_2 + t_f2nhc * t_ortjy);
     const real t_3r6jw = t_e2x6a * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_twvgs * t_nwsjf_2)));
     const real t_i25zk_3 = t_q2hfz_2 * (t_2snz7 * t_3r6jw) * t_bifdl;
@@ -9881,13 +9881,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_3uupj_12);
     const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
     const real t_w57th = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_kizhr_2;
-    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof;
+    const real t_5vgja = t_qh7lx * t_6dtnj_2 + t_jza4m * t_skjof;
     const real t_ilple_12 = p[F] * (cos_t_6qa42 * t_iubif_12);
     const real t_lxcgp = SELECT0(m_el4yy, t_ilple_12) - t_kpxu6 + (t_njixh * t_5vgja + t_gousg * t_w57th);
-    const real t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
-    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof;
-    const real t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
-    const real t_6q3ip = t_lo4sj * t_6dtnj_2 - t_bintu * t_7uvyw;
+    const real t_7uvyw = t_5z6e2 - (t_gousg * t_qh7lx + t_f2nhc_2 * t_5vgja);
+    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj_2 + t_jza4m_2 * t_skjof;
+    const real t_lo4sj = t_3jnxd_2 - (t_gousg_2 * t_qh7lx + t_f2nhc_2 * t_5vgja_2);
+    const real t_6q3ip = t_lo4sj * t_6dtnj_3 - t_bintu * t_7uvyw;
     const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
     const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
     const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
@@ -9897,14 +9897,14 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (t_ycskf * t_6q3ip + K_L32 * t_lxcgp);
     const real t_ekvd2 = t_qdwhy
         - (K_L32 * t_lo4sj + t_7exg5 * t_6q3ip)
-        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
-    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof;
-    const real t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
-    const real t_5gny6 = t_ex3ue * t_6dtnj_2 - t_l3pbw * t_7uvyw;
+        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc * t_5vgja_2);
+    const real t_k2jbt = Bc_2 * t_6dtnj_2 + t_4pum4 * t_skjof;
+    const real t_ex3ue = t_s44po + (t_w6lcf * t_qh7lx + t_f2nhc_2 * t_k2jbt);
+    const real t_5gny6 = t_ex3ue * t_6dtnj_3 - t_l3pbw * t_7uvyw;
     const real t_vxniq = t_s44po_2
         + (t_ae46j * t_lo4sj + t_7exg5 * t_5gny6)
-        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
-    const real t_25qco = t_vxniq * t_6dtnj_3 - t_bintu_2 * t_ekvd2;
+        - (t_w6lcf * t_qh7lx_2 + t_f2nhc * t_k2jbt);
+    const real t_25qco = t_vxniq * t_6dtnj_4 - t_bintu_2 * t_ekvd2;
     const real t_atr6g = t_3hay7 * Bc_2 + p[l2] * t_utpdc;
     const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
     const real t_t7elp = t_atr6g - t_ubbzk;
@@ -9928,9 +9928,9 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + t_gousg_2 * t_s5y6t
         - (t_z5auc_12 + t_e2x6a)
         - (t_cjev4 * t_6q3ip + K_L32 * t_65obf);
-    const real t_ubkxp = t_hgbvh * t_6dtnj_3 - t_lseqt * t_ekvd2;
-    const real t_f5xnn = t_65obf * t_6dtnj_2 - t_5umxj * t_7uvyw - (t_6xt5f * t_6q3ip + K_L32 * t_ubkxp);
-    const real t_uhdhu = t_s5y6t * t_6dtnj
+    const real t_ubkxp = t_hgbvh * t_6dtnj_4 - t_lseqt * t_ekvd2;
+    const real t_f5xnn = t_65obf * t_6dtnj_3 - t_5umxj * t_7uvyw - (t_6xt5f * t_6q3ip + K_L32 * t_ubkxp);
+    const real t_uhdhu = t_s5y6t * t_6dtnj_2
         + t_byx6c * t_skjof
         + (t_bmvfd * t_5vgja + t_gousg * t_f5xnn)
         + (t_6xt5f * t_5vgja_2 + t_gousg_2 * t_ubkxp);
@@ -9941,23 +9941,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_45mkx = t_pdzxe_12
         + (t_lurhj * t_5vgja_2 + t_gousg_2 * t_cgxsm_12)
         - (t_zoi3s * t_6q3ip + K_L32 * t_ai6ro);
-    const real t_avpof = t_45mkx * t_6dtnj_3 - t_e4fqd * t_ekvd2;
-    const real t_jgdl3 = t_ai6ro * t_6dtnj_2 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof);
-    const real t_a3ckq = t_cgxsm_12 * t_6dtnj
+    const real t_avpof = t_45mkx * t_6dtnj_4 - t_e4fqd * t_ekvd2;
+    const real t_jgdl3 = t_ai6ro * t_6dtnj_3 - t_l3pbw_2 * t_7uvyw - (t_g54r5 * t_6q3ip + K_L32 * t_avpof);
+    const real t_a3ckq = t_cgxsm_12 * t_6dtnj_2
         + t_3eyvc * t_skjof
         + (t_37lel * t_5vgja + t_gousg * t_jgdl3)
         + (t_g54r5 * t_5vgja_2 + t_gousg_2 * t_avpof);
     const real t_ypl3k = t_t7elp
         + G2_v2 * t_lcw2f
         + G3_v2 * t_cs2ja
-        - (t_arpa7 * Bc_2 + t_hig3c_6 * t_ortjy)
-        - (t_3pxhm * Bc_2 + t_hig3c_6 * t_uhdhu)
+        - (t_arpa7 * Bc_2 + t_hig3c_3 * t_ortjy)
+        - (t_3pxhm * Bc_2 + t_hig3c_3 * t_uhdhu)
         - a2_v2 * t_s44po
         - (t_bmvfd * t_s44po + t_belws * t_f5xnn)
         + a3_v2 * t_s44po_2
         + (t_6xt5f * t_s44po_2 + K43 * t_ubkxp)
         - t_7fmkp * t_r343y
-        - (t_6kh3y * Bc_2 + t_hig3c_6 * t_a3ckq)
+        - (t_6kh3y * Bc_2 + t_hig3c_3 * t_a3ckq)
         - (t_37lel * t_s44po + t_belws * t_jgdl3)
         + (t_g54r5 * t_s44po_2 + K43 * t_avpof)
         - t_t7elp
@@ -9967,21 +9967,21 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_7kmgl = t_r343y
         - (t_ae46j * t_ex3ue + t_cawlo * t_5gny6)
         - (K_L43 * t_vxniq + t_e6q5b * t_25qco)
-        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
-    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof;
-    const real t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
-    const real t_bemnw = t_l5xsr * t_6dtnj_2 - t_bintu_3 * t_7uvyw;
+        - (t_w6lcf * Bc_2 + t_hig3c_3 * t_k2jbt);
+    const real t_ccnzx = t_jiaxv * t_6dtnj_2 + t_jza4m_3 * t_skjof;
+    const real t_l5xsr = t_yobe7 - (t_thnvm * t_qh7lx + t_f2nhc_2 * t_ccnzx);
+    const real t_bemnw = t_l5xsr * t_6dtnj_3 - t_bintu_3 * t_7uvyw;
     const real t_ivbeq = t_zr242
         - (K_L52 * t_lo4sj + t_7exg5 * t_bemnw)
-        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
-    const real t_rzspp = t_ivbeq * t_6dtnj_3 - t_bintu_4 * t_ekvd2;
+        - (t_thnvm * t_qh7lx_2 + t_f2nhc * t_ccnzx);
+    const real t_rzspp = t_ivbeq * t_6dtnj_4 - t_bintu_4 * t_ekvd2;
     const real t_gt666 = t_lcw2f
         + (K_L52 * t_ex3ue + t_cawlo * t_bemnw)
         - (K_L53 * t_vxniq + t_e6q5b * t_rzspp)
-        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
-    const real t_m3l6t = t_gt666 * t_6dtnj_4 - t_bintu_5 * t_7kmgl;
+        - (t_thnvm * Bc_2 + t_hig3c_3 * t_ccnzx);
+    const real t_m3l6t = t_gt666 * t_6dtnj_5 - t_bintu_5 * t_7kmgl;
     const real t_risdx = t_atr6g + e2 * t_kizhr;
-    const real t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2);
+    const real t_i2lcf = sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o_2 * t_uvqau_2);
     const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
     const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
     const real t_ku6ce = t_cc4zp - t_v6ktv;
@@ -10014,25 +10014,25 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_ivbeq + t_g6lxe * t_rzspp)
         - (K_L54 * t_gt666 + t_sjdff * t_m3l6t)
         - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
-    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof;
-    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
-    const real t_d3dwj = t_vvhbc * t_6dtnj_2 - t_l3pbw_3 * t_7uvyw;
+    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj_2 + t_jza4m_4 * t_skjof;
+    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc_2 * t_ccnzx_2);
+    const real t_d3dwj = t_vvhbc * t_6dtnj_3 - t_l3pbw_3 * t_7uvyw;
     const real t_wmkcv = t_d5nl2
         + (t_o5wmi * t_lo4sj + t_7exg5 * t_d3dwj)
-        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
-    const real t_ds26d = t_wmkcv * t_6dtnj_3 - t_bintu_6 * t_ekvd2;
+        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc * t_ccnzx_2);
+    const real t_ds26d = t_wmkcv * t_6dtnj_4 - t_bintu_6 * t_ekvd2;
     const real t_rhacf = t_cs2ja
         - (t_o5wmi * t_ex3ue + t_cawlo * t_d3dwj)
         - (K_L63 * t_vxniq + t_e6q5b * t_ds26d)
-        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
-    const real t_thtgx = t_rhacf * t_6dtnj_4 - t_bintu_7 * t_7kmgl;
+        - (t_thnvm_2 * Bc_2 + t_hig3c_3 * t_ccnzx_2);
+    const real t_thtgx = t_rhacf * t_6dtnj_5 - t_bintu_7 * t_7kmgl;
     const real t_wft6l = t_uqamo
         + (t_o5wmi * t_l5xsr + t_7exg5_2 * t_d3dwj)
         - (K_L63 * t_ivbeq + t_g6lxe * t_ds26d)
         - (K_L64 * t_gt666 + t_sjdff * t_thtgx)
         - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
-    const real t_cfvj3 = t_wft6l * t_6dtnj_5 - t_bintu_8 * t_jmcu4;
-    const real t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2);
+    const real t_cfvj3 = t_wft6l * t_6dtnj_6 - t_bintu_8 * t_jmcu4;
+    const real t_ccq7c = cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o * t_uvqau_2);
     const real t_dzkws = t_cc4zp - t_4jhiy;
     const real t_xmumw = t_bknng * t_z5auc_12
         - t_ccq7c
@@ -10041,13 +10041,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_arpa7 * t_jiaxv_2 + t_6iku5_2 * t_ortjy)
         + (t_3pxhm * t_jiaxv_2 + t_6iku5_2 * t_uhdhu)
         + a2_v2 * t_jqvng_2
-        + (t_bmvfd * t_jqvng_2 + t_edvw3_2 * t_f5xnn)
+        + (t_bmvfd * t_jqvng_2 + t_edvw3 * t_f5xnn)
         - a3_v2 * t_d5nl2
         - (t_6xt5f * t_d5nl2 + K63 * t_ubkxp)
         + t_7fmkp * t_cs2ja
         - t_bknng * t_pdzxe_12
         + (t_6kh3y * t_jiaxv_2 + t_6iku5_2 * t_a3ckq)
-        + (t_37lel * t_jqvng_2 + t_edvw3_2 * t_jgdl3)
+        + (t_37lel * t_jqvng_2 + t_edvw3 * t_jgdl3)
         - (t_g54r5 * t_d5nl2 + K63 * t_avpof)
         + t_ccq7c;
     const real t_ilytm = t_bknng * t_mvrqf_12
@@ -10064,23 +10064,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L65 * t_wft6l + t_eq4wy * t_cfvj3)
         - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
     const real t_dyojt = t_ilytm * t_6dtnj_7 - t_itqoj * t_ppeo4;
-    const real t_l22gr = t_2ug52 * t_6dtnj_5 - t_qzvyk * t_jmcu4 - (t_5cn4h * t_cfvj3 + K_L65 * t_dyojt);
-    const real t_rcnrt = t_ypl3k * t_6dtnj_4
+    const real t_l22gr = t_2ug52 * t_6dtnj_6 - t_qzvyk * t_jmcu4 - (t_5cn4h * t_cfvj3 + K_L65 * t_dyojt);
+    const real t_rcnrt = t_ypl3k * t_6dtnj_5
         - t_tim5x * t_7kmgl
         - (t_ssyzm * t_m3l6t + K_L54 * t_l22gr)
         - (t_5cn4h * t_thtgx + K_L64 * t_dyojt);
-    const real t_ycf4w = t_ls35t * t_6dtnj_3
+    const real t_ycf4w = t_ls35t * t_6dtnj_4
         - t_y267s * t_ekvd2
         - (t_4cb4c * t_25qco + K_L43 * t_rcnrt)
         - (t_ssyzm * t_rzspp + K_L53 * t_l22gr)
         - (t_5cn4h * t_ds26d + K_L63 * t_dyojt);
-    const real t_k2gt5 = t_lxcgp * t_6dtnj_2
+    const real t_k2gt5 = t_lxcgp * t_6dtnj_3
         - t_2did4 * t_7uvyw
         - (t_wkjm3 * t_6q3ip + K_L32 * t_ycf4w)
         + (t_4cb4c * t_5gny6 + t_ae46j * t_rcnrt)
         - (t_ssyzm * t_bemnw + K_L52 * t_l22gr)
         + (t_5cn4h * t_d3dwj + t_o5wmi * t_dyojt);
-    const real t_2fnav = t_w57th * t_6dtnj
+    const real t_2fnav = t_w57th * t_6dtnj_2
         + t_5ewry * t_skjof
         + (t_qgxvl * t_5vgja + t_gousg * t_k2gt5)
         + (t_wkjm3 * t_5vgja_2 + t_gousg_2 * t_ycf4w)
@@ -10092,13 +10092,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_doiln_2 = q[wy] * sin_theta2 + q[wz] * cos_theta2;
     const real t_jrazf = t_dkl52 * (p[l2] * t_b6zig) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2);
     const real t_tdjwy = th_2 * (p[I2] * t_jrazf);
-    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2;
+    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o;
     const real t_b6zig_2 = cos_phi2 * t_doiln;
     const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig_2 - t_jsckv * t_doiln_2);
     const real t_b76zd = chi2 * t_b6zig_2 - t_2t7vh * t_b6zig - w_x2 * t_doiln;
     const real t_tewqk = B_2 * t_b76zd;
     const real t_iwtfp = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk;
-    const real t_gl4us = t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp);
+    const real t_gl4us = t_o4t3p + (t_u5rk4 - sin_theta2 * t_iwtfp);
     const real t_u5rk4_7 = wq_2 * sin_theta2;
     const real t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2;
     const real t_yjwot = t_vsqil * t_so6aj;
@@ -10107,7 +10107,7 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_pwjew = t_vsqil * t_le4xr;
     const real t_bu6uv = tn11_2 * t_so6aj;
     const real t_6um6d = tn11_2 * t_le4xr;
-    const real t_dnnxk = t_u5rk4 - t_u5rk4_7;
+    const real t_dnnxk = t_u5rk4_2 - t_u5rk4_7;
     const real t_i2le4 = t_gl4us
         + G2_v2 * t_ocug6
         - G3_v2 * t_pwjew
@@ -10118,12 +10118,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_zcsjr = t_iwtfp_2
         + G2_v2 * t_oja3l_2
         - G3_v2 * t_oja3l
-        + a2_v2 * t_u5rk4_5
+        + a2_v2 * t_u5rk4_3
         - a3_v2 * t_u5rk4_4;
     const real t_u5rk4_8 = wq_2 * cos_theta2;
     const real t_mma3c = t_u5rk4_8 - t_pwjew;
-    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o;
-    const real t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_2);
+    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o_2;
+    const real t_gl4us_2 = t_o4t3p_2 + (cos_theta2 * t_iwtfp + t_u5rk4_5);
     const real t_dnnxk_2 = t_u5rk4_8 + t_u5rk4_6;
     const real t_eun53 = G2_v2 * t_mma3c
         - t_gl4us_2
@@ -10132,20 +10132,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - a3_v2 * t_bu6uv
         - t_7fmkp * t_dnnxk_2;
     const real t_ma2ov = K11 * t_zcsjr
-        + (q2_v2 * t_u5rk4_5 + t_f2nhc * t_i2le4)
-        + (t_f2nhc_2 * t_eun53 - q3_v2 * t_u5rk4_4);
-    const real t_osu6m = t_f2nhc_3 * t_u5rk4_5 - t_f2nhc_4 * t_u5rk4_4;
+        + (q2_v2 * t_u5rk4_3 + t_f2nhc_2 * t_i2le4)
+        + (t_f2nhc * t_eun53 - q3_v2 * t_u5rk4_4);
+    const real t_osu6m = t_f2nhc_3 * t_u5rk4_3 - t_f2nhc_4 * t_u5rk4_4;
     const real t_ws4v7 = t_xyuxl * t_osu6m
         + PP_v2 * (t_q5yfk * t_i2le4 - t_q5yfk_2 * t_zcsjr + t_q5yfk_3 * t_eun53);
-    const real t_z3s3e = (SELECT0(m_nsst6, -(t_x2afy * (t_2qjkk * t_ma2ov + t_ws4v7) * t_kntxo)) + t_ma2ov) * t_6dtnj_6
+    const real t_z3s3e = (SELECT0(m_nsst6, -(t_x2afy * (t_2qjkk * t_ma2ov + t_ws4v7) * t_kntxo)) + t_ma2ov) * t_6dtnj
         - t_3wdoe * t_osu6m;
-    const real t_bd62k = t_i2le4 - (t_arpa7 * t_u5rk4_5 + t_f2nhc * t_z3s3e);
+    const real t_bd62k = t_i2le4 - (t_arpa7 * t_u5rk4_3 + t_f2nhc_2 * t_z3s3e);
     const real t_bdxja = t_q2hfz * (t_5x4sb * (t_bd62k * t_y7rm6));
     const real t_7vxmt_4 = t_bdxja * t_nwsjf;
     const real t_iubif_13 = t_bw2jd * (t_3iu34 * t_7vxmt_4);
     const real t_27ev7_13 = p[F] * (sin_t_6qa42 * t_iubif_13);
     const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
-    const real t_yvz4l = t_eun53 - (t_f2nhc_2 * t_z3s3e - t_arpa7 * t_u5rk4_4);
+    const real t_yvz4l = t_eun53 - (t_f2nhc * t_z3s3e - t_arpa7 * t_u5rk4_4);
     const real t_3tbam = t_yvz4l * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_bdxja * t_nwsjf_2)));
     const real t_i25zk_4 = t_q2hfz_2 * (t_2snz7 * t_3tbam) * t_bifdl;
@@ -10156,13 +10156,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_3uupj_13);
     const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
     const real t_bgade = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_iwtfp_2;
-    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
+    const real t_yrmpr = t_u5rk4_3 * t_6dtnj_2;
     const real t_ilple_13 = p[F] * (cos_t_6qa42 * t_iubif_13);
     const real t_wmigc = SELECT0(m_el4yy, t_ilple_13) - t_gl4us + (t_njixh * t_yrmpr + t_gousg * t_bgade);
-    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
-    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
-    const real t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
-    const real t_b7jjc = t_xocma * t_6dtnj_2 - t_bintu * t_k4opm;
+    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_3 + t_f2nhc_2 * t_yrmpr);
+    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj_2;
+    const real t_xocma = t_6um6d - (t_gousg_2 * t_u5rk4_3 - t_f2nhc_2 * t_yrmpr_2);
+    const real t_b7jjc = t_xocma * t_6dtnj_3 - t_bintu * t_k4opm;
     const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
     const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
     const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
@@ -10171,12 +10171,12 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (t_mvrqf_13 - t_gl4us_2)
         - (t_ycskf * t_b7jjc + K_L32 * t_wmigc);
     const real t_dtsk5 = t_gousg_2 * t_u5rk4_4
-        + t_f2nhc_2 * t_yrmpr_2
+        + t_f2nhc * t_yrmpr_2
         - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_b7jjc));
-    const real t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_5;
-    const real t_o3gyj = t_tlnp4 * t_6dtnj_2 - t_l3pbw * t_k4opm;
+    const real t_tlnp4 = t_dnnxk + t_w6lcf * t_u5rk4_3;
+    const real t_o3gyj = t_tlnp4 * t_6dtnj_3 - t_l3pbw * t_k4opm;
     const real t_65yvy = t_dnnxk_2 + (t_ae46j * t_xocma + t_7exg5 * t_o3gyj) + t_w6lcf * t_u5rk4_4;
-    const real t_afo5h = t_65yvy * t_6dtnj_3 - t_bintu_2 * t_dtsk5;
+    const real t_afo5h = t_65yvy * t_6dtnj_4 - t_bintu_2 * t_dtsk5;
     const real t_e3pd3 = p[l2] * t_tewqk;
     const real t_pxzgl = q_2 * t_tdjwy;
     const real t_v4o5s = t_e3pd3 - t_pxzgl;
@@ -10195,9 +10195,9 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_w6zvz * t_yrmpr_2
         - (t_z5auc_13 + t_yvz4l)
         - (t_cjev4 * t_b7jjc + K_L32 * t_4dagv);
-    const real t_bzvpa = t_jzmvi * t_6dtnj_3 - t_lseqt * t_dtsk5;
-    const real t_mcphp = t_4dagv * t_6dtnj_2 - t_5umxj * t_k4opm - (t_6xt5f * t_b7jjc + K_L32 * t_bzvpa);
-    const real t_vg2wn = t_ppuv5 * t_6dtnj
+    const real t_bzvpa = t_jzmvi * t_6dtnj_4 - t_lseqt * t_dtsk5;
+    const real t_mcphp = t_4dagv * t_6dtnj_3 - t_5umxj * t_k4opm - (t_6xt5f * t_b7jjc + K_L32 * t_bzvpa);
+    const real t_vg2wn = t_ppuv5 * t_6dtnj_2
         + (t_bmvfd * t_yrmpr + t_gousg * t_mcphp)
         + (t_gousg_2 * t_bzvpa - t_6xt5f * t_yrmpr_2);
     const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_o7cco_13 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_13));
@@ -10207,21 +10207,21 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_gjpyk = t_pdzxe_13
         + (t_gousg_2 * t_cgxsm_13 - t_lurhj * t_yrmpr_2)
         - (t_zoi3s * t_b7jjc + K_L32 * t_mfpen);
-    const real t_rrgqa = t_gjpyk * t_6dtnj_3 - t_e4fqd * t_dtsk5;
-    const real t_izkjb = t_mfpen * t_6dtnj_2 - t_l3pbw_2 * t_k4opm - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa);
-    const real t_tduzp = t_cgxsm_13 * t_6dtnj
+    const real t_rrgqa = t_gjpyk * t_6dtnj_4 - t_e4fqd * t_dtsk5;
+    const real t_izkjb = t_mfpen * t_6dtnj_3 - t_l3pbw_2 * t_k4opm - (t_g54r5 * t_b7jjc + K_L32 * t_rrgqa);
+    const real t_tduzp = t_cgxsm_13 * t_6dtnj_2
         + (t_37lel * t_yrmpr + t_gousg * t_izkjb)
         + (t_gousg_2 * t_rrgqa - t_g54r5 * t_yrmpr_2);
     const real t_hfczw = t_v4o5s
         + G2_v2 * t_izs7f
         + G3_v2 * t_izs7f_2
-        - t_hig3c_6 * t_z3s3e
-        - t_hig3c_6 * t_vg2wn
+        - t_hig3c_3 * t_z3s3e
+        - t_hig3c_3 * t_vg2wn
         - a2_v2 * t_dnnxk
         - (t_bmvfd * t_dnnxk + t_belws * t_mcphp)
         + a3_v2 * t_dnnxk_2
         + (t_6xt5f * t_dnnxk_2 + K43 * t_bzvpa)
-        - t_hig3c_6 * t_tduzp
+        - t_hig3c_3 * t_tduzp
         - (t_37lel * t_dnnxk + t_belws * t_izkjb)
         + (t_g54r5 * t_dnnxk_2 + K43 * t_rrgqa)
         - t_v4o5s
@@ -10229,18 +10229,18 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_ycskf * t_o3gyj + t_ae46j * t_wmigc)
         - (t_vhcjl * t_afo5h + K_L43 * t_w6fea);
     const real t_r6h7w = t_ae46j * t_tlnp4 + t_cawlo * t_o3gyj + (K_L43 * t_65yvy + t_e6q5b * t_afo5h);
-    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
-    const real t_uhy5w = t_ocug6 - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
-    const real t_svdpp = t_uhy5w * t_6dtnj_2 - t_bintu_3 * t_k4opm;
+    const real t_gsxk4 = t_oja3l_2 * t_6dtnj_2;
+    const real t_uhy5w = t_ocug6 - (t_thnvm * t_u5rk4_3 + t_f2nhc_2 * t_gsxk4);
+    const real t_svdpp = t_uhy5w * t_6dtnj_3 - t_bintu_3 * t_k4opm;
     const real t_sxzpu = t_mma3c
         - (K_L52 * t_xocma + t_7exg5 * t_svdpp)
-        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
-    const real t_dgo5i = t_sxzpu * t_6dtnj_3 - t_bintu_4 * t_dtsk5;
+        - (t_f2nhc * t_gsxk4 - t_thnvm * t_u5rk4_4);
+    const real t_dgo5i = t_sxzpu * t_6dtnj_4 - t_bintu_4 * t_dtsk5;
     const real t_rbbr3 = t_izs7f
         + (K_L52 * t_tlnp4 + t_cawlo * t_svdpp)
         - (K_L53 * t_65yvy + t_e6q5b * t_dgo5i)
-        - t_hig3c_6 * t_gsxk4;
-    const real t_4fx56_2 = t_rbbr3 * t_6dtnj_4 + t_bintu_5 * t_r6h7w;
+        - t_hig3c_3 * t_gsxk4;
+    const real t_4fx56_2 = t_rbbr3 * t_6dtnj_5 + t_bintu_5 * t_r6h7w;
     const real t_juk4v = t_e3pd3 - e2 * t_iwtfp;
     const real t_ugfpt = sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p;
     const real t_bu6uv_2 = tn44_2 * t_so6aj;
@@ -10272,24 +10272,24 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - (K_L53 * t_sxzpu + t_g6lxe * t_dgo5i)
         - (K_L54 * t_rbbr3 + t_sjdff * t_4fx56_2)
         - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
-    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
-    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
-    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw_3 * t_k4opm;
+    const real t_gsxk4_2 = t_oja3l * t_6dtnj_2;
+    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_3 - t_f2nhc_2 * t_gsxk4_2);
+    const real t_qcwbd = t_dshy3 * t_6dtnj_3 - t_l3pbw_3 * t_k4opm;
     const real t_of44d = t_yjwot
         + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
-    const real t_zz2lj = t_of44d * t_6dtnj_3 - t_bintu_6 * t_dtsk5;
+        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc * t_gsxk4_2);
+    const real t_zz2lj = t_of44d * t_6dtnj_4 - t_bintu_6 * t_dtsk5;
     const real t_e4xza = t_izs7f_2
         - (t_o5wmi * t_tlnp4 + t_cawlo * t_qcwbd)
         - (K_L63 * t_65yvy + t_e6q5b * t_zz2lj)
-        + t_hig3c_6 * t_gsxk4_2;
-    const real t_mczja_2 = t_e4xza * t_6dtnj_4 + t_bintu_7 * t_r6h7w;
+        + t_hig3c_3 * t_gsxk4_2;
+    const real t_mczja_2 = t_e4xza * t_6dtnj_5 + t_bintu_7 * t_r6h7w;
     const real t_nfsm4 = t_t7pet
         + (t_o5wmi * t_uhy5w + t_7exg5_2 * t_qcwbd)
         - (K_L63 * t_sxzpu + t_g6lxe * t_zz2lj)
         - (K_L64 * t_rbbr3 + t_sjdff * t_mczja_2)
         - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
-    const real t_ea4g2 = t_nfsm4 * t_6dtnj_5 - t_bintu_8 * t_eql56;
+    const real t_ea4g2 = t_nfsm4 * t_6dtnj_6 - t_bintu_8 * t_eql56;
     const real t_maktp = cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2;
     const real t_h2m3m = t_bknng * t_z5auc_13
         - t_maktp
@@ -10298,13 +10298,13 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (t_6iku5_2 * t_z3s3e - t_arpa7 * t_oja3l)
         + (t_6iku5_2 * t_vg2wn - t_3pxhm * t_oja3l)
         + a2_v2 * t_pwjew
-        + (t_bmvfd * t_pwjew + t_edvw3_2 * t_mcphp)
+        + (t_bmvfd * t_pwjew + t_edvw3 * t_mcphp)
         - a3_v2 * t_yjwot
         - (t_6xt5f * t_yjwot + K63 * t_bzvpa)
         + t_7fmkp * t_izs7f_2
         - t_bknng * t_pdzxe_13
         + (t_6iku5_2 * t_tduzp - t_6kh3y * t_oja3l)
-        + (t_37lel * t_pwjew + t_edvw3_2 * t_izkjb)
+        + (t_37lel * t_pwjew + t_edvw3 * t_izkjb)
         - (t_g54r5 * t_yjwot + K63 * t_rrgqa)
         + t_maktp;
     const real t_26fvt = t_bknng * t_mvrqf_13
@@ -10320,23 +10320,23 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         + (K_L64 * t_e4xza + t_5ejts * t_mczja_2)
         + (K_L65 * t_nfsm4 + t_eq4wy * t_ea4g2);
     const real t_xdool = t_26fvt * t_6dtnj_7 - t_itqoj * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_jc2qp);
-    const real t_n4r5m = t_czzgh * t_6dtnj_5 - t_qzvyk * t_eql56 - (t_5cn4h * t_ea4g2 + K_L65 * t_xdool);
-    const real t_zntvw = t_hfczw * t_6dtnj_4
+    const real t_n4r5m = t_czzgh * t_6dtnj_6 - t_qzvyk * t_eql56 - (t_5cn4h * t_ea4g2 + K_L65 * t_xdool);
+    const real t_zntvw = t_hfczw * t_6dtnj_5
         + t_tim5x * t_r6h7w
         - (t_ssyzm * t_4fx56_2 + K_L54 * t_n4r5m)
         - (t_5cn4h * t_mczja_2 + K_L64 * t_xdool);
-    const real t_fg5gh = t_w6fea * t_6dtnj_3
+    const real t_fg5gh = t_w6fea * t_6dtnj_4
         - t_y267s * t_dtsk5
         - (t_4cb4c * t_afo5h + K_L43 * t_zntvw)
         - (t_ssyzm * t_dgo5i + K_L53 * t_n4r5m)
         - (t_5cn4h * t_zz2lj + K_L63 * t_xdool);
-    const real t_qneq4 = t_wmigc * t_6dtnj_2
+    const real t_qneq4 = t_wmigc * t_6dtnj_3
         - t_2did4 * t_k4opm
         - (t_wkjm3 * t_b7jjc + K_L32 * t_fg5gh)
         + (t_4cb4c * t_o3gyj + t_ae46j * t_zntvw)
         - (t_ssyzm * t_svdpp + K_L52 * t_n4r5m)
         + (t_5cn4h * t_qcwbd + t_o5wmi * t_xdool);
-    const real t_fqv5g = t_bgade * t_6dtnj
+    const real t_fqv5g = t_bgade * t_6dtnj_2
         + (t_qgxvl * t_yrmpr + t_gousg * t_qneq4)
         + (t_gousg_2 * t_fg5gh - t_wkjm3 * t_yrmpr_2)
         + t_w6lcf * t_zntvw
@@ -10352,17 +10352,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_rkxcf_2 = sin_phi1 * t_333yc - cos_phi1 * t_77voe;
     const real t_5y6gd_2 = sin_theta1 * t_chz6j;
     const real t_r76ai_2 = t_5y6gd_2 - cos_theta1 * t_rkxcf;
-    const real t_fhqb4 = t_f2nhc * t_r76ai - K11 * t_rkxcf_2 - t_f2nhc_2 * t_r76ai_2;
+    const real t_fhqb4 = t_f2nhc_2 * t_r76ai - K11 * t_rkxcf_2 - t_f2nhc * t_r76ai_2;
     const real t_6gmo5 = t_2qjkk * t_fhqb4
         - PP_v2 * (t_q5yfk_3 * t_r76ai_2 - (t_q5yfk_2 * t_rkxcf_2 + t_q5yfk * t_r76ai));
-    const real t_mwad5 = (SELECT0(m_nsst6, t_x2afy * t_6gmo5 * t_kntxo) - t_fhqb4) * t_6dtnj_6;
-    const real t_jcjg5 = t_r76ai + t_f2nhc * t_mwad5;
+    const real t_mwad5 = (SELECT0(m_nsst6, t_x2afy * t_6gmo5 * t_kntxo) - t_fhqb4) * t_6dtnj;
+    const real t_jcjg5 = t_r76ai + t_f2nhc_2 * t_mwad5;
     const real t_kzzkk = t_q2hfz * (t_5x4sb * (t_jcjg5 * t_y7rm6));
     const real t_oesw4_9 = t_kzzkk * t_nwsjf;
     const real t_iubif_14 = t_bw2jd * (t_3iu34 * t_oesw4_9);
     const real t_27ev7_14 = p[F] * (sin_t_6qa42 * t_iubif_14);
     const real t_wzmp3_14 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_14);
-    const real t_jcjg5_2 = t_r76ai_2 - t_f2nhc_2 * t_mwad5;
+    const real t_jcjg5_2 = t_r76ai_2 - t_f2nhc * t_mwad5;
     const real t_ws6pb = t_jcjg5_2 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kzzkk * t_nwsjf_2))));
     const real t_vwbcj_9 = t_q2hfz_2 * (t_2snz7 * t_ws6pb) * t_bifdl;
@@ -10389,22 +10389,22 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_14 = p[F] * (cos_t_wuiya * t_oesw4_9);
     const real t_jsex3 = SELECT0(m_el4yy, -t_s7ixe_14) + t_jcjg5 + t_gousg * t_pvlsw;
     const real t_z5auc_14 = SELECT0(m_el4yy, sin_t_vuw2a * t_shxu4_14) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_14));
-    const real t_4wgxs = (t_gousg_2 * t_pvlsw - (t_z5auc_14 + t_jcjg5_2) - K_L32 * t_jsex3) * t_6dtnj_3;
-    const real t_jzkve_9 = t_jsex3 * t_6dtnj_2 - K_L32 * t_4wgxs;
-    const real t_bwo7h = t_pvlsw * t_6dtnj + t_gousg * t_jzkve_9 + t_gousg_2 * t_4wgxs;
+    const real t_4wgxs = (t_gousg_2 * t_pvlsw - (t_z5auc_14 + t_jcjg5_2) - K_L32 * t_jsex3) * t_6dtnj_4;
+    const real t_jzkve_9 = t_jsex3 * t_6dtnj_3 - K_L32 * t_4wgxs;
+    const real t_bwo7h = t_pvlsw * t_6dtnj_2 + t_gousg * t_jzkve_9 + t_gousg_2 * t_4wgxs;
     const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_o7cco_14 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_14));
     const real t_ycqju_14 = t_s7ixe_14 - t_ilple_14;
     const real t_bac74_10 = SELECT0(m_el4yy, t_ycqju_14) + t_gousg * t_cgxsm_14;
     const real t_pdzxe_14 = p[F] * t_5pi5x_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
-    const real t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_3;
-    const real t_2gufb_10 = t_bac74_10 * t_6dtnj_2 - K_L32 * t_5aqsz_10;
-    const real t_zws6c_10 = t_cgxsm_14 * t_6dtnj + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10;
+    const real t_5aqsz_10 = (t_pdzxe_14 + t_gousg_2 * t_cgxsm_14 - K_L32 * t_bac74_10) * t_6dtnj_4;
+    const real t_2gufb_10 = t_bac74_10 * t_6dtnj_3 - K_L32 * t_5aqsz_10;
+    const real t_zws6c_10 = t_cgxsm_14 * t_6dtnj_2 + t_gousg * t_2gufb_10 + t_gousg_2 * t_5aqsz_10;
     const real t_rdwvu = t_m5mgy
-        - t_hig3c_6 * t_mwad5
-        - t_hig3c_6 * t_bwo7h
+        - t_hig3c_3 * t_mwad5
+        - t_hig3c_3 * t_bwo7h
         - t_belws * t_jzkve_9
         + K43 * t_4wgxs
-        - t_hig3c_6 * t_zws6c_10
+        - t_hig3c_3 * t_zws6c_10
         - t_belws * t_2gufb_10
         + K43 * t_5aqsz_10
         - t_m5mgy
@@ -10435,11 +10435,11 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_4lqzh
         + t_6iku5_2 * t_mwad5
         + t_6iku5_2 * t_bwo7h
-        + t_edvw3_2 * t_jzkve_9
+        + t_edvw3 * t_jzkve_9
         - K63 * t_4wgxs
         - t_bknng * t_pdzxe_14
         + t_6iku5_2 * t_zws6c_10
-        + t_edvw3_2 * t_2gufb_10
+        + t_edvw3 * t_2gufb_10
         - K63 * t_5aqsz_10
         + t_4lqzh;
     const real t_gx6nq = t_bknng * t_mvrqf_14
@@ -10450,15 +10450,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_rdwvu
         - K_L65 * t_at6xo;
     const real t_vu7pq = t_gx6nq * t_6dtnj_7;
-    const real t_m6dod = t_at6xo * t_6dtnj_5 - K_L65 * t_vu7pq;
-    const real t_hkuox = t_rdwvu * t_6dtnj_4 - K_L54 * t_m6dod - K_L64 * t_vu7pq;
-    const real t_sm77v = t_z55p5 * t_6dtnj_3 - K_L43 * t_hkuox - K_L53 * t_m6dod - K_L63 * t_vu7pq;
-    const real t_avdvd = t_ooofu * t_6dtnj_2
+    const real t_m6dod = t_at6xo * t_6dtnj_6 - K_L65 * t_vu7pq;
+    const real t_hkuox = t_rdwvu * t_6dtnj_5 - K_L54 * t_m6dod - K_L64 * t_vu7pq;
+    const real t_sm77v = t_z55p5 * t_6dtnj_4 - K_L43 * t_hkuox - K_L53 * t_m6dod - K_L63 * t_vu7pq;
+    const real t_avdvd = t_ooofu * t_6dtnj_3
         - K_L32 * t_sm77v
         + t_ae46j * t_hkuox
         - K_L52 * t_m6dod
         + t_o5wmi * t_vu7pq;
-    const real t_n4sn6 = t_5qlyr * t_6dtnj
+    const real t_n4sn6 = t_5qlyr * t_6dtnj_2
         + t_gousg * t_avdvd
         + t_gousg_2 * t_sm77v
         + t_w6lcf * t_hkuox
@@ -10474,17 +10474,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_lmque_3 = sin_phi1 * t_g4lmd_2 + t_7ucg7_2;
     const real t_mqkrp_2 = sin_theta1 * t_eaygj;
     const real t_5qvf3_2 = cos_theta1 * t_lmque_2 - t_mqkrp_2;
-    const real t_t7l3f = K11 * t_lmque_3 + t_f2nhc * t_5qvf3 + t_f2nhc_2 * t_5qvf3_2;
+    const real t_t7l3f = K11 * t_lmque_3 + t_f2nhc_2 * t_5qvf3 + t_f2nhc * t_5qvf3_2;
     const real t_j5oo6 = t_2qjkk * t_t7l3f
         + PP_v2 * (t_q5yfk * t_5qvf3 - t_q5yfk_2 * t_lmque_3 + t_q5yfk_3 * t_5qvf3_2);
-    const real t_dunxo = (SELECT0(m_nsst6, -(t_x2afy * t_j5oo6 * t_kntxo)) + t_t7l3f) * t_6dtnj_6;
-    const real t_j6azl = t_5qvf3 - t_f2nhc * t_dunxo;
+    const real t_dunxo = (SELECT0(m_nsst6, -(t_x2afy * t_j5oo6 * t_kntxo)) + t_t7l3f) * t_6dtnj;
+    const real t_j6azl = t_5qvf3 - t_f2nhc_2 * t_dunxo;
     const real t_kzzkk_2 = t_q2hfz * (t_5x4sb * (t_j6azl * t_y7rm6));
     const real t_oesw4_10 = t_kzzkk_2 * t_nwsjf;
     const real t_iubif_15 = t_bw2jd * (t_3iu34 * t_oesw4_10);
     const real t_27ev7_15 = p[F] * (sin_t_6qa42 * t_iubif_15);
     const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
-    const real t_j6azl_2 = t_5qvf3_2 - t_f2nhc_2 * t_dunxo;
+    const real t_j6azl_2 = t_5qvf3_2 - t_f2nhc * t_dunxo;
     const real t_ws6pb_2 = t_j6azl_2 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_kzzkk_2 * t_nwsjf_2)));
     const real t_vwbcj_10 = t_q2hfz_2 * (t_2snz7 * t_ws6pb_2) * t_bifdl;
@@ -10511,22 +10511,22 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_15 = p[F] * (cos_t_wuiya * t_oesw4_10);
     const real t_tso56 = SELECT0(m_el4yy, t_s7ixe_15) - t_j6azl + t_gousg * t_umjkz;
     const real t_z5auc_15 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_15)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_15));
-    const real t_twig5 = (t_gousg_2 * t_umjkz - (t_z5auc_15 + t_j6azl_2) - K_L32 * t_tso56) * t_6dtnj_3;
-    const real t_jzkve_10 = t_tso56 * t_6dtnj_2 - K_L32 * t_twig5;
-    const real t_6ema2 = t_umjkz * t_6dtnj + t_gousg * t_jzkve_10 + t_gousg_2 * t_twig5;
+    const real t_twig5 = (t_gousg_2 * t_umjkz - (t_z5auc_15 + t_j6azl_2) - K_L32 * t_tso56) * t_6dtnj_4;
+    const real t_jzkve_10 = t_tso56 * t_6dtnj_3 - K_L32 * t_twig5;
+    const real t_6ema2 = t_umjkz * t_6dtnj_2 + t_gousg * t_jzkve_10 + t_gousg_2 * t_twig5;
     const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_o7cco_15 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_15));
     const real t_ycqju_15 = t_ilple_15 - t_s7ixe_15;
     const real t_bac74_11 = SELECT0(m_el4yy, t_ycqju_15) + t_gousg * t_cgxsm_15;
     const real t_pdzxe_15 = p[F] * t_5pi5x_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
-    const real t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_3;
-    const real t_2gufb_11 = t_bac74_11 * t_6dtnj_2 - K_L32 * t_5aqsz_11;
-    const real t_zws6c_11 = t_cgxsm_15 * t_6dtnj + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11;
+    const real t_5aqsz_11 = (t_pdzxe_15 + t_gousg_2 * t_cgxsm_15 - K_L32 * t_bac74_11) * t_6dtnj_4;
+    const real t_2gufb_11 = t_bac74_11 * t_6dtnj_3 - K_L32 * t_5aqsz_11;
+    const real t_zws6c_11 = t_cgxsm_15 * t_6dtnj_2 + t_gousg * t_2gufb_11 + t_gousg_2 * t_5aqsz_11;
     const real t_csloy = t_lcopv
-        - t_hig3c_6 * t_dunxo
-        - t_hig3c_6 * t_6ema2
+        - t_hig3c_3 * t_dunxo
+        - t_hig3c_3 * t_6ema2
         - t_belws * t_jzkve_10
         + K43 * t_twig5
-        - t_hig3c_6 * t_zws6c_11
+        - t_hig3c_3 * t_zws6c_11
         - t_belws * t_2gufb_11
         + K43 * t_5aqsz_11
         - t_lcopv
@@ -10556,11 +10556,11 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_asqae
         + t_6iku5_2 * t_dunxo
         + t_6iku5_2 * t_6ema2
-        + t_edvw3_2 * t_jzkve_10
+        + t_edvw3 * t_jzkve_10
         - K63 * t_twig5
         - t_bknng * t_pdzxe_15
         + t_6iku5_2 * t_zws6c_11
-        + t_edvw3_2 * t_2gufb_11
+        + t_edvw3 * t_2gufb_11
         - K63 * t_5aqsz_11
         + t_asqae;
     const real t_biu2c = t_bknng * t_mvrqf_15
@@ -10571,15 +10571,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_csloy
         - K_L65 * t_vfjym;
     const real t_vu7pq_2 = t_biu2c * t_6dtnj_7;
-    const real t_54jpc = t_vfjym * t_6dtnj_5 - K_L65 * t_vu7pq_2;
-    const real t_qr5re = t_csloy * t_6dtnj_4 - K_L54 * t_54jpc - K_L64 * t_vu7pq_2;
-    const real t_sm77v_2 = t_ptres * t_6dtnj_3 - K_L43 * t_qr5re - K_L53 * t_54jpc - K_L63 * t_vu7pq_2;
-    const real t_avdvd_2 = t_7qxpd * t_6dtnj_2
+    const real t_54jpc = t_vfjym * t_6dtnj_6 - K_L65 * t_vu7pq_2;
+    const real t_qr5re = t_csloy * t_6dtnj_5 - K_L54 * t_54jpc - K_L64 * t_vu7pq_2;
+    const real t_sm77v_2 = t_ptres * t_6dtnj_4 - K_L43 * t_qr5re - K_L53 * t_54jpc - K_L63 * t_vu7pq_2;
+    const real t_avdvd_2 = t_7qxpd * t_6dtnj_3
         - K_L32 * t_sm77v_2
         + t_ae46j * t_qr5re
         - K_L52 * t_54jpc
         + t_o5wmi * t_vu7pq_2;
-    const real t_yrx42 = t_qpgq7 * t_6dtnj
+    const real t_yrx42 = t_qpgq7 * t_6dtnj_2
         + t_gousg * t_avdvd_2
         + t_gousg_2 * t_sm77v_2
         + t_w6lcf * t_qr5re
@@ -10595,17 +10595,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_lejiq_2 = sin_phi2 * t_wktgs - cos_phi2 * t_cy757;
     const real t_ffhve_2 = sin_theta2 * t_scpzb;
     const real t_twnno_2 = t_ffhve_2 - cos_theta2 * t_lejiq;
-    const real t_wdzp6 = t_f2nhc * t_twnno - K11 * t_lejiq_2 - t_f2nhc_2 * t_twnno_2;
+    const real t_wdzp6 = t_f2nhc_2 * t_twnno - K11 * t_lejiq_2 - t_f2nhc * t_twnno_2;
     const real t_ravho = t_2qjkk * t_wdzp6
         - PP_v2 * (t_q5yfk_3 * t_twnno_2 - (t_q5yfk_2 * t_lejiq_2 + t_q5yfk * t_twnno));
-    const real t_z6drc = (SELECT0(m_nsst6, t_x2afy * t_ravho * t_kntxo) - t_wdzp6) * t_6dtnj_6;
-    const real t_hsb6t = t_twnno + t_f2nhc * t_z6drc;
+    const real t_z6drc = (SELECT0(m_nsst6, t_x2afy * t_ravho * t_kntxo) - t_wdzp6) * t_6dtnj;
+    const real t_hsb6t = t_twnno + t_f2nhc_2 * t_z6drc;
     const real t_r44w6 = t_q2hfz * (t_5x4sb * (t_hsb6t * t_y7rm6));
     const real t_oesw4_11 = t_r44w6 * t_nwsjf;
     const real t_iubif_16 = t_bw2jd * (t_3iu34 * t_oesw4_11);
     const real t_27ev7_16 = p[F] * (sin_t_6qa42 * t_iubif_16);
     const real t_wzmp3_16 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_16);
-    const real t_hsb6t_2 = t_twnno_2 - t_f2nhc_2 * t_z6drc;
+    const real t_hsb6t_2 = t_twnno_2 - t_f2nhc * t_z6drc;
     const real t_ascdw = t_hsb6t_2 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, -(t_j4byf * (t_fvalj * (t_xb3pe_2 * t_r44w6 * t_nwsjf_2))));
     const real t_vwbcj_11 = t_q2hfz_2 * (t_2snz7 * t_ascdw) * t_bifdl;
@@ -10632,22 +10632,22 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_16 = p[F] * (cos_t_wuiya * t_oesw4_11);
     const real t_kh3v2 = SELECT0(m_el4yy, -t_s7ixe_16) + t_hsb6t + t_gousg * t_dmxmi;
     const real t_z5auc_16 = SELECT0(m_el4yy, sin_t_vuw2a * t_shxu4_16) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_16));
-    const real t_yhza4 = (t_gousg_2 * t_dmxmi - (t_z5auc_16 + t_hsb6t_2) - K_L32 * t_kh3v2) * t_6dtnj_3;
-    const real t_jzkve_11 = t_kh3v2 * t_6dtnj_2 - K_L32 * t_yhza4;
-    const real t_jxofc = t_dmxmi * t_6dtnj + t_gousg * t_jzkve_11 + t_gousg_2 * t_yhza4;
+    const real t_yhza4 = (t_gousg_2 * t_dmxmi - (t_z5auc_16 + t_hsb6t_2) - K_L32 * t_kh3v2) * t_6dtnj_4;
+    const real t_jzkve_11 = t_kh3v2 * t_6dtnj_3 - K_L32 * t_yhza4;
+    const real t_jxofc = t_dmxmi * t_6dtnj_2 + t_gousg * t_jzkve_11 + t_gousg_2 * t_yhza4;
     const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_o7cco_16 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_16));
     const real t_ycqju_16 = t_s7ixe_16 - t_ilple_16;
     const real t_bac74_12 = SELECT0(m_el4yy, t_ycqju_16) + t_gousg * t_cgxsm_16;
     const real t_pdzxe_16 = p[F] * t_5pi5x_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
-    const real t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_3;
-    const real t_2gufb_12 = t_bac74_12 * t_6dtnj_2 - K_L32 * t_5aqsz_12;
-    const real t_zws6c_12 = t_cgxsm_16 * t_6dtnj + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12;
+    const real t_5aqsz_12 = (t_pdzxe_16 + t_gousg_2 * t_cgxsm_16 - K_L32 * t_bac74_12) * t_6dtnj_4;
+    const real t_2gufb_12 = t_bac74_12 * t_6dtnj_3 - K_L32 * t_5aqsz_12;
+    const real t_zws6c_12 = t_cgxsm_16 * t_6dtnj_2 + t_gousg * t_2gufb_12 + t_gousg_2 * t_5aqsz_12;
     const real t_pzgta = t_wzxld
-        - t_hig3c_6 * t_z6drc
-        - t_hig3c_6 * t_jxofc
+        - t_hig3c_3 * t_z6drc
+        - t_hig3c_3 * t_jxofc
         - t_belws * t_jzkve_11
         + K43 * t_yhza4
-        - t_hig3c_6 * t_zws6c_12
+        - t_hig3c_3 * t_zws6c_12
         - t_belws * t_2gufb_12
         + K43 * t_5aqsz_12
         - t_wzxld
@@ -10678,11 +10678,11 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_cqksd
         + t_6iku5_2 * t_z6drc
         + t_6iku5_2 * t_jxofc
-        + t_edvw3_2 * t_jzkve_11
+        + t_edvw3 * t_jzkve_11
         - K63 * t_yhza4
         - t_bknng * t_pdzxe_16
         + t_6iku5_2 * t_zws6c_12
-        + t_edvw3_2 * t_2gufb_12
+        + t_edvw3 * t_2gufb_12
         - K63 * t_5aqsz_12
         + t_cqksd;
     const real t_exsuk = t_bknng * t_mvrqf_16
@@ -10693,15 +10693,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_pzgta
         - K_L65 * t_pyyxj;
     const real t_vu7pq_3 = t_exsuk * t_6dtnj_7;
-    const real t_4k5hc = t_pyyxj * t_6dtnj_5 - K_L65 * t_vu7pq_3;
-    const real t_b3q5g = t_pzgta * t_6dtnj_4 - K_L54 * t_4k5hc - K_L64 * t_vu7pq_3;
-    const real t_evg2s = t_rmh5p * t_6dtnj_3 - K_L43 * t_b3q5g - K_L53 * t_4k5hc - K_L63 * t_vu7pq_3;
-    const real t_cc6dv = t_f4zjl * t_6dtnj_2
+    const real t_4k5hc = t_pyyxj * t_6dtnj_6 - K_L65 * t_vu7pq_3;
+    const real t_b3q5g = t_pzgta * t_6dtnj_5 - K_L54 * t_4k5hc - K_L64 * t_vu7pq_3;
+    const real t_evg2s = t_rmh5p * t_6dtnj_4 - K_L43 * t_b3q5g - K_L53 * t_4k5hc - K_L63 * t_vu7pq_3;
+    const real t_cc6dv = t_f4zjl * t_6dtnj_3
         - K_L32 * t_evg2s
         + t_ae46j * t_b3q5g
         - K_L52 * t_4k5hc
         + t_o5wmi * t_vu7pq_3;
-    const real t_eiigr = t_xelyu * t_6dtnj
+    const real t_eiigr = t_xelyu * t_6dtnj_2
         + t_gousg * t_cc6dv
         + t_gousg_2 * t_evg2s
         + t_w6lcf * t_b3q5g
@@ -10717,17 +10717,17 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_rtokx_3 = sin_phi2 * t_no7he_2 + t_uxnqa_2;
     const real t_xdvnw_2 = sin_theta2 * t_p7h4z;
     const real t_rlx3l_2 = cos_theta2 * t_rtokx_2 - t_xdvnw_2;
-    const real t_tfrrp = K11 * t_rtokx_3 + t_f2nhc * t_rlx3l + t_f2nhc_2 * t_rlx3l_2;
+    const real t_tfrrp = K11 * t_rtokx_3 + t_f2nhc_2 * t_rlx3l + t_f2nhc * t_rlx3l_2;
     const real t_qy56s = t_2qjkk * t_tfrrp
         + PP_v2 * (t_q5yfk * t_rlx3l - t_q5yfk_2 * t_rtokx_3 + t_q5yfk_3 * t_rlx3l_2);
-    const real t_r6cgw = (SELECT0(m_nsst6, -(t_x2afy * t_qy56s * t_kntxo)) + t_tfrrp) * t_6dtnj_6;
-    const real t_nzuwe = t_rlx3l - t_f2nhc * t_r6cgw;
+    const real t_r6cgw = (SELECT0(m_nsst6, -(t_x2afy * t_qy56s * t_kntxo)) + t_tfrrp) * t_6dtnj;
+    const real t_nzuwe = t_rlx3l - t_f2nhc_2 * t_r6cgw;
     const real t_r44w6_2 = t_q2hfz * (t_5x4sb * (t_nzuwe * t_y7rm6));
     const real t_oesw4_12 = t_r44w6_2 * t_nwsjf;
     const real t_iubif_17 = t_bw2jd * (t_3iu34 * t_oesw4_12);
     const real t_27ev7_17 = p[F] * (sin_t_6qa42 * t_iubif_17);
     const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
-    const real t_nzuwe_2 = t_rlx3l_2 - t_f2nhc_2 * t_r6cgw;
+    const real t_nzuwe_2 = t_rlx3l_2 - t_f2nhc * t_r6cgw;
     const real t_ascdw_2 = t_nzuwe_2 * t_y7rm6 * t_v2nh3
         + SELECT0(m_el4yy, t_j4byf * (t_fvalj * (t_xb3pe_2 * t_r44w6_2 * t_nwsjf_2)));
     const real t_vwbcj_12 = t_q2hfz_2 * (t_2snz7 * t_ascdw_2) * t_bifdl;
@@ -10754,22 +10754,22 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_s7ixe_17 = p[F] * (cos_t_wuiya * t_oesw4_12);
     const real t_prsnx = SELECT0(m_el4yy, t_s7ixe_17) - t_nzuwe + t_gousg * t_f57nw;
     const real t_z5auc_17 = SELECT0(m_el4yy, -(sin_t_vuw2a * t_shxu4_17)) + SELECT0(m_uklky, -(t_irojk * t_wfqaw_17));
-    const real t_u23gv = (t_gousg_2 * t_f57nw - (t_z5auc_17 + t_nzuwe_2) - K_L32 * t_prsnx) * t_6dtnj_3;
-    const real t_jzkve_12 = t_prsnx * t_6dtnj_2 - K_L32 * t_u23gv;
-    const real t_sv4m7 = t_f57nw * t_6dtnj + t_gousg * t_jzkve_12 + t_gousg_2 * t_u23gv;
+    const real t_u23gv = (t_gousg_2 * t_f57nw - (t_z5auc_17 + t_nzuwe_2) - K_L32 * t_prsnx) * t_6dtnj_4;
+    const real t_jzkve_12 = t_prsnx * t_6dtnj_3 - K_L32 * t_u23gv;
+    const real t_sv4m7 = t_f57nw * t_6dtnj_2 + t_gousg * t_jzkve_12 + t_gousg_2 * t_u23gv;
     const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_o7cco_17 + SELECT0(m_uklky, t_irojk_2 * t_wmzoo_17));
     const real t_ycqju_17 = t_ilple_17 - t_s7ixe_17;
     const real t_bac74_13 = SELECT0(m_el4yy, t_ycqju_17) + t_gousg * t_cgxsm_17;
     const real t_pdzxe_17 = p[F] * t_5pi5x_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
-    const real t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_3;
-    const real t_2gufb_13 = t_bac74_13 * t_6dtnj_2 - K_L32 * t_5aqsz_13;
-    const real t_zws6c_13 = t_cgxsm_17 * t_6dtnj + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13;
+    const real t_5aqsz_13 = (t_pdzxe_17 + t_gousg_2 * t_cgxsm_17 - K_L32 * t_bac74_13) * t_6dtnj_4;
+    const real t_2gufb_13 = t_bac74_13 * t_6dtnj_3 - K_L32 * t_5aqsz_13;
+    const real t_zws6c_13 = t_cgxsm_17 * t_6dtnj_2 + t_gousg * t_2gufb_13 + t_gousg_2 * t_5aqsz_13;
     const real t_jl74p = t_tuxd7
-        - t_hig3c_6 * t_r6cgw
-        - t_hig3c_6 * t_sv4m7
+        - t_hig3c_3 * t_r6cgw
+        - t_hig3c_3 * t_sv4m7
         - t_belws * t_jzkve_12
         + K43 * t_u23gv
-        - t_hig3c_6 * t_zws6c_13
+        - t_hig3c_3 * t_zws6c_13
         - t_belws * t_2gufb_13
         + K43 * t_5aqsz_13
         - t_tuxd7
@@ -10799,11 +10799,11 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_xfv6t
         + t_6iku5_2 * t_r6cgw
         + t_6iku5_2 * t_sv4m7
-        + t_edvw3_2 * t_jzkve_12
+        + t_edvw3 * t_jzkve_12
         - K63 * t_u23gv
         - t_bknng * t_pdzxe_17
         + t_6iku5_2 * t_zws6c_13
-        + t_edvw3_2 * t_2gufb_13
+        + t_edvw3 * t_2gufb_13
         - K63 * t_5aqsz_13
         + t_xfv6t;
     const real t_irhj6 = t_bknng * t_mvrqf_17
@@ -10814,15 +10814,15 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - K_L64 * t_jl74p
         - K_L65 * t_ofbvz;
     const real t_vu7pq_4 = t_irhj6 * t_6dtnj_7;
-    const real t_7mf3c = t_ofbvz * t_6dtnj_5 - K_L65 * t_vu7pq_4;
-    const real t_qr5re_2 = t_jl74p * t_6dtnj_4 - K_L54 * t_7mf3c - K_L64 * t_vu7pq_4;
-    const real t_evg2s_2 = t_ne6ar * t_6dtnj_3 - K_L43 * t_qr5re_2 - K_L53 * t_7mf3c - K_L63 * t_vu7pq_4;
-    const real t_cc6dv_2 = t_ygb7y * t_6dtnj_2
+    const real t_7mf3c = t_ofbvz * t_6dtnj_6 - K_L65 * t_vu7pq_4;
+    const real t_qr5re_2 = t_jl74p * t_6dtnj_5 - K_L54 * t_7mf3c - K_L64 * t_vu7pq_4;
+    const real t_evg2s_2 = t_ne6ar * t_6dtnj_4 - K_L43 * t_qr5re_2 - K_L53 * t_7mf3c - K_L63 * t_vu7pq_4;
+    const real t_cc6dv_2 = t_ygb7y * t_6dtnj_3
         - K_L32 * t_evg2s_2
         + t_ae46j * t_qr5re_2
         - K_L52 * t_7mf3c
         + t_o5wmi * t_vu7pq_4;
-    const real t_zm4fl = t_b3yk4 * t_6dtnj
+    const real t_zm4fl = t_b3yk4 * t_6dtnj_2
         + t_gousg * t_cc6dv_2
         + t_gousg_2 * t_evg2s_2
         + t_w6lcf * t_qr5re_2

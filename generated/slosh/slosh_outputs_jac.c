@@ -46,6 +46,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
     const real k1 = t_nkfhl * p[l1];
@@ -73,13 +79,9 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -89,8 +91,6 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_7uxgo_2 = Wt1 * cos_phi1;
     const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];

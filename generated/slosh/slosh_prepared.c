@@ -145,8 +145,8 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -221,10 +221,12 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     enum { t_724t4 = rhs_w_t_724t4 };
     enum { t_gcu5g = rhs_w_t_gcu5g };
     enum { t_32nrs = rhs_w_t_32nrs };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -232,8 +234,6 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -698,15 +698,17 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     enum { t_g7pzr = outputs_h_t_g7pzr };
     enum { t_urwo6 = outputs_h_t_urwo6 };
     enum { t_bknng = outputs_h_t_bknng };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
-    const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real t_ruxs4 = cos_delta2 * p[F];
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -714,8 +716,6 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -1118,8 +1118,8 @@ void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_euler_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -1196,10 +1196,14 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     enum { t_724t4 = rhs_euler_w_t_724t4 };
     enum { t_gcu5g = rhs_euler_w_t_gcu5g };
     enum { t_32nrs = rhs_euler_w_t_32nrs };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
@@ -1207,8 +1211,6 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
@@ -1486,8 +1488,6 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
         - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
@@ -1664,8 +1664,8 @@ void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_reduced_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -1746,10 +1746,12 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     enum { t_724t4 = rhs_reduced_w_t_724t4 };
     enum { t_gcu5g = rhs_reduced_w_t_gcu5g };
     enum { t_32nrs = rhs_reduced_w_t_32nrs };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
@@ -1759,8 +1761,6 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_adduy = cos_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
@@ -2285,8 +2285,8 @@ void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, r
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_reduced_euler_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -2369,10 +2369,14 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     enum { t_724t4 = rhs_reduced_euler_w_t_724t4 };
     enum { t_gcu5g = rhs_reduced_euler_w_t_gcu5g };
     enum { t_32nrs = rhs_reduced_euler_w_t_32nrs };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
@@ -2382,8 +2386,6 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real t_adduy = cos_theta2 * x[wz];
     const real t_t2zmi = sin_theta2 * x[wy];
@@ -2717,8 +2719,6 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real t_dqtn2 = X_x3 - X_x6 * h[x_C];
     const real t_7qsh6 = W13 - X_x6;
     const real t_3ipx7 = X_x5 - W12;
-    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
@@ -2761,6 +2761,7 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
 
 /* Places of h. */
 enum {
+    actuate_h_t_xkg6l,
     actuate_h_me1,
     actuate_h_mv1,
     actuate_h_me2,
@@ -2773,7 +2774,6 @@ enum {
     actuate_h_t_47igz,
     actuate_h_t_fcuad,
     actuate_h_t_z4fbq,
-    actuate_h_t_xkg6l,
     actuate_h_t_bknng,
 };
 
@@ -2810,6 +2810,7 @@ void slosh_actuate_prepare(const real *p, real *h)
     const real e2 = p[h2] - x_C;
     const real B_1 = me1 * p[l1];
     const real B_2 = me2 * p[l2];
+    h[actuate_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[actuate_h_me1] = me1;
     h[actuate_h_mv1] = mv1;
     h[actuate_h_me2] = me2;
@@ -2822,7 +2823,6 @@ void slosh_actuate_prepare(const real *p, real *h)
     h[actuate_h_t_47igz] = M_C + mv1 + mv2;
     h[actuate_h_t_fcuad] = e1 * me1;
     h[actuate_h_t_z4fbq] = e2 * me2;
-    h[actuate_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[actuate_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
@@ -2847,6 +2847,7 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     enum { m2 = SLOSH_P_M2 };
     enum { l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
+    enum { t_xkg6l = actuate_h_t_xkg6l };
     enum { me1 = actuate_h_me1 };
     enum { mv1 = actuate_h_mv1 };
     enum { me2 = actuate_h_me2 };
@@ -2859,12 +2860,19 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     enum { t_47igz = actuate_h_t_47igz };
     enum { t_fcuad = actuate_h_t_fcuad };
     enum { t_z4fbq = actuate_h_t_z4fbq };
-    enum { t_xkg6l = actuate_h_t_xkg6l };
     enum { t_bknng = actuate_h_t_bknng };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real As_1 = h[mv1] * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -2929,15 +2937,7 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     const real t_6dtnj = K(1.0) / K_D2;
     const real K_L32 = t_iy2us * t_6dtnj;
     const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
-    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
-    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
-    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
-    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * h[t_xkg6l]))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_appoi = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
@@ -2971,47 +2971,47 @@ enum {
     lyapunov_v1_h_t_os4zj,
     lyapunov_v1_h_t_yx2kz,
     lyapunov_v1_h_D1,
-    lyapunov_v1_h_k1,
     lyapunov_v1_h_me1,
-    lyapunov_v1_h_t_6nwd2,
-    lyapunov_v1_h_mv1,
     lyapunov_v1_h_t_nfvux,
     lyapunov_v1_h_t_frp3h,
     lyapunov_v1_h_D2,
-    lyapunov_v1_h_k2,
     lyapunov_v1_h_me2,
-    lyapunov_v1_h_t_popww,
-    lyapunov_v1_h_mv2,
     lyapunov_v1_h_M_C,
     lyapunov_v1_h_x_C,
+    lyapunov_v1_h_e1,
+    lyapunov_v1_h_t_6nwd2,
+    lyapunov_v1_h_k1,
+    lyapunov_v1_h_mv1,
+    lyapunov_v1_h_B_1,
+    lyapunov_v1_h_e2,
+    lyapunov_v1_h_t_popww,
+    lyapunov_v1_h_k2,
+    lyapunov_v1_h_mv2,
+    lyapunov_v1_h_B_2,
+    lyapunov_v1_h_W_theta1,
+    lyapunov_v1_h_t_hyv47,
+    lyapunov_v1_h_t_if7mv,
+    lyapunov_v1_h_t_pi35k,
+    lyapunov_v1_h_t_tmzpj,
+    lyapunov_v1_h_W_theta2,
+    lyapunov_v1_h_t_wvww5,
+    lyapunov_v1_h_ax_eq,
+    lyapunov_v1_h_t_os4zj_2,
+    lyapunov_v1_h_t_fcuad,
+    lyapunov_v1_h_t_z4fbq,
+    lyapunov_v1_h_t_47igz,
+    lyapunov_v1_h_t_62qfa,
+    lyapunov_v1_h_t_y7rm6,
     lyapunov_v1_h_J_C1,
     lyapunov_v1_h_J_C3,
     lyapunov_v1_h_J_C2,
-    lyapunov_v1_h_e1,
-    lyapunov_v1_h_e2,
-    lyapunov_v1_h_B_1,
     lyapunov_v1_h_Bl_1,
     lyapunov_v1_h_t_xdulz,
-    lyapunov_v1_h_B_2,
     lyapunov_v1_h_Bl_2,
     lyapunov_v1_h_t_uohf6,
-    lyapunov_v1_h_t_47igz,
-    lyapunov_v1_h_t_fcuad,
-    lyapunov_v1_h_t_z4fbq,
     lyapunov_v1_h_t_sfymc,
     lyapunov_v1_h_t_g7pzr,
     lyapunov_v1_h_t_urwo6,
-    lyapunov_v1_h_t_os4zj_2,
-    lyapunov_v1_h_ax_eq,
-    lyapunov_v1_h_W_theta1,
-    lyapunov_v1_h_W_theta2,
-    lyapunov_v1_h_t_hyv47,
-    lyapunov_v1_h_t_pi35k,
-    lyapunov_v1_h_t_wvww5,
-    lyapunov_v1_h_t_if7mv,
-    lyapunov_v1_h_t_tmzpj,
-    lyapunov_v1_h_t_62qfa,
-    lyapunov_v1_h_t_y7rm6,
     lyapunov_v1_h_t_bknng,
 };
 
@@ -3043,21 +3043,32 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -3067,64 +3078,53 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
     const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_pi35k = W_phi2 / (D2 * D2);
     h[lyapunov_v1_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_h_D1] = D1;
-    h[lyapunov_v1_h_k1] = k1;
     h[lyapunov_v1_h_me1] = me1;
-    h[lyapunov_v1_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_h_mv1] = mv1;
     h[lyapunov_v1_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_h_D2] = D2;
-    h[lyapunov_v1_h_k2] = k2;
     h[lyapunov_v1_h_me2] = me2;
-    h[lyapunov_v1_h_t_popww] = t_popww;
-    h[lyapunov_v1_h_mv2] = mv2;
     h[lyapunov_v1_h_M_C] = M_C;
     h[lyapunov_v1_h_x_C] = x_C;
+    h[lyapunov_v1_h_e1] = e1;
+    h[lyapunov_v1_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_h_k1] = k1;
+    h[lyapunov_v1_h_mv1] = mv1;
+    h[lyapunov_v1_h_B_1] = B_1;
+    h[lyapunov_v1_h_e2] = e2;
+    h[lyapunov_v1_h_t_popww] = t_popww;
+    h[lyapunov_v1_h_k2] = k2;
+    h[lyapunov_v1_h_mv2] = mv2;
+    h[lyapunov_v1_h_B_2] = B_2;
+    h[lyapunov_v1_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_h_t_os4zj_2] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v1_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_h_J_C1] = J_C1;
     h[lyapunov_v1_h_J_C3] = J_C3;
     h[lyapunov_v1_h_J_C2] = J_C2;
-    h[lyapunov_v1_h_e1] = e1;
-    h[lyapunov_v1_h_e2] = e2;
-    h[lyapunov_v1_h_B_1] = B_1;
     h[lyapunov_v1_h_Bl_1] = Bl_1;
     h[lyapunov_v1_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v1_h_B_2] = B_2;
     h[lyapunov_v1_h_Bl_2] = Bl_2;
     h[lyapunov_v1_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v1_h_t_47igz] = M_C + mv1 + mv2;
-    h[lyapunov_v1_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v1_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v1_h_t_sfymc] = t_sfymc;
     h[lyapunov_v1_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
     h[lyapunov_v1_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_h_t_os4zj_2] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_h_ax_eq] = ax_eq;
-    h[lyapunov_v1_h_W_theta1] = W_theta1;
-    h[lyapunov_v1_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_h_t_hyv47] = t_hyv47;
-    h[lyapunov_v1_h_t_pi35k] = t_pi35k;
-    h[lyapunov_v1_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
-    h[lyapunov_v1_h_t_if7mv] = t_hyv47 * p[I1];
-    h[lyapunov_v1_h_t_tmzpj] = t_pi35k * p[I2];
-    h[lyapunov_v1_h_t_62qfa] = p[F] * p[F];
-    h[lyapunov_v1_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
@@ -3174,172 +3174,409 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     enum { t_os4zj = lyapunov_v1_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_h_t_yx2kz };
     enum { D1 = lyapunov_v1_h_D1 };
-    enum { k1 = lyapunov_v1_h_k1 };
     enum { me1 = lyapunov_v1_h_me1 };
-    enum { t_6nwd2 = lyapunov_v1_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v1_h_mv1 };
     enum { t_nfvux = lyapunov_v1_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_h_t_frp3h };
     enum { D2 = lyapunov_v1_h_D2 };
-    enum { k2 = lyapunov_v1_h_k2 };
     enum { me2 = lyapunov_v1_h_me2 };
-    enum { t_popww = lyapunov_v1_h_t_popww };
-    enum { mv2 = lyapunov_v1_h_mv2 };
     enum { M_C = lyapunov_v1_h_M_C };
     enum { x_C = lyapunov_v1_h_x_C };
+    enum { e1 = lyapunov_v1_h_e1 };
+    enum { t_6nwd2 = lyapunov_v1_h_t_6nwd2 };
+    enum { k1 = lyapunov_v1_h_k1 };
+    enum { mv1 = lyapunov_v1_h_mv1 };
+    enum { B_1 = lyapunov_v1_h_B_1 };
+    enum { e2 = lyapunov_v1_h_e2 };
+    enum { t_popww = lyapunov_v1_h_t_popww };
+    enum { k2 = lyapunov_v1_h_k2 };
+    enum { mv2 = lyapunov_v1_h_mv2 };
+    enum { B_2 = lyapunov_v1_h_B_2 };
+    enum { W_theta1 = lyapunov_v1_h_W_theta1 };
+    enum { t_hyv47 = lyapunov_v1_h_t_hyv47 };
+    enum { t_if7mv = lyapunov_v1_h_t_if7mv };
+    enum { t_pi35k = lyapunov_v1_h_t_pi35k };
+    enum { t_tmzpj = lyapunov_v1_h_t_tmzpj };
+    enum { W_theta2 = lyapunov_v1_h_W_theta2 };
+    enum { t_wvww5 = lyapunov_v1_h_t_wvww5 };
+    enum { ax_eq = lyapunov_v1_h_ax_eq };
+    enum { t_os4zj_2 = lyapunov_v1_h_t_os4zj_2 };
+    enum { t_fcuad = lyapunov_v1_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_h_t_z4fbq };
+    enum { t_47igz = lyapunov_v1_h_t_47igz };
+    enum { t_62qfa = lyapunov_v1_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_h_t_y7rm6 };
     enum { J_C1 = lyapunov_v1_h_J_C1 };
     enum { J_C3 = lyapunov_v1_h_J_C3 };
     enum { J_C2 = lyapunov_v1_h_J_C2 };
-    enum { e1 = lyapunov_v1_h_e1 };
-    enum { e2 = lyapunov_v1_h_e2 };
-    enum { B_1 = lyapunov_v1_h_B_1 };
     enum { Bl_1 = lyapunov_v1_h_Bl_1 };
     enum { t_xdulz = lyapunov_v1_h_t_xdulz };
-    enum { B_2 = lyapunov_v1_h_B_2 };
     enum { Bl_2 = lyapunov_v1_h_Bl_2 };
     enum { t_uohf6 = lyapunov_v1_h_t_uohf6 };
-    enum { t_47igz = lyapunov_v1_h_t_47igz };
-    enum { t_fcuad = lyapunov_v1_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v1_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v1_h_t_sfymc };
     enum { t_g7pzr = lyapunov_v1_h_t_g7pzr };
     enum { t_urwo6 = lyapunov_v1_h_t_urwo6 };
-    enum { t_os4zj_2 = lyapunov_v1_h_t_os4zj_2 };
-    enum { ax_eq = lyapunov_v1_h_ax_eq };
-    enum { W_theta1 = lyapunov_v1_h_W_theta1 };
-    enum { W_theta2 = lyapunov_v1_h_W_theta2 };
-    enum { t_hyv47 = lyapunov_v1_h_t_hyv47 };
-    enum { t_pi35k = lyapunov_v1_h_t_pi35k };
-    enum { t_wvww5 = lyapunov_v1_h_t_wvww5 };
-    enum { t_if7mv = lyapunov_v1_h_t_if7mv };
-    enum { t_tmzpj = lyapunov_v1_h_t_tmzpj };
-    enum { t_62qfa = lyapunov_v1_h_t_62qfa };
-    enum { t_y7rm6 = lyapunov_v1_h_t_y7rm6 };
     enum { t_bknng = lyapunov_v1_h_t_bknng };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
     const real t_rzamr = cos_theta1 * x[wz];
     const real t_uu2cl = sin_theta1 * x[wy];
     const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
+    const real t_mallh = F_n1 * sin_theta1;
     const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + x[phi2_dot];
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
     const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_gsmye = t_nkpga * t_5zi7z;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_tbwda = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real D_theta2 = t_vptxp + p[I2];  /* (26) */
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_l53od = t_yy353 * t_vptxp;
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
+    const real t_aqbxr = x[vz] * c[r2];
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_rlilm = t_5zi7z * t_l4ozg;
+    const real k_phi1 = loss_phi1
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5zi7z_2
+        - t_5zi7z_2 * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * x[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_2kwb7 = t_doiln * t_vptxp;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_vptxp_2
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_vptxp_2
+        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real t_btjgw = D_theta1 * x[theta1_dot];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * x[theta1_dot];
+    const real t_prfqf = Wn1 * x[wx];
+    const real k_theta1 = loss_theta1
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z_2 * t_prfqf
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real t_bftmb = D_theta2 * x[theta2_dot];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
+    const real t_yshzz = Dd_theta2 * x[theta2_dot];
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp_2 * t_prfqf_2
+        - t_vptxp_2 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real t_a4jxz = x[wx] * c[w3] + g1_v1;
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_o2gar = h[D1] * x[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_hmyst * x[phi1_dot];
+    const real t_gifwv = h[D2] * x[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_4urq3 * x[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_f6jle;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real cdy_theta1 = t_dfhzf * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
+    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real g2_v1 = x[att2] * c[r5]
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real g_1 = h[e1] - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_kd2xx + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * x[wx] - t_eunpd * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * x[wx] - t_ikrsv * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_c2kne = t_nkpga * (cy_theta1 * x[wy] - t_5zi7z * x[wx] + cz_theta1 * x[wz] + t_btjgw);
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * x[wy] - t_vptxp * x[wx] + cz_theta2 * x[wz] + t_bftmb);
+    const real B_v1 = t_wij2f
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real C_v1 = t_aqbxr
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_ncnom;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_snurv = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_kd2xx
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_3tpbw * t_ncnom;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_zzkan = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real t_hig3c = wqq_1 + wqq_2;
     const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
     const real t_vykvu = h[Bl_1] - eBc_1;
     const real t_vwbsx = h[Bl_2] - eBc_2;
     const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
@@ -3355,17 +3592,10 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
     const real t_hig3c_2 = wgS_1 + wgS_2;
     const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
     const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
     const real t_hig3c_3 = M_q1 + M_q2;
     const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
@@ -3385,257 +3615,27 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_3hais * cos_theta1
         + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_tbwda = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_tbwda;  /* (25) */
-    const real t_glcdw = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
-    const real t_wube7 = x[wx] * x[wx];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
-    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
-    const real k_phi1 = loss_phi1
-        - t_glcdw * t_wjugd
-        - t_glcdw * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5zi7z
-        - t_5zi7z * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
-        - h[t_yx2kz] * t_l4ozg * x[wx]
-        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
-        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
-        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_mqczk = sin_theta1 * gx_phi1;
-    const real t_hmyst = t_mqczk * p[h1];
-    const real cy_theta1 = t_hmyst - t_hjphj * t_tbwda;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
-    const real t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2;
-    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * x[wx];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_5zi7z * t_hjux3;
-    const real t_7tj6u = Dd_theta1 * x[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_glcdw * t_prfqf
-        + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
-        + t_7tj6u
-        - t_5zi7z * t_prfqf
-        - Dd_theta1 * x[wx];  /* (26) */
-    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_vptxp = t_pt6a7 * h[t_frp3h];
-    const real t_2542d = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
-    const real t_2kwb7 = t_doiln * t_vptxp_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_vptxp
-        - t_2542d * t_7ovbh
-        - t_2542d * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_vptxp
-        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
-        - t_doiln * h[t_frp3h] * x[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * x[wx] * p[m2]
-        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7s3si = gx_phi2 * sin_theta2;
-    const real t_4urq3 = t_7s3si * p[h2];
-    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
-    const real t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2;
-    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_vptxp * t_mw75j;
-    const real t_yshzz = Dd_theta2 * x[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_2kwb7
-        + t_2542d * t_prfqf_2
-        + t_2kwb7 * t_mw75j
-        + t_yshzz
-        - t_vptxp * t_prfqf_2
-        - t_vptxp * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_hmyst * x[phi1_dot];
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_dfhzf * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda);
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_4urq3 * x[phi2_dot];
-    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3);
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
-    const real t_wij2f = x[vy] * c[r1];
-    const real t_o2gar = h[D1] * x[phi1_dot];
-    const real t_vl3yj = h[t_hyv47] * (p[I1] * x[wx] - t_eunpd * x[wy] + cz_phi1 * x[wz] + t_o2gar);
-    const real t_gifwv = h[D2] * x[phi2_dot];
-    const real t_afrcl = h[t_pi35k] * (p[I2] * x[wx] - t_ikrsv * x[wy] + cz_phi2 * x[wz] + t_gifwv);
-    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_btjgw = D_theta1 * x[theta1_dot];
-    const real t_c2kne = t_nkpga * (cy_theta1 * x[wy] - t_5zi7z_2 * x[wx] + cz_theta1 * x[wz] + t_btjgw);
-    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_bftmb = D_theta2 * x[theta2_dot];
-    const real t_v7ev3 = t_yy353 * (cy_theta2 * x[wy] - t_vptxp_2 * x[wx] + cz_theta2 * x[wz] + t_bftmb);
-    const real B_v1 = t_wij2f
-        - t_vl3yj * gy_phi1
-        - t_afrcl * gy_phi2
-        - t_c2kne * gy_theta1
-        - t_v7ev3 * gy_theta2;  /* (29) */
-    const real t_aqbxr = x[vz] * c[r2];
-    const real C_v1 = t_aqbxr
-        - t_vl3yj * gz_phi1
-        - t_afrcl * gz_phi2
-        + t_c2kne * t_mqczk
-        + t_v7ev3 * t_7s3si;  /* (29) */
-    const real t_4goj4 = h[ax_eq] * gx_phi1;
-    const real t_w4j4g = h[ax_eq] * gx_phi2;
-    const real g1_v1 = x[att1] * c[r3]
-        - t_aqbxr * x[vy]
-        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
-        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
-        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
-        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
-        + x[vy] * x[vz] * c[r1];  /* (29) */
-    const real g2_v1 = x[att2] * c[r5]
-        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-        + x[vx] * x[vz] * c[r2];  /* (29) */
-    const real g3_v1 = x[att3] * c[r7]
-        - t_wij2f * x[vx]
-        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2);  /* (29) */
-    const real t_gsmye = t_nkpga * t_5zi7z_2;
-    const real t_l53od = t_yy353 * t_vptxp_2;
-    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
-    const real f22_v1 = c[r6]
-        - h[t_hyv47] * (t_eunpd * t_eunpd)
-        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
-        - t_nkpga * (cy_theta1 * cy_theta1)
-        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
-        + h[t_pi35k] * t_ikrsv * cz_phi2
-        - t_nkpga * cy_theta1 * cz_theta1
-        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
-    const real f33_v1 = c[r8]
-        - h[t_hyv47] * (cz_phi1 * cz_phi1)
-        - h[t_pi35k] * (cz_phi2 * cz_phi2)
-        - t_nkpga * (cz_theta1 * cz_theta1)
-        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_f6jle = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_f6jle;
-    const real f_v1_L31 = f31_v1 * t_f6jle;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_2 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_suqla * t_6dtnj_2;
-    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_a4jxz = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_snurv = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_bap4n
-        + G3_v1 * t_bap4n_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_kd2xx_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_3tpbw * t_ncnom;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_ncnom;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_zzkan = Pq_v1 * Pq_v1
-        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
-    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
+    const real t_exl37_2 = t_f2nhc * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj_2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
-    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
@@ -3643,7 +3643,7 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
     const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
     const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
     const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
@@ -3661,8 +3661,8 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - G3_v1 * K66
         + t_bap4n_2 * ax_v1
         + t_bap4n_2 * da_v1_x1
-        + t_kd2xx_2 * a2_v1
-        + t_kd2xx_2 * da_v1_x2
+        + t_kd2xx * a2_v1
+        + t_kd2xx * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
         + K64 * t_ncnom;
@@ -3690,26 +3690,23 @@ enum {
     lyapunov_v1_loop_h_t_yx2kz,
     lyapunov_v1_loop_h_D1,
     lyapunov_v1_loop_h_t_gbl6n,
-    lyapunov_v1_loop_h_k1,
     lyapunov_v1_loop_h_me1,
-    lyapunov_v1_loop_h_t_6nwd2,
-    lyapunov_v1_loop_h_mv1,
     lyapunov_v1_loop_h_t_nfvux,
     lyapunov_v1_loop_h_t_frp3h,
     lyapunov_v1_loop_h_D2,
     lyapunov_v1_loop_h_t_jx6g7,
-    lyapunov_v1_loop_h_k2,
     lyapunov_v1_loop_h_me2,
-    lyapunov_v1_loop_h_t_popww,
-    lyapunov_v1_loop_h_mv2,
     lyapunov_v1_loop_h_M_C,
     lyapunov_v1_loop_h_x_C,
-    lyapunov_v1_loop_h_J_C1,
-    lyapunov_v1_loop_h_J_C3,
-    lyapunov_v1_loop_h_J_C2,
     lyapunov_v1_loop_h_e1,
-    lyapunov_v1_loop_h_e2,
+    lyapunov_v1_loop_h_t_6nwd2,
+    lyapunov_v1_loop_h_k1,
+    lyapunov_v1_loop_h_mv1,
     lyapunov_v1_loop_h_B_1,
+    lyapunov_v1_loop_h_e2,
+    lyapunov_v1_loop_h_t_popww,
+    lyapunov_v1_loop_h_k2,
+    lyapunov_v1_loop_h_mv2,
     lyapunov_v1_loop_h_B_2,
     lyapunov_v1_loop_h_W_theta1,
     lyapunov_v1_loop_h_t_hyv47,
@@ -3726,6 +3723,9 @@ enum {
     lyapunov_v1_loop_h_t_62qfa,
     lyapunov_v1_loop_h_t_y7rm6,
     lyapunov_v1_loop_h_t_xkg6l,
+    lyapunov_v1_loop_h_J_C1,
+    lyapunov_v1_loop_h_J_C3,
+    lyapunov_v1_loop_h_J_C2,
     lyapunov_v1_loop_h_Bl_1,
     lyapunov_v1_loop_h_t_xdulz,
     lyapunov_v1_loop_h_Bl_2,
@@ -3768,22 +3768,33 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     const real D1 = t_yx2kz + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -3793,17 +3804,6 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real B_2 = me2 * p[l2];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
@@ -3811,26 +3811,23 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_h_D1] = D1;
     h[lyapunov_v1_loop_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v1_loop_h_k1] = k1;
     h[lyapunov_v1_loop_h_me1] = me1;
-    h[lyapunov_v1_loop_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_loop_h_mv1] = mv1;
     h[lyapunov_v1_loop_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_h_D2] = D2;
     h[lyapunov_v1_loop_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v1_loop_h_k2] = k2;
     h[lyapunov_v1_loop_h_me2] = me2;
-    h[lyapunov_v1_loop_h_t_popww] = t_popww;
-    h[lyapunov_v1_loop_h_mv2] = mv2;
     h[lyapunov_v1_loop_h_M_C] = M_C;
     h[lyapunov_v1_loop_h_x_C] = x_C;
-    h[lyapunov_v1_loop_h_J_C1] = J_C1;
-    h[lyapunov_v1_loop_h_J_C3] = J_C3;
-    h[lyapunov_v1_loop_h_J_C2] = J_C2;
     h[lyapunov_v1_loop_h_e1] = e1;
-    h[lyapunov_v1_loop_h_e2] = e2;
+    h[lyapunov_v1_loop_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_loop_h_k1] = k1;
+    h[lyapunov_v1_loop_h_mv1] = mv1;
     h[lyapunov_v1_loop_h_B_1] = B_1;
+    h[lyapunov_v1_loop_h_e2] = e2;
+    h[lyapunov_v1_loop_h_t_popww] = t_popww;
+    h[lyapunov_v1_loop_h_k2] = k2;
+    h[lyapunov_v1_loop_h_mv2] = mv2;
     h[lyapunov_v1_loop_h_B_2] = B_2;
     h[lyapunov_v1_loop_h_W_theta1] = W_theta1;
     h[lyapunov_v1_loop_h_t_hyv47] = t_hyv47;
@@ -3847,6 +3844,9 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v1_loop_h_J_C1] = J_C1;
+    h[lyapunov_v1_loop_h_J_C3] = J_C3;
+    h[lyapunov_v1_loop_h_J_C2] = J_C2;
     h[lyapunov_v1_loop_h_Bl_1] = Bl_1;
     h[lyapunov_v1_loop_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_loop_h_Bl_2] = Bl_2;
@@ -3908,26 +3908,23 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_yx2kz = lyapunov_v1_loop_h_t_yx2kz };
     enum { D1 = lyapunov_v1_loop_h_D1 };
     enum { t_gbl6n = lyapunov_v1_loop_h_t_gbl6n };
-    enum { k1 = lyapunov_v1_loop_h_k1 };
     enum { me1 = lyapunov_v1_loop_h_me1 };
-    enum { t_6nwd2 = lyapunov_v1_loop_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v1_loop_h_mv1 };
     enum { t_nfvux = lyapunov_v1_loop_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_h_t_frp3h };
     enum { D2 = lyapunov_v1_loop_h_D2 };
     enum { t_jx6g7 = lyapunov_v1_loop_h_t_jx6g7 };
-    enum { k2 = lyapunov_v1_loop_h_k2 };
     enum { me2 = lyapunov_v1_loop_h_me2 };
-    enum { t_popww = lyapunov_v1_loop_h_t_popww };
-    enum { mv2 = lyapunov_v1_loop_h_mv2 };
     enum { M_C = lyapunov_v1_loop_h_M_C };
     enum { x_C = lyapunov_v1_loop_h_x_C };
-    enum { J_C1 = lyapunov_v1_loop_h_J_C1 };
-    enum { J_C3 = lyapunov_v1_loop_h_J_C3 };
-    enum { J_C2 = lyapunov_v1_loop_h_J_C2 };
     enum { e1 = lyapunov_v1_loop_h_e1 };
-    enum { e2 = lyapunov_v1_loop_h_e2 };
+    enum { t_6nwd2 = lyapunov_v1_loop_h_t_6nwd2 };
+    enum { k1 = lyapunov_v1_loop_h_k1 };
+    enum { mv1 = lyapunov_v1_loop_h_mv1 };
     enum { B_1 = lyapunov_v1_loop_h_B_1 };
+    enum { e2 = lyapunov_v1_loop_h_e2 };
+    enum { t_popww = lyapunov_v1_loop_h_t_popww };
+    enum { k2 = lyapunov_v1_loop_h_k2 };
+    enum { mv2 = lyapunov_v1_loop_h_mv2 };
     enum { B_2 = lyapunov_v1_loop_h_B_2 };
     enum { W_theta1 = lyapunov_v1_loop_h_W_theta1 };
     enum { t_hyv47 = lyapunov_v1_loop_h_t_hyv47 };
@@ -3944,6 +3941,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_62qfa = lyapunov_v1_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_loop_h_t_xkg6l };
+    enum { J_C1 = lyapunov_v1_loop_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_loop_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_loop_h_J_C2 };
     enum { Bl_1 = lyapunov_v1_loop_h_Bl_1 };
     enum { t_xdulz = lyapunov_v1_loop_h_t_xdulz };
     enum { Bl_2 = lyapunov_v1_loop_h_Bl_2 };
@@ -3954,12 +3954,13 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_bknng = lyapunov_v1_loop_h_t_bknng };
     enum { t_ibe72 = lyapunov_v1_loop_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v1_loop_h_t_r7vy7 };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -3974,10 +3975,8 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -4206,6 +4205,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
@@ -4286,16 +4286,16 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
@@ -4565,49 +4565,49 @@ enum {
     lyapunov_v1_observe_h_t_os4zj,
     lyapunov_v1_observe_h_t_yx2kz,
     lyapunov_v1_observe_h_D1,
-    lyapunov_v1_observe_h_k1,
     lyapunov_v1_observe_h_me1,
-    lyapunov_v1_observe_h_t_6nwd2,
-    lyapunov_v1_observe_h_mv1,
     lyapunov_v1_observe_h_t_nfvux,
     lyapunov_v1_observe_h_t_frp3h,
     lyapunov_v1_observe_h_D2,
-    lyapunov_v1_observe_h_k2,
     lyapunov_v1_observe_h_me2,
-    lyapunov_v1_observe_h_t_popww,
-    lyapunov_v1_observe_h_mv2,
     lyapunov_v1_observe_h_M_C,
     lyapunov_v1_observe_h_x_C,
+    lyapunov_v1_observe_h_e1,
+    lyapunov_v1_observe_h_t_6nwd2,
+    lyapunov_v1_observe_h_k1,
+    lyapunov_v1_observe_h_mv1,
+    lyapunov_v1_observe_h_B_1,
+    lyapunov_v1_observe_h_e2,
+    lyapunov_v1_observe_h_t_popww,
+    lyapunov_v1_observe_h_k2,
+    lyapunov_v1_observe_h_mv2,
+    lyapunov_v1_observe_h_B_2,
+    lyapunov_v1_observe_h_W_theta1,
+    lyapunov_v1_observe_h_t_hyv47,
+    lyapunov_v1_observe_h_t_if7mv,
+    lyapunov_v1_observe_h_t_pi35k,
+    lyapunov_v1_observe_h_t_tmzpj,
+    lyapunov_v1_observe_h_W_theta2,
+    lyapunov_v1_observe_h_t_wvww5,
+    lyapunov_v1_observe_h_ax_eq,
+    lyapunov_v1_observe_h_t_os4zj_2,
+    lyapunov_v1_observe_h_t_fcuad,
+    lyapunov_v1_observe_h_t_z4fbq,
+    lyapunov_v1_observe_h_t_47igz,
+    lyapunov_v1_observe_h_t_62qfa,
+    lyapunov_v1_observe_h_t_y7rm6,
+    lyapunov_v1_observe_h_t_xkg6l,
     lyapunov_v1_observe_h_J_C1,
     lyapunov_v1_observe_h_J_C3,
     lyapunov_v1_observe_h_J_C2,
-    lyapunov_v1_observe_h_e1,
-    lyapunov_v1_observe_h_e2,
-    lyapunov_v1_observe_h_B_1,
     lyapunov_v1_observe_h_Bl_1,
     lyapunov_v1_observe_h_t_xdulz,
-    lyapunov_v1_observe_h_B_2,
     lyapunov_v1_observe_h_Bl_2,
     lyapunov_v1_observe_h_t_uohf6,
-    lyapunov_v1_observe_h_t_47igz,
-    lyapunov_v1_observe_h_t_fcuad,
-    lyapunov_v1_observe_h_t_z4fbq,
     lyapunov_v1_observe_h_t_sfymc,
     lyapunov_v1_observe_h_t_g7pzr,
     lyapunov_v1_observe_h_t_urwo6,
-    lyapunov_v1_observe_h_t_os4zj_2,
-    lyapunov_v1_observe_h_ax_eq,
-    lyapunov_v1_observe_h_W_theta1,
-    lyapunov_v1_observe_h_W_theta2,
-    lyapunov_v1_observe_h_t_hyv47,
-    lyapunov_v1_observe_h_t_pi35k,
-    lyapunov_v1_observe_h_t_wvww5,
-    lyapunov_v1_observe_h_t_if7mv,
-    lyapunov_v1_observe_h_t_tmzpj,
-    lyapunov_v1_observe_h_t_62qfa,
-    lyapunov_v1_observe_h_t_y7rm6,
     lyapunov_v1_observe_h_t_bknng,
-    lyapunov_v1_observe_h_t_xkg6l,
 };
 
 /* what lyapunov_v1_observe computes once per run; 93 operations. */
@@ -4639,21 +4639,32 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -4663,66 +4674,55 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
     const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_pi35k = W_phi2 / (D2 * D2);
     h[lyapunov_v1_observe_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_observe_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_observe_h_D1] = D1;
-    h[lyapunov_v1_observe_h_k1] = k1;
     h[lyapunov_v1_observe_h_me1] = me1;
-    h[lyapunov_v1_observe_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_observe_h_mv1] = mv1;
     h[lyapunov_v1_observe_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_observe_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_observe_h_D2] = D2;
-    h[lyapunov_v1_observe_h_k2] = k2;
     h[lyapunov_v1_observe_h_me2] = me2;
-    h[lyapunov_v1_observe_h_t_popww] = t_popww;
-    h[lyapunov_v1_observe_h_mv2] = mv2;
     h[lyapunov_v1_observe_h_M_C] = M_C;
     h[lyapunov_v1_observe_h_x_C] = x_C;
+    h[lyapunov_v1_observe_h_e1] = e1;
+    h[lyapunov_v1_observe_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_observe_h_k1] = k1;
+    h[lyapunov_v1_observe_h_mv1] = mv1;
+    h[lyapunov_v1_observe_h_B_1] = B_1;
+    h[lyapunov_v1_observe_h_e2] = e2;
+    h[lyapunov_v1_observe_h_t_popww] = t_popww;
+    h[lyapunov_v1_observe_h_k2] = k2;
+    h[lyapunov_v1_observe_h_mv2] = mv2;
+    h[lyapunov_v1_observe_h_B_2] = B_2;
+    h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_observe_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_observe_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_observe_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_observe_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_observe_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_observe_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_observe_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_observe_h_t_os4zj_2] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_observe_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_observe_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v1_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_observe_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_observe_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v1_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v1_observe_h_J_C1] = J_C1;
     h[lyapunov_v1_observe_h_J_C3] = J_C3;
     h[lyapunov_v1_observe_h_J_C2] = J_C2;
-    h[lyapunov_v1_observe_h_e1] = e1;
-    h[lyapunov_v1_observe_h_e2] = e2;
-    h[lyapunov_v1_observe_h_B_1] = B_1;
     h[lyapunov_v1_observe_h_Bl_1] = Bl_1;
     h[lyapunov_v1_observe_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v1_observe_h_B_2] = B_2;
     h[lyapunov_v1_observe_h_Bl_2] = Bl_2;
     h[lyapunov_v1_observe_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v1_observe_h_t_47igz] = M_C + mv1 + mv2;
-    h[lyapunov_v1_observe_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v1_observe_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v1_observe_h_t_sfymc] = t_sfymc;
     h[lyapunov_v1_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
     h[lyapunov_v1_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_observe_h_t_os4zj_2] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_observe_h_ax_eq] = ax_eq;
-    h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
-    h[lyapunov_v1_observe_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_observe_h_t_hyv47] = t_hyv47;
-    h[lyapunov_v1_observe_h_t_pi35k] = t_pi35k;
-    h[lyapunov_v1_observe_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
-    h[lyapunov_v1_observe_h_t_if7mv] = t_hyv47 * p[I1];
-    h[lyapunov_v1_observe_h_t_tmzpj] = t_pi35k * p[I2];
-    h[lyapunov_v1_observe_h_t_62qfa] = p[F] * p[F];
-    h[lyapunov_v1_observe_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_observe_h_t_bknng] = p[b] + p[d] + x_C;
-    h[lyapunov_v1_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
 /* the rest of lyapunov_v1_observe; 1049 operations. */
@@ -4773,173 +4773,416 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     enum { t_os4zj = lyapunov_v1_observe_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_observe_h_t_yx2kz };
     enum { D1 = lyapunov_v1_observe_h_D1 };
-    enum { k1 = lyapunov_v1_observe_h_k1 };
     enum { me1 = lyapunov_v1_observe_h_me1 };
-    enum { t_6nwd2 = lyapunov_v1_observe_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v1_observe_h_mv1 };
     enum { t_nfvux = lyapunov_v1_observe_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_observe_h_t_frp3h };
     enum { D2 = lyapunov_v1_observe_h_D2 };
-    enum { k2 = lyapunov_v1_observe_h_k2 };
     enum { me2 = lyapunov_v1_observe_h_me2 };
-    enum { t_popww = lyapunov_v1_observe_h_t_popww };
-    enum { mv2 = lyapunov_v1_observe_h_mv2 };
     enum { M_C = lyapunov_v1_observe_h_M_C };
     enum { x_C = lyapunov_v1_observe_h_x_C };
+    enum { e1 = lyapunov_v1_observe_h_e1 };
+    enum { t_6nwd2 = lyapunov_v1_observe_h_t_6nwd2 };
+    enum { k1 = lyapunov_v1_observe_h_k1 };
+    enum { mv1 = lyapunov_v1_observe_h_mv1 };
+    enum { B_1 = lyapunov_v1_observe_h_B_1 };
+    enum { e2 = lyapunov_v1_observe_h_e2 };
+    enum { t_popww = lyapunov_v1_observe_h_t_popww };
+    enum { k2 = lyapunov_v1_observe_h_k2 };
+    enum { mv2 = lyapunov_v1_observe_h_mv2 };
+    enum { B_2 = lyapunov_v1_observe_h_B_2 };
+    enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
+    enum { t_hyv47 = lyapunov_v1_observe_h_t_hyv47 };
+    enum { t_if7mv = lyapunov_v1_observe_h_t_if7mv };
+    enum { t_pi35k = lyapunov_v1_observe_h_t_pi35k };
+    enum { t_tmzpj = lyapunov_v1_observe_h_t_tmzpj };
+    enum { W_theta2 = lyapunov_v1_observe_h_W_theta2 };
+    enum { t_wvww5 = lyapunov_v1_observe_h_t_wvww5 };
+    enum { ax_eq = lyapunov_v1_observe_h_ax_eq };
+    enum { t_os4zj_2 = lyapunov_v1_observe_h_t_os4zj_2 };
+    enum { t_fcuad = lyapunov_v1_observe_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_observe_h_t_z4fbq };
+    enum { t_47igz = lyapunov_v1_observe_h_t_47igz };
+    enum { t_62qfa = lyapunov_v1_observe_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_observe_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v1_observe_h_t_xkg6l };
     enum { J_C1 = lyapunov_v1_observe_h_J_C1 };
     enum { J_C3 = lyapunov_v1_observe_h_J_C3 };
     enum { J_C2 = lyapunov_v1_observe_h_J_C2 };
-    enum { e1 = lyapunov_v1_observe_h_e1 };
-    enum { e2 = lyapunov_v1_observe_h_e2 };
-    enum { B_1 = lyapunov_v1_observe_h_B_1 };
     enum { Bl_1 = lyapunov_v1_observe_h_Bl_1 };
     enum { t_xdulz = lyapunov_v1_observe_h_t_xdulz };
-    enum { B_2 = lyapunov_v1_observe_h_B_2 };
     enum { Bl_2 = lyapunov_v1_observe_h_Bl_2 };
     enum { t_uohf6 = lyapunov_v1_observe_h_t_uohf6 };
-    enum { t_47igz = lyapunov_v1_observe_h_t_47igz };
-    enum { t_fcuad = lyapunov_v1_observe_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v1_observe_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v1_observe_h_t_sfymc };
     enum { t_g7pzr = lyapunov_v1_observe_h_t_g7pzr };
     enum { t_urwo6 = lyapunov_v1_observe_h_t_urwo6 };
-    enum { t_os4zj_2 = lyapunov_v1_observe_h_t_os4zj_2 };
-    enum { ax_eq = lyapunov_v1_observe_h_ax_eq };
-    enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
-    enum { W_theta2 = lyapunov_v1_observe_h_W_theta2 };
-    enum { t_hyv47 = lyapunov_v1_observe_h_t_hyv47 };
-    enum { t_pi35k = lyapunov_v1_observe_h_t_pi35k };
-    enum { t_wvww5 = lyapunov_v1_observe_h_t_wvww5 };
-    enum { t_if7mv = lyapunov_v1_observe_h_t_if7mv };
-    enum { t_tmzpj = lyapunov_v1_observe_h_t_tmzpj };
-    enum { t_62qfa = lyapunov_v1_observe_h_t_62qfa };
-    enum { t_y7rm6 = lyapunov_v1_observe_h_t_y7rm6 };
     enum { t_bknng = lyapunov_v1_observe_h_t_bknng };
-    enum { t_xkg6l = lyapunov_v1_observe_h_t_xkg6l };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
     const real t_rzamr = cos_theta1 * q[wz];
     const real t_uu2cl = sin_theta1 * q[wy];
     const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
     const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
+    const real t_mallh = F_n1 * sin_theta1;
     const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
     const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_gsmye = t_nkpga * t_5zi7z;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_tbwda = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real D_theta2 = t_vptxp + p[I2];  /* (26) */
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_l53od = t_yy353 * t_vptxp;
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_rlilm = t_5zi7z * t_l4ozg;
+    const real k_phi1 = loss_phi1
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5zi7z_2
+        - t_5zi7z_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * q[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_2kwb7 = t_doiln * t_vptxp;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_vptxp_2
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_vptxp_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_btjgw = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z_2 * t_prfqf
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_bftmb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
+    const real t_yshzz = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp_2 * t_prfqf_2
+        - t_vptxp_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_a4jxz = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = h[D1] * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
+    const real t_gifwv = h[D2] * q[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_f6jle;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real g_1 = h[e1] - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_kd2xx + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_btjgw);
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_bftmb);
+    const real B_v1 = t_wij2f
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real C_v1 = t_aqbxr
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_ncnom;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_snurv = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc_2 * a2_v1
+        + t_f2nhc * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_kd2xx
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_3tpbw * t_ncnom;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_zzkan = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real t_hig3c = wqq_1 + wqq_2;
     const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
     const real t_vykvu = h[Bl_1] - eBc_1;
     const real t_vwbsx = h[Bl_2] - eBc_2;
     const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
@@ -4955,17 +5198,10 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
     const real t_hig3c_2 = wgS_1 + wgS_2;
     const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
     const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
     const real t_hig3c_3 = M_q1 + M_q2;
     const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
@@ -4985,257 +5221,27 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_3hais * cos_theta1
         + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_tbwda = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_tbwda;  /* (25) */
-    const real t_glcdw = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
-    const real t_wube7 = q[wx] * q[wx];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
-    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
-    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
-    const real k_phi1 = loss_phi1
-        - t_glcdw * t_wjugd
-        - t_glcdw * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5zi7z
-        - t_5zi7z * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
-        - h[t_yx2kz] * t_l4ozg * q[wx]
-        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * q[wx] * p[m1]
-        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_mqczk = sin_theta1 * gx_phi1;
-    const real t_hmyst = t_mqczk * p[h1];
-    const real cy_theta1 = t_hmyst - t_hjphj * t_tbwda;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
-    const real t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2;
-    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * q[wx];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5zi7z * t_hjux3;
-    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_glcdw * t_prfqf
-        + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
-        + t_7tj6u
-        - t_5zi7z * t_prfqf
-        - Dd_theta1 * q[wx];  /* (26) */
-    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_vptxp = t_pt6a7 * h[t_frp3h];
-    const real t_2542d = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
-    const real t_7ovbh = t_doiln * t_doiln;
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
-    const real t_2kwb7 = t_doiln * t_vptxp_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_vptxp
-        - t_2542d * t_7ovbh
-        - t_2542d * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_vptxp
-        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
-        - t_doiln * h[t_frp3h] * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * q[wx] * p[m2]
-        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7s3si = gx_phi2 * sin_theta2;
-    const real t_4urq3 = t_7s3si * p[h2];
-    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
-    const real t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2;
-    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_vptxp * t_mw75j;
-    const real t_yshzz = Dd_theta2 * q[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_2kwb7
-        + t_2542d * t_prfqf_2
-        + t_2kwb7 * t_mw75j
-        + t_yshzz
-        - t_vptxp * t_prfqf_2
-        - t_vptxp * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
-    const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda);
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
-    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3);
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
-    const real t_wij2f = q[vy] * c[r1];
-    const real t_o2gar = h[D1] * q[phi1_dot];
-    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_gifwv = h[D2] * q[phi2_dot];
-    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_btjgw = D_theta1 * q[theta1_dot];
-    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z_2 * q[wx] + cz_theta1 * q[wz] + t_btjgw);
-    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_bftmb = D_theta2 * q[theta2_dot];
-    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp_2 * q[wx] + cz_theta2 * q[wz] + t_bftmb);
-    const real B_v1 = t_wij2f
-        - t_vl3yj * gy_phi1
-        - t_afrcl * gy_phi2
-        - t_c2kne * gy_theta1
-        - t_v7ev3 * gy_theta2;  /* (29) */
-    const real t_aqbxr = q[vz] * c[r2];
-    const real C_v1 = t_aqbxr
-        - t_vl3yj * gz_phi1
-        - t_afrcl * gz_phi2
-        + t_c2kne * t_mqczk
-        + t_v7ev3 * t_7s3si;  /* (29) */
-    const real t_4goj4 = h[ax_eq] * gx_phi1;
-    const real t_w4j4g = h[ax_eq] * gx_phi2;
-    const real g1_v1 = q[att1] * c[r3]
-        - t_aqbxr * q[vy]
-        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
-        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
-        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
-        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
-        + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real g2_v1 = q[att2] * c[r5]
-        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-        + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real g3_v1 = q[att3] * c[r7]
-        - t_wij2f * q[vx]
-        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2);  /* (29) */
-    const real t_gsmye = t_nkpga * t_5zi7z_2;
-    const real t_l53od = t_yy353 * t_vptxp_2;
-    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
-    const real f22_v1 = c[r6]
-        - h[t_hyv47] * (t_eunpd * t_eunpd)
-        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
-        - t_nkpga * (cy_theta1 * cy_theta1)
-        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
-        + h[t_pi35k] * t_ikrsv * cz_phi2
-        - t_nkpga * cy_theta1 * cz_theta1
-        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
-    const real f33_v1 = c[r8]
-        - h[t_hyv47] * (cz_phi1 * cz_phi1)
-        - h[t_pi35k] * (cz_phi2 * cz_phi2)
-        - t_nkpga * (cz_theta1 * cz_theta1)
-        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_f6jle = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_f6jle;
-    const real f_v1_L31 = f31_v1 * t_f6jle;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj_2 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_suqla * t_6dtnj_2;
-    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_a4jxz = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_snurv = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_bap4n
-        + G3_v1 * t_bap4n_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_kd2xx_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_3tpbw * t_ncnom;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_ncnom;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_zzkan = Pq_v1 * Pq_v1
-        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
-    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
+    const real t_exl37_2 = t_f2nhc * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj_2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
-    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
-    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
-    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
-    const real delta2_v1 = mv_asin(sin_d2_v1);
-    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
@@ -5244,7 +5250,7 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
     const real t_6dtnj_3 = K(1.0) / K_D3;
     const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
     const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
@@ -5262,8 +5268,8 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - G3_v1 * K66
         + t_bap4n_2 * ax_v1
         + t_bap4n_2 * da_v1_x1
-        + t_kd2xx_2 * a2_v1
-        + t_kd2xx_2 * da_v1_x2
+        + t_kd2xx * a2_v1
+        + t_kd2xx * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
         + K64 * t_ncnom;
@@ -5278,26 +5284,20 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         + K53 * da_v1_x3
         - K54 * t_ncnom
         + t_jczim * h[t_bknng];
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_gbb3a = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
     const real da_act_y2 = df2_act + t_exl37 * df1_act;
     const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
     const real da_act_x3 = da_act_y3 * t_6dtnj_3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
     const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
     const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real My = My_v1
         - df3_act * h[t_bknng]
         + t_bap4n_2 * da_act_x1
-        + t_kd2xx_2 * da_act_x2
+        + t_kd2xx * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v1
         - t_bap4n * da_act_x1
@@ -5339,26 +5339,23 @@ enum {
     lyapunov_v1_loop_euler_h_t_yx2kz,
     lyapunov_v1_loop_euler_h_D1,
     lyapunov_v1_loop_euler_h_t_gbl6n,
-    lyapunov_v1_loop_euler_h_k1,
     lyapunov_v1_loop_euler_h_me1,
-    lyapunov_v1_loop_euler_h_t_6nwd2,
-    lyapunov_v1_loop_euler_h_mv1,
     lyapunov_v1_loop_euler_h_t_nfvux,
     lyapunov_v1_loop_euler_h_t_frp3h,
     lyapunov_v1_loop_euler_h_D2,
     lyapunov_v1_loop_euler_h_t_jx6g7,
-    lyapunov_v1_loop_euler_h_k2,
     lyapunov_v1_loop_euler_h_me2,
-    lyapunov_v1_loop_euler_h_t_popww,
-    lyapunov_v1_loop_euler_h_mv2,
     lyapunov_v1_loop_euler_h_M_C,
     lyapunov_v1_loop_euler_h_x_C,
-    lyapunov_v1_loop_euler_h_J_C1,
-    lyapunov_v1_loop_euler_h_J_C3,
-    lyapunov_v1_loop_euler_h_J_C2,
     lyapunov_v1_loop_euler_h_e1,
-    lyapunov_v1_loop_euler_h_e2,
+    lyapunov_v1_loop_euler_h_t_6nwd2,
+    lyapunov_v1_loop_euler_h_k1,
+    lyapunov_v1_loop_euler_h_mv1,
     lyapunov_v1_loop_euler_h_B_1,
+    lyapunov_v1_loop_euler_h_e2,
+    lyapunov_v1_loop_euler_h_t_popww,
+    lyapunov_v1_loop_euler_h_k2,
+    lyapunov_v1_loop_euler_h_mv2,
     lyapunov_v1_loop_euler_h_B_2,
     lyapunov_v1_loop_euler_h_W_theta1,
     lyapunov_v1_loop_euler_h_t_hyv47,
@@ -5375,6 +5372,9 @@ enum {
     lyapunov_v1_loop_euler_h_t_62qfa,
     lyapunov_v1_loop_euler_h_t_y7rm6,
     lyapunov_v1_loop_euler_h_t_xkg6l,
+    lyapunov_v1_loop_euler_h_J_C1,
+    lyapunov_v1_loop_euler_h_J_C3,
+    lyapunov_v1_loop_euler_h_J_C2,
     lyapunov_v1_loop_euler_h_Bl_1,
     lyapunov_v1_loop_euler_h_t_xdulz,
     lyapunov_v1_loop_euler_h_Bl_2,
@@ -5417,22 +5417,33 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     const real D1 = t_yx2kz + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
     const real M_C = t_omhyl + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -5442,17 +5453,6 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real B_2 = me2 * p[l2];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
@@ -5460,26 +5460,23 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_euler_h_D1] = D1;
     h[lyapunov_v1_loop_euler_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v1_loop_euler_h_k1] = k1;
     h[lyapunov_v1_loop_euler_h_me1] = me1;
-    h[lyapunov_v1_loop_euler_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_loop_euler_h_mv1] = mv1;
     h[lyapunov_v1_loop_euler_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_euler_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_euler_h_D2] = D2;
     h[lyapunov_v1_loop_euler_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v1_loop_euler_h_k2] = k2;
     h[lyapunov_v1_loop_euler_h_me2] = me2;
-    h[lyapunov_v1_loop_euler_h_t_popww] = t_popww;
-    h[lyapunov_v1_loop_euler_h_mv2] = mv2;
     h[lyapunov_v1_loop_euler_h_M_C] = M_C;
     h[lyapunov_v1_loop_euler_h_x_C] = x_C;
-    h[lyapunov_v1_loop_euler_h_J_C1] = J_C1;
-    h[lyapunov_v1_loop_euler_h_J_C3] = J_C3;
-    h[lyapunov_v1_loop_euler_h_J_C2] = J_C2;
     h[lyapunov_v1_loop_euler_h_e1] = e1;
-    h[lyapunov_v1_loop_euler_h_e2] = e2;
+    h[lyapunov_v1_loop_euler_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_loop_euler_h_k1] = k1;
+    h[lyapunov_v1_loop_euler_h_mv1] = mv1;
     h[lyapunov_v1_loop_euler_h_B_1] = B_1;
+    h[lyapunov_v1_loop_euler_h_e2] = e2;
+    h[lyapunov_v1_loop_euler_h_t_popww] = t_popww;
+    h[lyapunov_v1_loop_euler_h_k2] = k2;
+    h[lyapunov_v1_loop_euler_h_mv2] = mv2;
     h[lyapunov_v1_loop_euler_h_B_2] = B_2;
     h[lyapunov_v1_loop_euler_h_W_theta1] = W_theta1;
     h[lyapunov_v1_loop_euler_h_t_hyv47] = t_hyv47;
@@ -5496,6 +5493,9 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v1_loop_euler_h_J_C1] = J_C1;
+    h[lyapunov_v1_loop_euler_h_J_C3] = J_C3;
+    h[lyapunov_v1_loop_euler_h_J_C2] = J_C2;
     h[lyapunov_v1_loop_euler_h_Bl_1] = Bl_1;
     h[lyapunov_v1_loop_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_loop_euler_h_Bl_2] = Bl_2;
@@ -5557,26 +5557,23 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_yx2kz = lyapunov_v1_loop_euler_h_t_yx2kz };
     enum { D1 = lyapunov_v1_loop_euler_h_D1 };
     enum { t_gbl6n = lyapunov_v1_loop_euler_h_t_gbl6n };
-    enum { k1 = lyapunov_v1_loop_euler_h_k1 };
     enum { me1 = lyapunov_v1_loop_euler_h_me1 };
-    enum { t_6nwd2 = lyapunov_v1_loop_euler_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v1_loop_euler_h_mv1 };
     enum { t_nfvux = lyapunov_v1_loop_euler_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_euler_h_t_frp3h };
     enum { D2 = lyapunov_v1_loop_euler_h_D2 };
     enum { t_jx6g7 = lyapunov_v1_loop_euler_h_t_jx6g7 };
-    enum { k2 = lyapunov_v1_loop_euler_h_k2 };
     enum { me2 = lyapunov_v1_loop_euler_h_me2 };
-    enum { t_popww = lyapunov_v1_loop_euler_h_t_popww };
-    enum { mv2 = lyapunov_v1_loop_euler_h_mv2 };
     enum { M_C = lyapunov_v1_loop_euler_h_M_C };
     enum { x_C = lyapunov_v1_loop_euler_h_x_C };
-    enum { J_C1 = lyapunov_v1_loop_euler_h_J_C1 };
-    enum { J_C3 = lyapunov_v1_loop_euler_h_J_C3 };
-    enum { J_C2 = lyapunov_v1_loop_euler_h_J_C2 };
     enum { e1 = lyapunov_v1_loop_euler_h_e1 };
-    enum { e2 = lyapunov_v1_loop_euler_h_e2 };
+    enum { t_6nwd2 = lyapunov_v1_loop_euler_h_t_6nwd2 };
+    enum { k1 = lyapunov_v1_loop_euler_h_k1 };
+    enum { mv1 = lyapunov_v1_loop_euler_h_mv1 };
     enum { B_1 = lyapunov_v1_loop_euler_h_B_1 };
+    enum { e2 = lyapunov_v1_loop_euler_h_e2 };
+    enum { t_popww = lyapunov_v1_loop_euler_h_t_popww };
+    enum { k2 = lyapunov_v1_loop_euler_h_k2 };
+    enum { mv2 = lyapunov_v1_loop_euler_h_mv2 };
     enum { B_2 = lyapunov_v1_loop_euler_h_B_2 };
     enum { W_theta1 = lyapunov_v1_loop_euler_h_W_theta1 };
     enum { t_hyv47 = lyapunov_v1_loop_euler_h_t_hyv47 };
@@ -5593,6 +5590,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_62qfa = lyapunov_v1_loop_euler_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_loop_euler_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_loop_euler_h_t_xkg6l };
+    enum { J_C1 = lyapunov_v1_loop_euler_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_loop_euler_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_loop_euler_h_J_C2 };
     enum { Bl_1 = lyapunov_v1_loop_euler_h_Bl_1 };
     enum { t_xdulz = lyapunov_v1_loop_euler_h_t_xdulz };
     enum { Bl_2 = lyapunov_v1_loop_euler_h_Bl_2 };
@@ -5603,12 +5603,13 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_bknng = lyapunov_v1_loop_euler_h_t_bknng };
     enum { t_ibe72 = lyapunov_v1_loop_euler_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v1_loop_euler_h_t_r7vy7 };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -5623,10 +5624,8 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -5855,6 +5854,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
@@ -5935,16 +5935,18 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
     const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
@@ -6190,8 +6192,6 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -6348,8 +6348,10 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     enum { t_gbl6n = lyapunov_v1_loop_reduced_h_t_gbl6n };
     enum { t_jx6g7 = lyapunov_v1_loop_reduced_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -6397,10 +6399,8 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_zlzao = gy_phi2 * p[h2];
@@ -6710,8 +6710,12 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { t_gbl6n = lyapunov_v1_loop_reduced_euler_h_t_gbl6n };
     enum { t_jx6g7 = lyapunov_v1_loop_reduced_euler_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -6759,10 +6763,8 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_zlzao = gy_phi2 * p[h2];
@@ -6901,8 +6903,6 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real u_v1_x1 = -t_pgbjp;
     const real t_zzjzp = B_v1 * c[w1];
     const real t_dnphw = C_v1 * c[w2];
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -6945,38 +6945,38 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
 
 /* Places of h. */
 enum {
-    lyapunov_v2_h_k1,
     lyapunov_v2_h_me1,
-    lyapunov_v2_h_t_6nwd2,
-    lyapunov_v2_h_mv1,
-    lyapunov_v2_h_k2,
     lyapunov_v2_h_me2,
-    lyapunov_v2_h_t_popww,
-    lyapunov_v2_h_mv2,
     lyapunov_v2_h_M_C,
     lyapunov_v2_h_x_C,
+    lyapunov_v2_h_e1,
+    lyapunov_v2_h_t_6nwd2,
+    lyapunov_v2_h_k1,
+    lyapunov_v2_h_mv1,
+    lyapunov_v2_h_B_1,
+    lyapunov_v2_h_e2,
+    lyapunov_v2_h_t_popww,
+    lyapunov_v2_h_k2,
+    lyapunov_v2_h_mv2,
+    lyapunov_v2_h_B_2,
+    lyapunov_v2_h_t_t6fx5,
+    lyapunov_v2_h_t_fcuad,
+    lyapunov_v2_h_t_z4fbq,
+    lyapunov_v2_h_t_yjeu3,
+    lyapunov_v2_h_t_ma4ro,
+    lyapunov_v2_h_t_47igz,
+    lyapunov_v2_h_t_62qfa,
+    lyapunov_v2_h_t_y7rm6,
     lyapunov_v2_h_J_C1,
     lyapunov_v2_h_J_C3,
     lyapunov_v2_h_J_C2,
-    lyapunov_v2_h_e1,
-    lyapunov_v2_h_e2,
-    lyapunov_v2_h_B_1,
     lyapunov_v2_h_Bl_1,
     lyapunov_v2_h_t_xdulz,
-    lyapunov_v2_h_B_2,
     lyapunov_v2_h_Bl_2,
     lyapunov_v2_h_t_uohf6,
-    lyapunov_v2_h_t_47igz,
-    lyapunov_v2_h_t_fcuad,
-    lyapunov_v2_h_t_z4fbq,
     lyapunov_v2_h_t_sfymc,
     lyapunov_v2_h_t_g7pzr,
     lyapunov_v2_h_t_urwo6,
-    lyapunov_v2_h_t_t6fx5,
-    lyapunov_v2_h_t_yjeu3,
-    lyapunov_v2_h_t_ma4ro,
-    lyapunov_v2_h_t_62qfa,
-    lyapunov_v2_h_t_y7rm6,
     lyapunov_v2_h_t_bknng,
 };
 
@@ -7006,18 +7006,22 @@ void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -7027,45 +7031,41 @@ void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
     const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_h_k1] = k1;
     h[lyapunov_v2_h_me1] = me1;
-    h[lyapunov_v2_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_h_mv1] = mv1;
-    h[lyapunov_v2_h_k2] = k2;
     h[lyapunov_v2_h_me2] = me2;
-    h[lyapunov_v2_h_t_popww] = t_popww;
-    h[lyapunov_v2_h_mv2] = mv2;
     h[lyapunov_v2_h_M_C] = M_C;
     h[lyapunov_v2_h_x_C] = x_C;
+    h[lyapunov_v2_h_e1] = e1;
+    h[lyapunov_v2_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_h_k1] = k1;
+    h[lyapunov_v2_h_mv1] = mv1;
+    h[lyapunov_v2_h_B_1] = B_1;
+    h[lyapunov_v2_h_e2] = e2;
+    h[lyapunov_v2_h_t_popww] = t_popww;
+    h[lyapunov_v2_h_k2] = k2;
+    h[lyapunov_v2_h_mv2] = mv2;
+    h[lyapunov_v2_h_B_2] = B_2;
+    h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_h_J_C1] = J_C1;
     h[lyapunov_v2_h_J_C3] = J_C3;
     h[lyapunov_v2_h_J_C2] = J_C2;
-    h[lyapunov_v2_h_e1] = e1;
-    h[lyapunov_v2_h_e2] = e2;
-    h[lyapunov_v2_h_B_1] = B_1;
     h[lyapunov_v2_h_Bl_1] = Bl_1;
     h[lyapunov_v2_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v2_h_B_2] = B_2;
     h[lyapunov_v2_h_Bl_2] = Bl_2;
     h[lyapunov_v2_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v2_h_t_47igz] = M_C + mv1 + mv2;
-    h[lyapunov_v2_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v2_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_h_t_sfymc] = t_sfymc;
     h[lyapunov_v2_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
     h[lyapunov_v2_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
-    h[lyapunov_v2_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_h_t_62qfa] = p[F] * p[F];
-    h[lyapunov_v2_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
@@ -7108,159 +7108,219 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { k1 = lyapunov_v2_h_k1 };
     enum { me1 = lyapunov_v2_h_me1 };
-    enum { t_6nwd2 = lyapunov_v2_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v2_h_mv1 };
-    enum { k2 = lyapunov_v2_h_k2 };
     enum { me2 = lyapunov_v2_h_me2 };
-    enum { t_popww = lyapunov_v2_h_t_popww };
-    enum { mv2 = lyapunov_v2_h_mv2 };
     enum { M_C = lyapunov_v2_h_M_C };
     enum { x_C = lyapunov_v2_h_x_C };
+    enum { e1 = lyapunov_v2_h_e1 };
+    enum { t_6nwd2 = lyapunov_v2_h_t_6nwd2 };
+    enum { k1 = lyapunov_v2_h_k1 };
+    enum { mv1 = lyapunov_v2_h_mv1 };
+    enum { B_1 = lyapunov_v2_h_B_1 };
+    enum { e2 = lyapunov_v2_h_e2 };
+    enum { t_popww = lyapunov_v2_h_t_popww };
+    enum { k2 = lyapunov_v2_h_k2 };
+    enum { mv2 = lyapunov_v2_h_mv2 };
+    enum { B_2 = lyapunov_v2_h_B_2 };
+    enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
+    enum { t_fcuad = lyapunov_v2_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_h_t_z4fbq };
+    enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_h_t_ma4ro };
+    enum { t_47igz = lyapunov_v2_h_t_47igz };
+    enum { t_62qfa = lyapunov_v2_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_h_t_y7rm6 };
     enum { J_C1 = lyapunov_v2_h_J_C1 };
     enum { J_C3 = lyapunov_v2_h_J_C3 };
     enum { J_C2 = lyapunov_v2_h_J_C2 };
-    enum { e1 = lyapunov_v2_h_e1 };
-    enum { e2 = lyapunov_v2_h_e2 };
-    enum { B_1 = lyapunov_v2_h_B_1 };
     enum { Bl_1 = lyapunov_v2_h_Bl_1 };
     enum { t_xdulz = lyapunov_v2_h_t_xdulz };
-    enum { B_2 = lyapunov_v2_h_B_2 };
     enum { Bl_2 = lyapunov_v2_h_Bl_2 };
     enum { t_uohf6 = lyapunov_v2_h_t_uohf6 };
-    enum { t_47igz = lyapunov_v2_h_t_47igz };
-    enum { t_fcuad = lyapunov_v2_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v2_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v2_h_t_sfymc };
     enum { t_g7pzr = lyapunov_v2_h_t_g7pzr };
     enum { t_urwo6 = lyapunov_v2_h_t_urwo6 };
-    enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
-    enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
-    enum { t_ma4ro = lyapunov_v2_h_t_ma4ro };
-    enum { t_62qfa = lyapunov_v2_h_t_62qfa };
-    enum { t_y7rm6 = lyapunov_v2_h_t_y7rm6 };
     enum { t_bknng = lyapunov_v2_h_t_bknng };
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = x[wx] * x[wy];
+    const real lc_1 = cos_phi1 * p[l1];
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
+    const real t_mallh = F_n1 * sin_theta1;
     const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + x[phi2_dot];
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
     const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real g_1 = h[e1] - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_kd2xx + wqS_2;
+    const real W13 = x[wx] * x[wz];
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real t_mlur2 = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_mlur2;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_vo4h3 = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_kd2xx
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_3tpbw * t_mlur2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_6owaj = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real t_hig3c = wqq_1 + wqq_2;
     const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
     const real t_vykvu = h[Bl_1] - eBc_1;
     const real t_vwbsx = h[Bl_2] - eBc_2;
     const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
@@ -7276,17 +7336,10 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
         - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
     const real t_hig3c_2 = wgS_1 + wgS_2;
     const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
     const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
     const real t_hig3c_3 = M_q1 + M_q2;
     const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
@@ -7306,80 +7359,27 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
         - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_3hais * cos_theta1
         + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
+    const real t_exl37_2 = t_f2nhc * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
     const real t_6dtnj = K(1.0) / K_D2;
     const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real B_v2 = x[vy] * c[r1];  /* (29) */
-    const real C_v2 = x[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
-    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_mlur2 = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_vo4h3 = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_bap4n
-        + G3_v2 * t_bap4n_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_kd2xx_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_3tpbw * t_mlur2;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_mlur2;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_6owaj = Pq_v2 * Pq_v2
-        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
-    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
-    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
@@ -7405,8 +7405,8 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
         - G3_v2 * K66
         + t_bap4n_2 * ax_v2
         + t_bap4n_2 * da_v2_x1
-        + t_kd2xx_2 * a2_v2
-        + t_kd2xx_2 * da_v2_x2
+        + t_kd2xx * a2_v2
+        + t_kd2xx * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
         + K64 * t_mlur2;
@@ -7431,23 +7431,20 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
 /* Places of h. */
 enum {
     lyapunov_v2_loop_h_t_gbl6n,
-    lyapunov_v2_loop_h_k1,
     lyapunov_v2_loop_h_me1,
-    lyapunov_v2_loop_h_t_6nwd2,
-    lyapunov_v2_loop_h_mv1,
     lyapunov_v2_loop_h_t_jx6g7,
-    lyapunov_v2_loop_h_k2,
     lyapunov_v2_loop_h_me2,
-    lyapunov_v2_loop_h_t_popww,
-    lyapunov_v2_loop_h_mv2,
     lyapunov_v2_loop_h_M_C,
     lyapunov_v2_loop_h_x_C,
-    lyapunov_v2_loop_h_J_C1,
-    lyapunov_v2_loop_h_J_C3,
-    lyapunov_v2_loop_h_J_C2,
     lyapunov_v2_loop_h_e1,
-    lyapunov_v2_loop_h_e2,
+    lyapunov_v2_loop_h_t_6nwd2,
+    lyapunov_v2_loop_h_k1,
+    lyapunov_v2_loop_h_mv1,
     lyapunov_v2_loop_h_B_1,
+    lyapunov_v2_loop_h_e2,
+    lyapunov_v2_loop_h_t_popww,
+    lyapunov_v2_loop_h_k2,
+    lyapunov_v2_loop_h_mv2,
     lyapunov_v2_loop_h_B_2,
     lyapunov_v2_loop_h_t_t6fx5,
     lyapunov_v2_loop_h_t_fcuad,
@@ -7458,6 +7455,9 @@ enum {
     lyapunov_v2_loop_h_t_62qfa,
     lyapunov_v2_loop_h_t_y7rm6,
     lyapunov_v2_loop_h_t_xkg6l,
+    lyapunov_v2_loop_h_J_C1,
+    lyapunov_v2_loop_h_J_C3,
+    lyapunov_v2_loop_h_J_C2,
     lyapunov_v2_loop_h_Bl_1,
     lyapunov_v2_loop_h_t_xdulz,
     lyapunov_v2_loop_h_Bl_2,
@@ -7498,19 +7498,23 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -7520,31 +7524,24 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     h[lyapunov_v2_loop_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v2_loop_h_k1] = k1;
     h[lyapunov_v2_loop_h_me1] = me1;
-    h[lyapunov_v2_loop_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_loop_h_mv1] = mv1;
     h[lyapunov_v2_loop_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v2_loop_h_k2] = k2;
     h[lyapunov_v2_loop_h_me2] = me2;
-    h[lyapunov_v2_loop_h_t_popww] = t_popww;
-    h[lyapunov_v2_loop_h_mv2] = mv2;
     h[lyapunov_v2_loop_h_M_C] = M_C;
     h[lyapunov_v2_loop_h_x_C] = x_C;
-    h[lyapunov_v2_loop_h_J_C1] = J_C1;
-    h[lyapunov_v2_loop_h_J_C3] = J_C3;
-    h[lyapunov_v2_loop_h_J_C2] = J_C2;
     h[lyapunov_v2_loop_h_e1] = e1;
-    h[lyapunov_v2_loop_h_e2] = e2;
+    h[lyapunov_v2_loop_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_loop_h_k1] = k1;
+    h[lyapunov_v2_loop_h_mv1] = mv1;
     h[lyapunov_v2_loop_h_B_1] = B_1;
+    h[lyapunov_v2_loop_h_e2] = e2;
+    h[lyapunov_v2_loop_h_t_popww] = t_popww;
+    h[lyapunov_v2_loop_h_k2] = k2;
+    h[lyapunov_v2_loop_h_mv2] = mv2;
     h[lyapunov_v2_loop_h_B_2] = B_2;
     h[lyapunov_v2_loop_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_loop_h_t_fcuad] = e1 * me1;
@@ -7555,6 +7552,9 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v2_loop_h_J_C1] = J_C1;
+    h[lyapunov_v2_loop_h_J_C3] = J_C3;
+    h[lyapunov_v2_loop_h_J_C2] = J_C2;
     h[lyapunov_v2_loop_h_Bl_1] = Bl_1;
     h[lyapunov_v2_loop_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_loop_h_Bl_2] = Bl_2;
@@ -7609,23 +7609,20 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     enum { t_gbl6n = lyapunov_v2_loop_h_t_gbl6n };
-    enum { k1 = lyapunov_v2_loop_h_k1 };
     enum { me1 = lyapunov_v2_loop_h_me1 };
-    enum { t_6nwd2 = lyapunov_v2_loop_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v2_loop_h_mv1 };
     enum { t_jx6g7 = lyapunov_v2_loop_h_t_jx6g7 };
-    enum { k2 = lyapunov_v2_loop_h_k2 };
     enum { me2 = lyapunov_v2_loop_h_me2 };
-    enum { t_popww = lyapunov_v2_loop_h_t_popww };
-    enum { mv2 = lyapunov_v2_loop_h_mv2 };
     enum { M_C = lyapunov_v2_loop_h_M_C };
     enum { x_C = lyapunov_v2_loop_h_x_C };
-    enum { J_C1 = lyapunov_v2_loop_h_J_C1 };
-    enum { J_C3 = lyapunov_v2_loop_h_J_C3 };
-    enum { J_C2 = lyapunov_v2_loop_h_J_C2 };
     enum { e1 = lyapunov_v2_loop_h_e1 };
-    enum { e2 = lyapunov_v2_loop_h_e2 };
+    enum { t_6nwd2 = lyapunov_v2_loop_h_t_6nwd2 };
+    enum { k1 = lyapunov_v2_loop_h_k1 };
+    enum { mv1 = lyapunov_v2_loop_h_mv1 };
     enum { B_1 = lyapunov_v2_loop_h_B_1 };
+    enum { e2 = lyapunov_v2_loop_h_e2 };
+    enum { t_popww = lyapunov_v2_loop_h_t_popww };
+    enum { k2 = lyapunov_v2_loop_h_k2 };
+    enum { mv2 = lyapunov_v2_loop_h_mv2 };
     enum { B_2 = lyapunov_v2_loop_h_B_2 };
     enum { t_t6fx5 = lyapunov_v2_loop_h_t_t6fx5 };
     enum { t_fcuad = lyapunov_v2_loop_h_t_fcuad };
@@ -7636,6 +7633,9 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { t_62qfa = lyapunov_v2_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_loop_h_t_xkg6l };
+    enum { J_C1 = lyapunov_v2_loop_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_loop_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_loop_h_J_C2 };
     enum { Bl_1 = lyapunov_v2_loop_h_Bl_1 };
     enum { t_xdulz = lyapunov_v2_loop_h_t_xdulz };
     enum { Bl_2 = lyapunov_v2_loop_h_Bl_2 };
@@ -7646,12 +7646,13 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { t_bknng = lyapunov_v2_loop_h_t_bknng };
     enum { t_ibe72 = lyapunov_v2_loop_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v2_loop_h_t_r7vy7 };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -7664,10 +7665,8 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -7729,6 +7728,7 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
@@ -7797,16 +7797,16 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
@@ -8073,40 +8073,40 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
 
 /* Places of h. */
 enum {
-    lyapunov_v2_observe_h_k1,
     lyapunov_v2_observe_h_me1,
-    lyapunov_v2_observe_h_t_6nwd2,
-    lyapunov_v2_observe_h_mv1,
-    lyapunov_v2_observe_h_k2,
     lyapunov_v2_observe_h_me2,
-    lyapunov_v2_observe_h_t_popww,
-    lyapunov_v2_observe_h_mv2,
     lyapunov_v2_observe_h_M_C,
     lyapunov_v2_observe_h_x_C,
+    lyapunov_v2_observe_h_e1,
+    lyapunov_v2_observe_h_t_6nwd2,
+    lyapunov_v2_observe_h_k1,
+    lyapunov_v2_observe_h_mv1,
+    lyapunov_v2_observe_h_B_1,
+    lyapunov_v2_observe_h_e2,
+    lyapunov_v2_observe_h_t_popww,
+    lyapunov_v2_observe_h_k2,
+    lyapunov_v2_observe_h_mv2,
+    lyapunov_v2_observe_h_B_2,
+    lyapunov_v2_observe_h_t_t6fx5,
+    lyapunov_v2_observe_h_t_fcuad,
+    lyapunov_v2_observe_h_t_z4fbq,
+    lyapunov_v2_observe_h_t_yjeu3,
+    lyapunov_v2_observe_h_t_ma4ro,
+    lyapunov_v2_observe_h_t_47igz,
+    lyapunov_v2_observe_h_t_62qfa,
+    lyapunov_v2_observe_h_t_y7rm6,
+    lyapunov_v2_observe_h_t_xkg6l,
     lyapunov_v2_observe_h_J_C1,
     lyapunov_v2_observe_h_J_C3,
     lyapunov_v2_observe_h_J_C2,
-    lyapunov_v2_observe_h_e1,
-    lyapunov_v2_observe_h_e2,
-    lyapunov_v2_observe_h_B_1,
     lyapunov_v2_observe_h_Bl_1,
     lyapunov_v2_observe_h_t_xdulz,
-    lyapunov_v2_observe_h_B_2,
     lyapunov_v2_observe_h_Bl_2,
     lyapunov_v2_observe_h_t_uohf6,
-    lyapunov_v2_observe_h_t_47igz,
-    lyapunov_v2_observe_h_t_fcuad,
-    lyapunov_v2_observe_h_t_z4fbq,
     lyapunov_v2_observe_h_t_sfymc,
     lyapunov_v2_observe_h_t_g7pzr,
     lyapunov_v2_observe_h_t_urwo6,
-    lyapunov_v2_observe_h_t_t6fx5,
-    lyapunov_v2_observe_h_t_yjeu3,
-    lyapunov_v2_observe_h_t_ma4ro,
-    lyapunov_v2_observe_h_t_62qfa,
-    lyapunov_v2_observe_h_t_y7rm6,
     lyapunov_v2_observe_h_t_bknng,
-    lyapunov_v2_observe_h_t_xkg6l,
 };
 
 /* what lyapunov_v2_observe computes once per run; 76 operations. */
@@ -8136,18 +8136,22 @@ void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
     const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
     const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_nkfhl * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_xgfi7 * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -8157,47 +8161,43 @@ void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
     const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_observe_h_k1] = k1;
     h[lyapunov_v2_observe_h_me1] = me1;
-    h[lyapunov_v2_observe_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_observe_h_mv1] = mv1;
-    h[lyapunov_v2_observe_h_k2] = k2;
     h[lyapunov_v2_observe_h_me2] = me2;
-    h[lyapunov_v2_observe_h_t_popww] = t_popww;
-    h[lyapunov_v2_observe_h_mv2] = mv2;
     h[lyapunov_v2_observe_h_M_C] = M_C;
     h[lyapunov_v2_observe_h_x_C] = x_C;
+    h[lyapunov_v2_observe_h_e1] = e1;
+    h[lyapunov_v2_observe_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_observe_h_k1] = k1;
+    h[lyapunov_v2_observe_h_mv1] = mv1;
+    h[lyapunov_v2_observe_h_B_1] = B_1;
+    h[lyapunov_v2_observe_h_e2] = e2;
+    h[lyapunov_v2_observe_h_t_popww] = t_popww;
+    h[lyapunov_v2_observe_h_k2] = k2;
+    h[lyapunov_v2_observe_h_mv2] = mv2;
+    h[lyapunov_v2_observe_h_B_2] = B_2;
+    h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_observe_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_observe_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_observe_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_observe_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_observe_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v2_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v2_observe_h_J_C1] = J_C1;
     h[lyapunov_v2_observe_h_J_C3] = J_C3;
     h[lyapunov_v2_observe_h_J_C2] = J_C2;
-    h[lyapunov_v2_observe_h_e1] = e1;
-    h[lyapunov_v2_observe_h_e2] = e2;
-    h[lyapunov_v2_observe_h_B_1] = B_1;
     h[lyapunov_v2_observe_h_Bl_1] = Bl_1;
     h[lyapunov_v2_observe_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v2_observe_h_B_2] = B_2;
     h[lyapunov_v2_observe_h_Bl_2] = Bl_2;
     h[lyapunov_v2_observe_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v2_observe_h_t_47igz] = M_C + mv1 + mv2;
-    h[lyapunov_v2_observe_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v2_observe_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_observe_h_t_sfymc] = t_sfymc;
     h[lyapunov_v2_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
     h[lyapunov_v2_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
-    h[lyapunov_v2_observe_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_observe_h_t_62qfa] = p[F] * p[F];
-    h[lyapunov_v2_observe_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_observe_h_t_bknng] = p[b] + p[d] + x_C;
-    h[lyapunov_v2_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
 /* the rest of lyapunov_v2_observe; 618 operations. */
@@ -8241,160 +8241,226 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { k1 = lyapunov_v2_observe_h_k1 };
     enum { me1 = lyapunov_v2_observe_h_me1 };
-    enum { t_6nwd2 = lyapunov_v2_observe_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v2_observe_h_mv1 };
-    enum { k2 = lyapunov_v2_observe_h_k2 };
     enum { me2 = lyapunov_v2_observe_h_me2 };
-    enum { t_popww = lyapunov_v2_observe_h_t_popww };
-    enum { mv2 = lyapunov_v2_observe_h_mv2 };
     enum { M_C = lyapunov_v2_observe_h_M_C };
     enum { x_C = lyapunov_v2_observe_h_x_C };
+    enum { e1 = lyapunov_v2_observe_h_e1 };
+    enum { t_6nwd2 = lyapunov_v2_observe_h_t_6nwd2 };
+    enum { k1 = lyapunov_v2_observe_h_k1 };
+    enum { mv1 = lyapunov_v2_observe_h_mv1 };
+    enum { B_1 = lyapunov_v2_observe_h_B_1 };
+    enum { e2 = lyapunov_v2_observe_h_e2 };
+    enum { t_popww = lyapunov_v2_observe_h_t_popww };
+    enum { k2 = lyapunov_v2_observe_h_k2 };
+    enum { mv2 = lyapunov_v2_observe_h_mv2 };
+    enum { B_2 = lyapunov_v2_observe_h_B_2 };
+    enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
+    enum { t_fcuad = lyapunov_v2_observe_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_observe_h_t_z4fbq };
+    enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_observe_h_t_ma4ro };
+    enum { t_47igz = lyapunov_v2_observe_h_t_47igz };
+    enum { t_62qfa = lyapunov_v2_observe_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_observe_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v2_observe_h_t_xkg6l };
     enum { J_C1 = lyapunov_v2_observe_h_J_C1 };
     enum { J_C3 = lyapunov_v2_observe_h_J_C3 };
     enum { J_C2 = lyapunov_v2_observe_h_J_C2 };
-    enum { e1 = lyapunov_v2_observe_h_e1 };
-    enum { e2 = lyapunov_v2_observe_h_e2 };
-    enum { B_1 = lyapunov_v2_observe_h_B_1 };
     enum { Bl_1 = lyapunov_v2_observe_h_Bl_1 };
     enum { t_xdulz = lyapunov_v2_observe_h_t_xdulz };
-    enum { B_2 = lyapunov_v2_observe_h_B_2 };
     enum { Bl_2 = lyapunov_v2_observe_h_Bl_2 };
     enum { t_uohf6 = lyapunov_v2_observe_h_t_uohf6 };
-    enum { t_47igz = lyapunov_v2_observe_h_t_47igz };
-    enum { t_fcuad = lyapunov_v2_observe_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v2_observe_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v2_observe_h_t_sfymc };
     enum { t_g7pzr = lyapunov_v2_observe_h_t_g7pzr };
     enum { t_urwo6 = lyapunov_v2_observe_h_t_urwo6 };
-    enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
-    enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
-    enum { t_ma4ro = lyapunov_v2_observe_h_t_ma4ro };
-    enum { t_62qfa = lyapunov_v2_observe_h_t_62qfa };
-    enum { t_y7rm6 = lyapunov_v2_observe_h_t_y7rm6 };
     enum { t_bknng = lyapunov_v2_observe_h_t_bknng };
-    enum { t_xkg6l = lyapunov_v2_observe_h_t_xkg6l };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real p2 = Wn2 + q[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real W12 = q[wx] * q[wy];
+    const real lc_1 = cos_phi1 * p[l1];
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
+    const real t_mallh = F_n1 * sin_theta1;
     const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_lbh6o = F_n2 * sin_theta2;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
     const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real wth_1 = th_1 * p[I1];
+    const real wq_1 = q_1 * wth_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real g_1 = h[e1] - lc_1;
+    const real wg_1 = g_1 * wth_1;
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real wq_2 = q_2 * wth_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_kd2xx + wqS_2;
+    const real W13 = q[wx] * q[wz];
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_mlur2;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_vo4h3 = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc_2 * a2_v2
+        + t_f2nhc * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
+    const real t_mallh_2 = F_n1 * cos_theta1;
+    const real t_lbh6o_2 = F_n2 * cos_theta2;
+    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_kd2xx
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_3tpbw * t_mlur2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
+    const real t_6owaj = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real t_hig3c = wqq_1 + wqq_2;
     const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
     const real t_vykvu = h[Bl_1] - eBc_1;
     const real t_vwbsx = h[Bl_2] - eBc_2;
     const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
@@ -8410,17 +8476,10 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
         - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
     const real t_hig3c_2 = wgS_1 + wgS_2;
     const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
     const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
     const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
     const real t_hig3c_3 = M_q1 + M_q2;
     const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
@@ -8440,80 +8499,27 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
         - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
+        + t_mallh_2 * g_1
+        + t_lbh6o_2 * g_2;
     const real n6 = t_3hais * cos_theta1
         + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
+        - t_mallh * g_1
+        - t_lbh6o * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
+    const real t_exl37_2 = t_f2nhc * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
     const real t_6dtnj = K(1.0) / K_D2;
     const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real C_v2 = q[vz] * c[r2];  /* (29) */
-    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_vo4h3 = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_bap4n
-        + G3_v2 * t_bap4n_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_kd2xx_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_3tpbw * t_mlur2;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_mlur2;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_6owaj = Pq_v2 * Pq_v2
-        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
-    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
-    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
-    const real delta2_v2 = mv_asin(sin_d2_v2);
-    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
@@ -8540,8 +8546,8 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
         - G3_v2 * K66
         + t_bap4n_2 * ax_v2
         + t_bap4n_2 * da_v2_x1
-        + t_kd2xx_2 * a2_v2
-        + t_kd2xx_2 * da_v2_x2
+        + t_kd2xx * a2_v2
+        + t_kd2xx * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
         + K64 * t_mlur2;
@@ -8556,13 +8562,7 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
         + K53 * da_v2_x3
         - K54 * t_mlur2
         + t_jczim * h[t_bknng];
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const real t_gbb3a = p[F] * cos_delta2_act;
-    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
@@ -8575,7 +8575,7 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real My = My_v2
         - df3_act * h[t_bknng]
         + t_bap4n_2 * da_act_x1
-        + t_kd2xx_2 * da_act_x2
+        + t_kd2xx * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v2
         - t_bap4n * da_act_x1
@@ -8614,23 +8614,20 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
 /* Places of h. */
 enum {
     lyapunov_v2_loop_euler_h_t_gbl6n,
-    lyapunov_v2_loop_euler_h_k1,
     lyapunov_v2_loop_euler_h_me1,
-    lyapunov_v2_loop_euler_h_t_6nwd2,
-    lyapunov_v2_loop_euler_h_mv1,
     lyapunov_v2_loop_euler_h_t_jx6g7,
-    lyapunov_v2_loop_euler_h_k2,
     lyapunov_v2_loop_euler_h_me2,
-    lyapunov_v2_loop_euler_h_t_popww,
-    lyapunov_v2_loop_euler_h_mv2,
     lyapunov_v2_loop_euler_h_M_C,
     lyapunov_v2_loop_euler_h_x_C,
-    lyapunov_v2_loop_euler_h_J_C1,
-    lyapunov_v2_loop_euler_h_J_C3,
-    lyapunov_v2_loop_euler_h_J_C2,
     lyapunov_v2_loop_euler_h_e1,
-    lyapunov_v2_loop_euler_h_e2,
+    lyapunov_v2_loop_euler_h_t_6nwd2,
+    lyapunov_v2_loop_euler_h_k1,
+    lyapunov_v2_loop_euler_h_mv1,
     lyapunov_v2_loop_euler_h_B_1,
+    lyapunov_v2_loop_euler_h_e2,
+    lyapunov_v2_loop_euler_h_t_popww,
+    lyapunov_v2_loop_euler_h_k2,
+    lyapunov_v2_loop_euler_h_mv2,
     lyapunov_v2_loop_euler_h_B_2,
     lyapunov_v2_loop_euler_h_t_t6fx5,
     lyapunov_v2_loop_euler_h_t_fcuad,
@@ -8641,6 +8638,9 @@ enum {
     lyapunov_v2_loop_euler_h_t_62qfa,
     lyapunov_v2_loop_euler_h_t_y7rm6,
     lyapunov_v2_loop_euler_h_t_xkg6l,
+    lyapunov_v2_loop_euler_h_J_C1,
+    lyapunov_v2_loop_euler_h_J_C3,
+    lyapunov_v2_loop_euler_h_J_C2,
     lyapunov_v2_loop_euler_h_Bl_1,
     lyapunov_v2_loop_euler_h_t_xdulz,
     lyapunov_v2_loop_euler_h_Bl_2,
@@ -8681,19 +8681,23 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
     const real t_gbl6n = K(1.0) / D1;
     const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
     const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
     const real t_jx6g7 = K(1.0) / D2;
     const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
     const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real k1 = t_wywjk * p[l1];
+    const real mv1 = t_6nwd2 * k1;
+    const real B_1 = me1 * p[l1];
+    const real e2 = p[h2] - x_C;
+    const real t_popww = p[l2] * p[m2];
+    const real k2 = t_jzg7x * p[l2];
+    const real mv2 = t_popww * k2;
+    const real B_2 = me2 * p[l2];
     const real S_C = me1 * (p[h1] * p[h1])
         + me2 * (p[h2] * p[h2])
         + p[m] * (p[b] * p[b])
@@ -8703,31 +8707,24 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
     const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real B_2 = me2 * p[l2];
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     h[lyapunov_v2_loop_euler_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v2_loop_euler_h_k1] = k1;
     h[lyapunov_v2_loop_euler_h_me1] = me1;
-    h[lyapunov_v2_loop_euler_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_loop_euler_h_mv1] = mv1;
     h[lyapunov_v2_loop_euler_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v2_loop_euler_h_k2] = k2;
     h[lyapunov_v2_loop_euler_h_me2] = me2;
-    h[lyapunov_v2_loop_euler_h_t_popww] = t_popww;
-    h[lyapunov_v2_loop_euler_h_mv2] = mv2;
     h[lyapunov_v2_loop_euler_h_M_C] = M_C;
     h[lyapunov_v2_loop_euler_h_x_C] = x_C;
-    h[lyapunov_v2_loop_euler_h_J_C1] = J_C1;
-    h[lyapunov_v2_loop_euler_h_J_C3] = J_C3;
-    h[lyapunov_v2_loop_euler_h_J_C2] = J_C2;
     h[lyapunov_v2_loop_euler_h_e1] = e1;
-    h[lyapunov_v2_loop_euler_h_e2] = e2;
+    h[lyapunov_v2_loop_euler_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_loop_euler_h_k1] = k1;
+    h[lyapunov_v2_loop_euler_h_mv1] = mv1;
     h[lyapunov_v2_loop_euler_h_B_1] = B_1;
+    h[lyapunov_v2_loop_euler_h_e2] = e2;
+    h[lyapunov_v2_loop_euler_h_t_popww] = t_popww;
+    h[lyapunov_v2_loop_euler_h_k2] = k2;
+    h[lyapunov_v2_loop_euler_h_mv2] = mv2;
     h[lyapunov_v2_loop_euler_h_B_2] = B_2;
     h[lyapunov_v2_loop_euler_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_loop_euler_h_t_fcuad] = e1 * me1;
@@ -8738,6 +8735,9 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_euler_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v2_loop_euler_h_J_C1] = J_C1;
+    h[lyapunov_v2_loop_euler_h_J_C3] = J_C3;
+    h[lyapunov_v2_loop_euler_h_J_C2] = J_C2;
     h[lyapunov_v2_loop_euler_h_Bl_1] = Bl_1;
     h[lyapunov_v2_loop_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_loop_euler_h_Bl_2] = Bl_2;
@@ -8792,23 +8792,20 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     enum { t_gbl6n = lyapunov_v2_loop_euler_h_t_gbl6n };
-    enum { k1 = lyapunov_v2_loop_euler_h_k1 };
     enum { me1 = lyapunov_v2_loop_euler_h_me1 };
-    enum { t_6nwd2 = lyapunov_v2_loop_euler_h_t_6nwd2 };
-    enum { mv1 = lyapunov_v2_loop_euler_h_mv1 };
     enum { t_jx6g7 = lyapunov_v2_loop_euler_h_t_jx6g7 };
-    enum { k2 = lyapunov_v2_loop_euler_h_k2 };
     enum { me2 = lyapunov_v2_loop_euler_h_me2 };
-    enum { t_popww = lyapunov_v2_loop_euler_h_t_popww };
-    enum { mv2 = lyapunov_v2_loop_euler_h_mv2 };
     enum { M_C = lyapunov_v2_loop_euler_h_M_C };
     enum { x_C = lyapunov_v2_loop_euler_h_x_C };
-    enum { J_C1 = lyapunov_v2_loop_euler_h_J_C1 };
-    enum { J_C3 = lyapunov_v2_loop_euler_h_J_C3 };
-    enum { J_C2 = lyapunov_v2_loop_euler_h_J_C2 };
     enum { e1 = lyapunov_v2_loop_euler_h_e1 };
-    enum { e2 = lyapunov_v2_loop_euler_h_e2 };
+    enum { t_6nwd2 = lyapunov_v2_loop_euler_h_t_6nwd2 };
+    enum { k1 = lyapunov_v2_loop_euler_h_k1 };
+    enum { mv1 = lyapunov_v2_loop_euler_h_mv1 };
     enum { B_1 = lyapunov_v2_loop_euler_h_B_1 };
+    enum { e2 = lyapunov_v2_loop_euler_h_e2 };
+    enum { t_popww = lyapunov_v2_loop_euler_h_t_popww };
+    enum { k2 = lyapunov_v2_loop_euler_h_k2 };
+    enum { mv2 = lyapunov_v2_loop_euler_h_mv2 };
     enum { B_2 = lyapunov_v2_loop_euler_h_B_2 };
     enum { t_t6fx5 = lyapunov_v2_loop_euler_h_t_t6fx5 };
     enum { t_fcuad = lyapunov_v2_loop_euler_h_t_fcuad };
@@ -8819,6 +8816,9 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_62qfa = lyapunov_v2_loop_euler_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_loop_euler_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_loop_euler_h_t_xkg6l };
+    enum { J_C1 = lyapunov_v2_loop_euler_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_loop_euler_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_loop_euler_h_J_C2 };
     enum { Bl_1 = lyapunov_v2_loop_euler_h_Bl_1 };
     enum { t_xdulz = lyapunov_v2_loop_euler_h_t_xdulz };
     enum { Bl_2 = lyapunov_v2_loop_euler_h_Bl_2 };
@@ -8829,12 +8829,13 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_bknng = lyapunov_v2_loop_euler_h_t_bknng };
     enum { t_ibe72 = lyapunov_v2_loop_euler_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v2_loop_euler_h_t_r7vy7 };
-    const real W12 = q[wx] * q[wy];
-    const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real q_1 = sin_phi1 * p[l1];
     const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real W12 = q[wx] * q[wy];
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
@@ -8847,10 +8848,8 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
     const real t_mallh = F_n1 * cos_theta1;
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
@@ -8912,6 +8911,7 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real W13 = q[wx] * q[wz];
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
@@ -8980,16 +8980,18 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
     const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
@@ -9235,8 +9237,6 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
         - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
     const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
@@ -9367,8 +9367,10 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     enum { t_gbl6n = lyapunov_v2_loop_reduced_h_t_gbl6n };
     enum { t_jx6g7 = lyapunov_v2_loop_reduced_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -9410,10 +9412,8 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_kuf7x = sin_theta2 * h[t_frp3h];
@@ -9614,8 +9614,12 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { t_gbl6n = lyapunov_v2_loop_reduced_euler_h_t_gbl6n };
     enum { t_jx6g7 = lyapunov_v2_loop_reduced_euler_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
@@ -9657,10 +9661,8 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */
-    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
-    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
     const real t_kuf7x = sin_theta2 * h[t_frp3h];
@@ -9712,8 +9714,6 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real u_v2_x1 = -t_mlur2;
     const real t_si2fh = B_v2 * c[w1];
     const real t_gkvv2 = C_v2 * c[w2];
-    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
-    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];

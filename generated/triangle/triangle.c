@@ -39,8 +39,16 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     enum { mu_ref = TRIANGLE_R_MU_REF };
     enum { theta_ref = TRIANGLE_R_THETA_REF };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
+    const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
+    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj);  /* (25) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
     const real t_t5kjx = K(1.7320508075688772) * zeta2;
@@ -59,8 +67,8 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
     const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
     const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_6dtnj = K(1.0) / n;
-    const real t_v5bsf = t_3tajj * t_6dtnj * x[mu];
+    const real t_6dtnj_2 = K(1.0) / n;
+    const real t_v5bsf = t_3tajj * t_6dtnj_2 * x[mu];
     const real t_dod5j = t_k7rkr
         - t_k7rkr_3
         + u[w3] * (K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4)
@@ -68,20 +76,12 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     const real rod_rate1 = K(0.5) / length1 * t_dod5j;  /* (22) */
     const real t_yhrwx = u[w3] * (K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3)
         - (t_k7rkr_3 + t_k7rkr)
-        + K(0.3333333333333333) * t_6dtnj * t_3tajj * x[mu] * (t_t5kjx + zeta1);
+        + K(0.3333333333333333) * t_6dtnj_2 * t_3tajj * x[mu] * (t_t5kjx + zeta1);
     const real rod_rate2 = K(0.5) / length2 * t_yhrwx;  /* (22) */
     const real t_t5uxc = K(0.6666666666666666) * t_k7rkr_2
         + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2)
         - K(0.6666666666666666) * t_v5bsf * zeta1;
     const real rod_rate3 = K(0.5) / length3 * t_t5uxc;  /* (22) */
-    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
-    const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj_2 = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj_2, SPLAT(K(1.0)));  /* (25) */
-    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj_2);  /* (25) */
     const real t_vienp = x[theta] - r[theta_ref];
     const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
     const real t_rqfjc = K(0.5773502691896257) * mv_sqrt(r[mu_ref]);
@@ -138,8 +138,8 @@ void triangle_from_coordinates(const real *q, real *x)
     enum { zeta2 = TRIANGLE_Q_ZETA2 };
     enum { mu = TRIANGLE_Q_MU };
     enum { theta = TRIANGLE_Q_THETA };
-    const real rho = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real rho = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     x[0] = rho;
     x[1] = phi;
     x[2] = q[mu];
@@ -158,9 +158,9 @@ void triangle_initial(const real *p, const real *s, real *x)
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
     const real t_qo36g = K(0.5) / mu_0;
+    const real z2_0 = K(1.7320508075688772) * t_qo36g * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
     const real t_m2d3a = t_qo36g * (t_iwwvg + K(-2.0) * t_qyel2);
     const real z1_0 = -t_m2d3a;  /* (19) */
-    const real z2_0 = K(1.7320508075688772) * t_qo36g * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
     const real t_ncrup = t_m2d3a * t_m2d3a;
     const real t_sbeph = z2_0 * z2_0;
     const real open_0 = K(1.0) + K(-4.0) * t_ncrup + K(-4.0) * t_sbeph;  /* (19) */
@@ -183,9 +183,9 @@ void triangle_reference(const real *t, const real *p, const real *s, real *r)
     const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
     const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
     const real t_tigas = K(0.5) / mu_f;
+    const real z2_f = K(1.7320508075688772) * t_tigas * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
     const real t_m45eq = t_tigas * (t_al3xt + K(-2.0) * t_xkhu7);
     const real z1_f = -t_m45eq;  /* (19) */
-    const real z2_f = K(1.7320508075688772) * t_tigas * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
     const real t_aclmj = t_m45eq * t_m45eq;
     const real t_vsouu = z2_f * z2_f;
     const real open_f = K(1.0) + K(-4.0) * t_aclmj + K(-4.0) * t_vsouu;  /* (19) */
@@ -234,9 +234,9 @@ void triangle_shape(const real *l1, const real *l2, const real *l3, real *rho, r
     const real t_y5vwd = l1[0] * l1[0] + l2[0] * l2[0];
     const real mu_any = t_tnz2j + t_y5vwd;  /* (18) */
     const real t_6spv4 = K(0.5) / mu_any;
+    const real z2_any = K(1.7320508075688772) * t_6spv4 * (l1[0] + l2[0]) * (l1[0] - l2[0]);  /* (19) */
     const real t_taipu = t_6spv4 * (t_y5vwd + K(-2.0) * t_tnz2j);
     const real z1_any = -t_taipu;  /* (19) */
-    const real z2_any = K(1.7320508075688772) * t_6spv4 * (l1[0] + l2[0]) * (l1[0] - l2[0]);  /* (19) */
     const real t_ef64w = t_taipu * t_taipu;
     const real t_chded = z2_any * z2_any;
     const real open_any = K(1.0) + K(-4.0) * t_ef64w + K(-4.0) * t_chded;  /* (19) */
@@ -321,21 +321,21 @@ void triangle_sliding(const real *x, const real *r, const real *p, const real *c
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
-    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real t_5lued = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_5lued);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_5dhp4 = w_across * t_6dtnj;
     const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_5dhp4 * t_5dhp4)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real t_gjxkh = K(1.0) / c[theta_star];
-    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
-    const real t_ieu4b = K(1.0) / c[m];
-    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_gu3nh = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_5lued / (h * h));
@@ -389,21 +389,21 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
     enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
     enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real t_fvfvk = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_3hj5v = w_across * t_6dtnj;
     const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_3hj5v * t_3hj5v)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real t_gjxkh = K(1.0) / c[theta_star];
-    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
-    const real t_ieu4b = K(1.0) / c[m];
-    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_qukd5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_fvfvk / (h * h));
@@ -456,21 +456,22 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
     enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
     enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real t_fvfvk = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_3hj5v = w_across * t_6dtnj;
     const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_3hj5v * t_3hj5v)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real t_gjxkh = K(1.0) / c[theta_star];
-    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
-    const real t_ieu4b = K(1.0) / c[m];
-    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_qukd5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_fvfvk / (h * h));
@@ -487,7 +488,6 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
         + (cos_phi_ref * t_dgj2l + sin_phi_ref * t_nsktt) * q[zeta2];
     const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
     const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_vatig * t_wfrll)) * t_wfrll;
-    const real phi = mv_atan2(q[zeta2], q[zeta1]);
     const real t_7nepn = t_vnxtr + SELECT0(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t));
     const real zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_nsktt * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
@@ -569,16 +569,11 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
-    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real t_5lued = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
+    const real t_5lued = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_5lued));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -608,29 +603,34 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_5dhp4 = w_across * t_6dtnj;
     const real t_ovc73 = r[rho_ref] * t_5dhp4 * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_ovc73);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_dgip2 = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ovc73 * t_ovc73))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_dgip2);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
     const real t_wmyyh = mv_sqrt(t_dynew);
@@ -674,16 +674,11 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
     enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
     enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_fvfvk = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_fvfvk));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -713,29 +708,34 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_3hj5v = w_across * t_6dtnj;
     const real t_snkwi = r[rho_ref] * t_3hj5v * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_snkwi);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_tapie = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_snkwi * t_snkwi))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_tapie);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     const real t_3woog = alpha * speed * sin_x;
@@ -778,16 +778,11 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
     enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
     enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_fvfvk = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_fvfvk));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -817,29 +812,35 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_3hj5v = w_across * t_6dtnj;
     const real t_snkwi = r[rho_ref] * t_3hj5v * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_snkwi);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_tapie = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_snkwi * t_snkwi))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_tapie);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
@@ -851,7 +852,6 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
         + (cos_phi_ref * t_hons5 + sin_phi_ref * t_te3wf) * q[zeta2];
     const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
     const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_ja5nv * t_wfrll)) * t_wfrll;
-    const real phi = mv_atan2(q[zeta2], q[zeta1]);
     const real zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * q[zeta1] - t_te3wf * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     const mask m_wzkpw = LT(K(0.0), rho);

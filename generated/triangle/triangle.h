@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "fa2d75ca7ba9790953182cf7f1c345d7ccc4e1cd66d9b8b367eefebbdf341d50"
+#define TRIANGLE_HASH "80af478590bcbcfcd4bd1ea43be723fffd9583861fd44921f4b07c0efd4b044b"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "fa2d75ca7ba9790953182cf7f1c345d7ccc4e1cd66d9b8b367eefebbdf341d50"
+HASH = "80af478590bcbcfcd4bd1ea43be723fffd9583861fd44921f4b07c0efd4b044b"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -111,8 +111,16 @@ def outputs(x, u, r, p):
         mu_ref = r[..., 2]
         theta_ref = r[..., 3]
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        sin_t = np.where(m_qm7gk, w_across * t_6dtnj, 0.0)  # (25)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = 0.5773502691896257 * np.sqrt(mu)
         t_t5kjx = 1.7320508075688772 * zeta2
@@ -131,8 +139,8 @@ def outputs(x, u, r, p):
         t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
         t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
         t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_6dtnj = 1.0 / n
-        t_v5bsf = t_3tajj * t_6dtnj * mu
+        t_6dtnj_2 = 1.0 / n
+        t_v5bsf = t_3tajj * t_6dtnj_2 * mu
         t_dod5j = (
             t_k7rkr
             - t_k7rkr_3
@@ -143,7 +151,7 @@ def outputs(x, u, r, p):
         t_yhrwx = (
             w3 * (0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3)
             - (t_k7rkr_3 + t_k7rkr)
-            + 0.3333333333333333 * t_6dtnj * t_3tajj * mu * (t_t5kjx + zeta1)
+            + 0.3333333333333333 * t_6dtnj_2 * t_3tajj * mu * (t_t5kjx + zeta1)
         )
         rod_rate2 = 0.5 / length2 * t_yhrwx  # (22)
         t_t5uxc = (
@@ -152,14 +160,6 @@ def outputs(x, u, r, p):
             - 0.6666666666666666 * t_v5bsf * zeta1
         )
         rod_rate3 = 0.5 / length3 * t_t5uxc  # (22)
-        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
-        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj_2 = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj_2, 1.0)  # (25)
-        sin_t = np.where(m_qm7gk, w_across * t_6dtnj_2, 0.0)  # (25)
         t_vienp = theta - theta_ref
         theta_exact = rho_ref * w_across + t_vienp  # (27)
         t_rqfjc = 0.5773502691896257 * np.sqrt(mu_ref)
@@ -223,8 +223,8 @@ def from_coordinates(q):
         zeta2 = q[..., 1]
         mu = q[..., 2]
         theta = q[..., 3]
-        rho = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
         phi = np.arctan2(zeta2, zeta1)
+        rho = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
         return _vector(
             rho,
             phi,
@@ -245,9 +245,9 @@ def initial(p, s):
         t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
         mu_0 = t_qyel2 + t_iwwvg  # (18)
         t_qo36g = 0.5 / mu_0
+        z2_0 = 1.7320508075688772 * t_qo36g * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
         t_m2d3a = t_qo36g * (t_iwwvg + -2.0 * t_qyel2)
         z1_0 = -t_m2d3a  # (19)
-        z2_0 = 1.7320508075688772 * t_qo36g * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
         t_ncrup = t_m2d3a * t_m2d3a
         t_sbeph = z2_0 * z2_0
         open_0 = 1.0 + -4.0 * t_ncrup + -4.0 * t_sbeph  # (19)
@@ -271,9 +271,9 @@ def reference(t, p, s):
         t_al3xt = l1_f * l1_f + l2_f * l2_f
         mu_f = t_xkhu7 + t_al3xt  # (18)
         t_tigas = 0.5 / mu_f
+        z2_f = 1.7320508075688772 * t_tigas * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
         t_m45eq = t_tigas * (t_al3xt + -2.0 * t_xkhu7)
         z1_f = -t_m45eq  # (19)
-        z2_f = 1.7320508075688772 * t_tigas * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
         t_aclmj = t_m45eq * t_m45eq
         t_vsouu = z2_f * z2_f
         open_f = 1.0 + -4.0 * t_aclmj + -4.0 * t_vsouu  # (19)
@@ -326,9 +326,9 @@ def shape(l1, l2, l3):
         t_y5vwd = l1 * l1 + l2 * l2
         mu_any = t_tnz2j + t_y5vwd  # (18)
         t_6spv4 = 0.5 / mu_any
+        z2_any = 1.7320508075688772 * t_6spv4 * (l1 + l2) * (l1 - l2)  # (19)
         t_taipu = t_6spv4 * (t_y5vwd + -2.0 * t_tnz2j)
         z1_any = -t_taipu  # (19)
-        z2_any = 1.7320508075688772 * t_6spv4 * (l1 + l2) * (l1 - l2)  # (19)
         t_ef64w = t_taipu * t_taipu
         t_chded = z2_any * z2_any
         open_any = 1.0 + -4.0 * t_ef64w + -4.0 * t_chded  # (19)
@@ -420,21 +420,21 @@ def sliding(x, r, p, c):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_5lued = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_5lued)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_5dhp4 = w_across * t_6dtnj
         chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_5dhp4 * t_5dhp4)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
-        t_gjxkh = 1.0 / theta_star
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        t_ieu4b = 1.0 / m
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_gu3nh = k_phi * np.sqrt(rho_t / h) / (tau + t_5lued / (h * h))
@@ -493,21 +493,21 @@ def sliding_loop(q, r, p, c):
         mu_rate_max = c[..., 8]
         area_factor = c[..., 9]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_fvfvk = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_fvfvk)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_3hj5v = w_across * t_6dtnj
         chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_3hj5v * t_3hj5v)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
-        t_gjxkh = 1.0 / theta_star
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        t_ieu4b = 1.0 / m
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_qukd5 = k_phi * np.sqrt(rho_t / h) / (tau + t_fvfvk / (h * h))
@@ -564,21 +564,22 @@ def sliding_observe(q, r, p, c):
         mu_rate_max = c[..., 8]
         area_factor = c[..., 9]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        phi = np.arctan2(zeta2, zeta1)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_fvfvk = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_fvfvk)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_3hj5v = w_across * t_6dtnj
         chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_3hj5v * t_3hj5v)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
-        t_gjxkh = 1.0 / theta_star
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        t_ieu4b = 1.0 / m
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_qukd5 = k_phi * np.sqrt(rho_t / h) / (tau + t_fvfvk / (h * h))
@@ -597,7 +598,6 @@ def sliding_observe(q, r, p, c):
         )
         t_wfrll = 1.0 / np.fmax(1e-09, rho)
         rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_vatig * t_wfrll)) * t_wfrll
-        phi = np.arctan2(zeta2, zeta1)
         t_7nepn = t_vnxtr + np.where(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t), 0.0)
         zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * zeta1 - t_nsktt * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
@@ -687,16 +687,11 @@ def path(x, r, p, c):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_5lued = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_5lued)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_5lued = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_5lued))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -730,31 +725,36 @@ def path(x, r, p, c):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_5lued)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_5dhp4 = w_across * t_6dtnj
+        t_ovc73 = rho_ref * t_5dhp4 * rho_t
+        Q = np.where(m_qm7gk, -t_ovc73, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_dgip2 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_ovc73 * t_ovc73, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_dgip2)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_5dhp4 = w_across * t_6dtnj
-        t_ovc73 = rho_ref * t_5dhp4 * rho_t
-        Q = np.where(m_qm7gk, -t_ovc73, 0.0)  # (47)
-        t_dgip2 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_ovc73 * t_ovc73, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_dgip2)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_dynew = zeta1 * zeta1 + zeta2 * zeta2
         t_wmyyh = np.sqrt(t_dynew)
@@ -803,16 +803,11 @@ def path_loop(q, r, p, c):
         mu_rate_max = c[..., 4]
         area_factor = c[..., 5]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_fvfvk = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_fvfvk)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_fvfvk))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -846,31 +841,36 @@ def path_loop(q, r, p, c):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_3hj5v = w_across * t_6dtnj
+        t_snkwi = rho_ref * t_3hj5v * rho_t
+        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_3hj5v = w_across * t_6dtnj
-        t_snkwi = rho_ref * t_3hj5v * rho_t
-        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
-        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x, cos_x = np.sin(x), np.cos(x)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
         t_3woog = alpha * speed * sin_x
@@ -917,16 +917,11 @@ def path_observe(q, r, p, c):
         mu_rate_max = c[..., 4]
         area_factor = c[..., 5]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_fvfvk = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_fvfvk)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_fvfvk))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -960,31 +955,37 @@ def path_observe(q, r, p, c):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_3hj5v = w_across * t_6dtnj
+        t_snkwi = rho_ref * t_3hj5v * rho_t
+        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_3hj5v = w_across * t_6dtnj
-        t_snkwi = rho_ref * t_3hj5v * rho_t
-        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
-        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        phi = np.arctan2(zeta2, zeta1)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
@@ -998,7 +999,6 @@ def path_observe(q, r, p, c):
         )
         t_wfrll = 1.0 / np.fmax(1e-09, rho)
         rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_ja5nv * t_wfrll)) * t_wfrll
-        phi = np.arctan2(zeta2, zeta1)
         zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * zeta1 - t_te3wf * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         m_wzkpw = (0.0 < rho)
@@ -1143,6 +1143,7 @@ def outputs_jac(x, u, r, p):
         phi_ref = r[..., 1]
         mu_ref = r[..., 2]
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
@@ -1157,7 +1158,6 @@ def outputs_jac(x, u, r, p):
         length2 = t_thb5i_2 * t_k2lxz_2  # (20)
         t_jqicj = np.sqrt(1.0 + (t_tfbnp_2 + t_tfbnp_2))
         length3 = t_thb5i_2 * t_jqicj  # (20)
-        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         t_kau2i = cos_phi_ref * zeta1
         t_ybfir = sin_phi_ref * zeta2
         w_along = rho_ref - t_kau2i - t_ybfir  # (25)
@@ -1614,23 +1614,25 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        t_mldgu = -1.0 + m
+        t_elj3v = np.power(f, t_mldgu)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_5lued = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_5lued)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         t_heubl = w_along * t_6dtnj
         cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_o55bt = rho_ref * rho_ref
         t_5dhp4 = w_across * t_6dtnj
         t_ekekz = t_5dhp4 * t_5dhp4
         chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * t_ekekz), 0.0), 0.0))  # (28)
-        t_gjxkh = 1.0 / theta_star
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        t_ieu4b = 1.0 / m
-        f = np.power(tau, t_ieu4b)  # (31)
         t_dynew = zeta1 * zeta1 + zeta2 * zeta2
         t_wmyyh = np.sqrt(t_dynew)
         m_jelvn = (0.0 < t_wmyyh)
@@ -1657,8 +1659,6 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         t_sc3uf = np.fmin(1.0, t_bkfl3)
         t_d3mks = np.where(m_qm7gk_2, t_zu5hl * t_454ka, 0.0) - eta_rho * np.fmax(-1.0, t_sc3uf)
         t_ihf4g = np.where(m_qm7gk, t_d3mks * t_5dhp4, 0.0)
-        t_mldgu = -1.0 + m
-        t_elj3v = np.power(f, t_mldgu)
         t_sewyy = t_dgite * t_elj3v
         t_6rwtv = 1.0 / theta_min
         t_fosqm = theta_t * t_6rwtv
@@ -1821,23 +1821,25 @@ def sliding_loop_jac(q, r, p, c):
         mu_rate_max = c[..., 8]
         area_factor = c[..., 9]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        t_mldgu = -1.0 + m
+        t_elj3v = np.power(f, t_mldgu)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_fvfvk = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_fvfvk)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         t_fsc2i = w_along * t_6dtnj
         cos_t = np.where(m_qm7gk, t_fsc2i, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_o55bt = rho_ref * rho_ref
         t_3hj5v = w_across * t_6dtnj
         t_7rloe = t_3hj5v * t_3hj5v
         chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * t_7rloe), 0.0), 0.0))  # (28)
-        t_gjxkh = 1.0 / theta_star
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        t_ieu4b = 1.0 / m
-        f = np.power(tau, t_ieu4b)  # (31)
         m_qm7gk_2 = (0.0 < rho_t)
         m_6c3rq = np.logical_not(m_qm7gk)
         m_kv3xe = np.logical_or(m_6c3rq, m_6c3rq)
@@ -1907,8 +1909,6 @@ def sliding_loop_jac(q, r, p, c):
         t_beklj = np.where(m_qm7gk_2, t_bnvap, 0.0) - t_b2mpy
         t_ectgc = np.where(m_qm7gk_2, t_zu5hl * t_44sk5, 0.0) - eta_rho * np.fmax(-1.0, t_sc3uf)
         t_vjipn = np.where(m_qm7gk, t_3hj5v * t_beklj + t_ectgc * t_45ojl, 0.0)
-        t_mldgu = -1.0 + m
-        t_elj3v = np.power(f, t_mldgu)
         t_sewyy = t_dgite * t_elj3v
         t_6rwtv = 1.0 / theta_min
         t_fosqm = theta_t * t_6rwtv
@@ -2228,49 +2228,34 @@ def path_jvp(x, r, p, c, along_x, along_r):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_5lued = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_5lued)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
-        t_heubl = w_along * t_6dtnj
-        cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
-        t_nldyv = np.abs(theta_t)
-        t_y2y6z = 1.0 / np.fmax(1e-24, t_5lued)
-        t_7jara = (t_nldyv + t_nldyv) * t_y2y6z
-        K_ = np.fmin(1000000000000.0, t_7jara)  # (42)
-        sqrt_K = np.sqrt(K_)
-        t_3t6r5 = cos_t * rho_ref
-        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
         t_5dhp4 = w_across * t_6dtnj
         t_grajh = rho_ref * t_5dhp4
         t_rqj3f = t_grajh * rho_t
         Q = np.where(m_qm7gk, -t_rqj3f, 0.0)  # (47)
-        t_pgin7 = R - rho_ref
-        t_hnwtz = np.fmin(t_pgin7, rho_escape)
-        t_xdrco = np.sqrt(t_nldyv)
-        escape = np.fmin(t_hnwtz, t_xdrco)
-        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
-        t_wmyyh = np.sqrt(t_dynew)
-        m_jelvn = (0.0 < t_wmyyh)
+        t_heubl = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
+        t_3t6r5 = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
         t_bw4zx = P * P
         t_felql = np.where(m_qm7gk, np.where(m_qm7gk, t_rqj3f * t_rqj3f, 0.0), 0.0)
         t_zemlo = np.sqrt(t_bw4zx + t_felql)
         t_i4c2p = 1.0 / t_zemlo
         t_riuom = rho_t * R * t_i4c2p
-        m_ggsjh = (1.0 < t_riuom)
         t_y2rr2 = np.fmin(1.0, t_riuom)
         t_esbsi = np.arccos(t_y2rr2)
-        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo = K_ * K_
-        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
-        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
-        t_m7nlb = 1.5 + t_leuxo * t_6kx34
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_nldyv = np.abs(theta_t)
+        t_y2y6z = 1.0 / np.fmax(1e-24, t_5lued)
+        t_7jara = (t_nldyv + t_nldyv) * t_y2y6z
+        K_ = np.fmin(1000000000000.0, t_7jara)  # (42)
         m_2mvys = (1000000000000.0 < t_7jara)
+        sqrt_K = np.sqrt(K_)
         t_ib2ei = np.where(m_2mvys, sqrt_K, sqrt_K)
         t_ddghz = 2.225213 + t_ib2ei
         t_b6pzf = 0.566927 + t_ib2ei * t_ddghz
@@ -2308,6 +2293,14 @@ def path_jvp(x, r, p, c, along_x, along_r):
         t_dpnxz = -2.0 * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz)
         t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz
         sin_t_4j6ir, cos_t_4j6ir = np.sin(t_4j6ir), np.cos(t_4j6ir)
+        alpha = np.sign(theta_t)  # (40)
+        m_ggsjh = (1.0 < t_riuom)
+        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo = K_ * K_
+        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
+        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
+        t_m7nlb = 1.5 + t_leuxo * t_6kx34
         t_cmgiw = sin_t_4j6ir * sin_t_4j6ir
         t_e3muo = cos_t_4j6ir * cos_t_4j6ir
         t_wqods = cos_t_4j6ir * sin_t_4j6ir
@@ -2323,6 +2316,13 @@ def path_jvp(x, r, p, c, along_x, along_r):
         t_4dyei = np.where(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2)
         t_msjzk = np.fmin(t_5yy2e, t_4dyei)
         sin_t_msjzk, cos_t_msjzk = np.sin(t_msjzk), np.cos(t_msjzk)
+        t_pgin7 = R - rho_ref
+        t_hnwtz = np.fmin(t_pgin7, rho_escape)
+        t_xdrco = np.sqrt(t_nldyv)
+        escape = np.fmin(t_hnwtz, t_xdrco)
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        m_jelvn = (0.0 < t_wmyyh)
         t_vxe7u = -(cos_t_msjzk * escape)
         t_ssits = k_phi * np.fmax(rho_t, t_vxe7u)
         t_2x74w = cos_t_msjzk * t_ssits
@@ -2552,46 +2552,34 @@ def path_loop_jac(q, r, p, c):
         mu_rate_max = c[..., 4]
         area_factor = c[..., 5]
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_fvfvk = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_fvfvk)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
-        t_fsc2i = w_along * t_6dtnj
-        cos_t = np.where(m_qm7gk, t_fsc2i, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
-        t_nldyv = np.abs(theta_t)
-        t_mqfjs = 1.0 / np.fmax(1e-24, t_fvfvk)
-        t_v7g3i = (t_nldyv + t_nldyv) * t_mqfjs
-        K_ = np.fmin(1000000000000.0, t_v7g3i)  # (42)
-        sqrt_K = np.sqrt(K_)
-        t_3t6r5 = cos_t * rho_ref
-        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
         t_3hj5v = w_across * t_6dtnj
         t_6ui46 = rho_ref * t_3hj5v
         t_sddd6 = t_6ui46 * rho_t
         Q = np.where(m_qm7gk, -t_sddd6, 0.0)  # (47)
-        t_pgin7 = R - rho_ref
-        t_hnwtz = np.fmin(t_pgin7, rho_escape)
-        t_xdrco = np.sqrt(t_nldyv)
-        escape = np.fmin(t_hnwtz, t_xdrco)
+        t_fsc2i = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_fsc2i, 1.0)  # (25)
+        t_3t6r5 = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
         t_bw4zx = P * P
         t_felql = np.where(m_qm7gk, np.where(m_qm7gk, t_sddd6 * t_sddd6, 0.0), 0.0)
         t_zemlo = np.sqrt(t_bw4zx + t_felql)
         t_i4c2p = 1.0 / t_zemlo
         t_riuom = rho_t * R * t_i4c2p
-        m_ggsjh = (1.0 < t_riuom)
         t_y2rr2 = np.fmin(1.0, t_riuom)
         t_esbsi = np.arccos(t_y2rr2)
-        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo = K_ * K_
-        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
-        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
-        t_m7nlb = 1.5 + t_leuxo * t_6kx34
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_nldyv = np.abs(theta_t)
+        t_mqfjs = 1.0 / np.fmax(1e-24, t_fvfvk)
+        t_v7g3i = (t_nldyv + t_nldyv) * t_mqfjs
+        K_ = np.fmin(1000000000000.0, t_v7g3i)  # (42)
         m_2mvys = (1000000000000.0 < t_v7g3i)
+        sqrt_K = np.sqrt(K_)
         t_ib2ei = np.where(m_2mvys, sqrt_K, sqrt_K)
         t_ddghz = 2.225213 + t_ib2ei
         t_b6pzf = 0.566927 + t_ib2ei * t_ddghz
@@ -2629,6 +2617,14 @@ def path_loop_jac(q, r, p, c):
         t_dpnxz = -2.0 * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz)
         t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz
         sin_t_4j6ir, cos_t_4j6ir = np.sin(t_4j6ir), np.cos(t_4j6ir)
+        alpha = np.sign(theta_t)  # (40)
+        m_ggsjh = (1.0 < t_riuom)
+        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo = K_ * K_
+        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
+        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
+        t_m7nlb = 1.5 + t_leuxo * t_6kx34
         t_cmgiw = sin_t_4j6ir * sin_t_4j6ir
         t_e3muo = cos_t_4j6ir * cos_t_4j6ir
         t_wqods = cos_t_4j6ir * sin_t_4j6ir
@@ -2644,6 +2640,10 @@ def path_loop_jac(q, r, p, c):
         t_4dyei = np.where(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2)
         t_msjzk = np.fmin(t_5yy2e, t_4dyei)
         sin_t_msjzk, cos_t_msjzk = np.sin(t_msjzk), np.cos(t_msjzk)
+        t_pgin7 = R - rho_ref
+        t_hnwtz = np.fmin(t_pgin7, rho_escape)
+        t_xdrco = np.sqrt(t_nldyv)
+        escape = np.fmin(t_hnwtz, t_xdrco)
         t_vxe7u = -(cos_t_msjzk * escape)
         m_7xfyh = (t_vxe7u <= rho_t)
         t_7wrxk = np.where(m_7xfyh, 1.0, 0.0)
@@ -3444,6 +3444,13 @@ def outputs_prepared(x, u, r, h):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        sin_t = np.where(m_qm7gk, w_across * t_6dtnj, 0.0)  # (25)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = 0.5773502691896257 * np.sqrt(mu)
         t_t5kjx = 1.7320508075688772 * zeta2
@@ -3462,8 +3469,8 @@ def outputs_prepared(x, u, r, h):
         t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
         t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
         t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_6dtnj = 1.0 / n
-        t_v5bsf = t_3tajj * t_6dtnj * mu
+        t_6dtnj_2 = 1.0 / n
+        t_v5bsf = t_3tajj * t_6dtnj_2 * mu
         t_dod5j = (
             t_k7rkr
             - t_k7rkr_3
@@ -3474,7 +3481,7 @@ def outputs_prepared(x, u, r, h):
         t_yhrwx = (
             w3 * (0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3)
             - (t_k7rkr_3 + t_k7rkr)
-            + 0.3333333333333333 * t_6dtnj * t_3tajj * mu * (t_t5kjx + zeta1)
+            + 0.3333333333333333 * t_6dtnj_2 * t_3tajj * mu * (t_t5kjx + zeta1)
         )
         rod_rate2 = 0.5 / length2 * t_yhrwx  # (22)
         t_t5uxc = (
@@ -3483,13 +3490,6 @@ def outputs_prepared(x, u, r, h):
             - 0.6666666666666666 * t_v5bsf * zeta1
         )
         rod_rate3 = 0.5 / length3 * t_t5uxc  # (22)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
-        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj_2 = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj_2, 1.0)  # (25)
-        sin_t = np.where(m_qm7gk, w_across * t_6dtnj_2, 0.0)  # (25)
         t_vienp = theta - theta_ref
         theta_exact = rho_ref * w_across + t_vienp  # (27)
         return _vector(
@@ -3525,14 +3525,14 @@ def sliding_prepare(r, c):
         return _vector(
             cos_phi_ref,
             sin_phi_ref,
-            R * R,
-            rho_ref * rho_ref,
             t_gjxkh,
             t_ieu4b,
+            -1.0 + m,
+            R * R,
+            rho_ref * rho_ref,
             t_gjxkh * t_ieu4b,
             1.0 / s_min,
             100.0 * k_phi,
-            -1.0 + m,
             1.0 / theta_min,
         )
 
@@ -3558,32 +3558,32 @@ def sliding_prepared(x, r, c, h):
         (
             cos_phi_ref,
             sin_phi_ref,
-            t_ltkqk,
-            t_o55bt,
             t_gjxkh,
             t_ieu4b,
+            t_mldgu,
+            t_ltkqk,
+            t_o55bt,
             t_fcuq3,
             t_weose,
             t_kc5kr,
-            t_mldgu,
             t_6rwtv,
         ) = np.moveaxis(h, -1, 0)
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_o5lbj = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_o5lbj)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_4bohk = w_across * t_6dtnj
         chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_4bohk * t_4bohk)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_luszq = k_phi * np.sqrt(rho_t / h_) / (tau + t_o5lbj / (h_ * h_))
@@ -3636,14 +3636,14 @@ def sliding_loop_prepare(r, p, c):
         return _vector(
             cos_phi_ref,
             sin_phi_ref,
-            R * R,
-            rho_ref * rho_ref,
             t_gjxkh,
             t_ieu4b,
+            -1.0 + m,
+            R * R,
+            rho_ref * rho_ref,
             t_gjxkh * t_ieu4b,
             1.0 / s_min,
             100.0 * k_phi,
-            -1.0 + m,
             1.0 / theta_min,
             3.0 * H / mass,
         )
@@ -3671,30 +3671,30 @@ def sliding_loop_prepared(q, r, p, c, h):
         (
             cos_phi_ref,
             sin_phi_ref,
-            t_ltkqk,
-            t_o55bt,
             t_gjxkh,
             t_ieu4b,
+            t_mldgu,
+            t_ltkqk,
+            t_o55bt,
             t_fcuq3,
             t_weose,
             t_kc5kr,
-            t_mldgu,
             t_6rwtv,
             t_6q6qz,
         ) = np.moveaxis(h, -1, 0)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_ez37l = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_ez37l)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_srsal = w_across * t_6dtnj
         chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_srsal * t_srsal)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_rc3nf = k_phi * np.sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_))
@@ -3743,14 +3743,14 @@ def sliding_observe_prepare(r, c):
         return _vector(
             cos_phi_ref,
             sin_phi_ref,
-            R * R,
-            rho_ref * rho_ref,
             t_gjxkh,
             t_ieu4b,
+            -1.0 + m,
+            R * R,
+            rho_ref * rho_ref,
             t_gjxkh * t_ieu4b,
             1.0 / s_min,
             100.0 * k_phi,
-            -1.0 + m,
             1.0 / theta_min,
         )
 
@@ -3776,29 +3776,30 @@ def sliding_observe_prepared(q, r, c, h):
         (
             cos_phi_ref,
             sin_phi_ref,
-            t_ltkqk,
-            t_o55bt,
             t_gjxkh,
             t_ieu4b,
+            t_mldgu,
+            t_ltkqk,
+            t_o55bt,
             t_fcuq3,
             t_weose,
             t_kc5kr,
-            t_mldgu,
             t_6rwtv,
         ) = np.moveaxis(h, -1, 0)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        phi = np.arctan2(zeta2, zeta1)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         t_ez37l = w_across * w_across + w_along * w_along
         rho_t = np.sqrt(t_ez37l)  # (25)
         m_qm7gk = (1e-09 < rho_t)
         t_6dtnj = 1.0 / rho_t
         cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
-        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_srsal = w_across * t_6dtnj
         chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_srsal * t_srsal)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
-        tau = np.abs(theta_t) * t_gjxkh  # (31)
-        f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
         m_qm7gk_2 = (0.0 < rho_t)
         t_rc3nf = k_phi * np.sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_))
@@ -3817,7 +3818,6 @@ def sliding_observe_prepared(q, r, c, h):
         )
         t_wfrll = 1.0 / np.fmax(1e-09, rho)
         rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_yzxsd * t_wfrll)) * t_wfrll
-        phi = np.arctan2(zeta2, zeta1)
         t_tvkh3 = t_pg4q4 + np.where(m_qm7gk_2, -(cos_t * t_seiri * rho_t), 0.0)
         zeta1_rate = t_tvkh3 * sin_phi_ref - rho_t_rate_excess * zeta1 - t_656yg * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
@@ -3882,16 +3882,11 @@ def path_prepared(x, r, c, h):
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
         zeta1 = rho * cos_phi
         zeta2 = rho * sin_phi
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_o5lbj = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_o5lbj)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_o5lbj = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_o5lbj))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -3925,31 +3920,36 @@ def path_prepared(x, r, c, h):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_o5lbj)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_4bohk = w_across * t_6dtnj
+        t_l3hba = rho_ref * t_4bohk * rho_t
+        Q = np.where(m_qm7gk, -t_l3hba, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_zzg37 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_l3hba * t_l3hba, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_zzg37)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_4bohk = w_across * t_6dtnj
-        t_l3hba = rho_ref * t_4bohk * rho_t
-        Q = np.where(m_qm7gk, -t_l3hba, 0.0)  # (47)
-        t_zzg37 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_l3hba * t_l3hba, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_zzg37)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_dynew = zeta1 * zeta1 + zeta2 * zeta2
         t_wmyyh = np.sqrt(t_dynew)
@@ -4023,16 +4023,11 @@ def path_loop_prepared(q, r, p, c, h):
             t_kc5kr,
             t_6q6qz,
         ) = np.moveaxis(h, -1, 0)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_ez37l = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_ez37l)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_ez37l))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -4066,31 +4061,36 @@ def path_loop_prepared(q, r, p, c, h):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_srsal = w_across * t_6dtnj
+        t_gjgcv = rho_ref * t_srsal * rho_t
+        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_srsal = w_across * t_6dtnj
-        t_gjgcv = rho_ref * t_srsal * rho_t
-        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
-        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x, cos_x = np.sin(x), np.cos(x)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
         t_3woog = alpha * speed * sin_x
@@ -4157,16 +4157,11 @@ def path_observe_prepared(q, r, c, h):
             t_hnwtz,
             t_kc5kr,
         ) = np.moveaxis(h, -1, 0)
-        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_ez37l = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_ez37l)  # (25)
-        m_qm7gk = (1e-09 < rho_t)
-        t_6dtnj = 1.0 / rho_t
-        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        alpha = np.sign(theta_t)  # (40)
         t_nldyv = np.abs(theta_t)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
         K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_ez37l))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
@@ -4200,31 +4195,37 @@ def path_observe_prepared(q, r, c, h):
         )
         x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_leuxo_7 = sin_x3 * sin_x3
-        t_leuxo_8 = cos_x3 * cos_x3
-        t_leuxo_9 = cos_x3 * sin_x3
-        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_srsal = w_across * t_6dtnj
+        t_gjgcv = rho_ref * t_srsal * rho_t
+        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
+        alpha = np.sign(theta_t)  # (40)
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_7 = K_ * K_
+        t_leuxo_8 = sin_x3 * sin_x3
+        t_leuxo_9 = cos_x3 * cos_x3
+        t_leuxo_10 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10
         t_o4obi_3 = t_pondk_3 * t_pondk_3
-        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_5 = t_leuxo_8 * K_
         t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
         t_khj3r_3 = (
             t_o4obi_3
             + t_o4obi_3
-            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
+            - (t_qc6bw_6 + 4.0 * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
-        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_srsal = w_across * t_6dtnj
-        t_gjgcv = rho_ref * t_srsal * rho_t
-        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
-        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
-        m_cn56p = (K_ < 0.03)
-        t_leuxo_10 = K_ * K_
-        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_7 * (-0.45 + t_leuxo_7 * (0.26035714285714284 + -0.18225 * t_leuxo_7))), x_step3)
         x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        phi = np.arctan2(zeta2, zeta1)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
@@ -4238,7 +4239,6 @@ def path_observe_prepared(q, r, c, h):
         )
         t_wfrll = 1.0 / np.fmax(1e-09, rho)
         rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_zsrsx * t_wfrll)) * t_wfrll
-        phi = np.arctan2(zeta2, zeta1)
         zeta1_rate = t_iqrnb * sin_phi_ref - rho_rate_excess * zeta1 - t_t2weg * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         m_wzkpw = (0.0 < rho)

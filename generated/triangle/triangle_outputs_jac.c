@@ -20,6 +20,7 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     enum { phi_ref = TRIANGLE_R_PHI_REF };
     enum { mu_ref = TRIANGLE_R_MU_REF };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
@@ -34,7 +35,6 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real length2 = t_thb5i_2 * t_k2lxz_2;  /* (20) */
     const real t_jqicj = mv_sqrt(K(1.0) + (t_tfbnp_2 + t_tfbnp_2));
     const real length3 = t_thb5i_2 * t_jqicj;  /* (20) */
-    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real t_kau2i = cos_phi_ref * zeta1;
     const real t_ybfir = sin_phi_ref * zeta2;
     const real w_along = r[rho_ref] - t_kau2i - t_ybfir;  /* (25) */

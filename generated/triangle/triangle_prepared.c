@@ -85,6 +85,13 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
+    const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
+    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj);  /* (25) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
     const real t_t5kjx = K(1.7320508075688772) * zeta2;
@@ -103,8 +110,8 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
     const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
     const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_6dtnj = K(1.0) / n;
-    const real t_v5bsf = t_3tajj * t_6dtnj * x[mu];
+    const real t_6dtnj_2 = K(1.0) / n;
+    const real t_v5bsf = t_3tajj * t_6dtnj_2 * x[mu];
     const real t_dod5j = t_k7rkr
         - t_k7rkr_3
         + u[w3] * (K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4)
@@ -112,19 +119,12 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     const real rod_rate1 = K(0.5) / length1 * t_dod5j;  /* (22) */
     const real t_yhrwx = u[w3] * (K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3)
         - (t_k7rkr_3 + t_k7rkr)
-        + K(0.3333333333333333) * t_6dtnj * t_3tajj * x[mu] * (t_t5kjx + zeta1);
+        + K(0.3333333333333333) * t_6dtnj_2 * t_3tajj * x[mu] * (t_t5kjx + zeta1);
     const real rod_rate2 = K(0.5) / length2 * t_yhrwx;  /* (22) */
     const real t_t5uxc = K(0.6666666666666666) * t_k7rkr_2
         + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2)
         - K(0.6666666666666666) * t_v5bsf * zeta1;
     const real rod_rate3 = K(0.5) / length3 * t_t5uxc;  /* (22) */
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
-    const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
-    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj_2 = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj_2, SPLAT(K(1.0)));  /* (25) */
-    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj_2);  /* (25) */
     const real t_vienp = x[theta] - r[theta_ref];
     const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
     y[0] = length1;
@@ -144,14 +144,14 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
 enum {
     sliding_h_cos_phi_ref,
     sliding_h_sin_phi_ref,
-    sliding_h_t_ltkqk,
-    sliding_h_t_o55bt,
     sliding_h_t_gjxkh,
     sliding_h_t_ieu4b,
+    sliding_h_t_mldgu,
+    sliding_h_t_ltkqk,
+    sliding_h_t_o55bt,
     sliding_h_t_fcuq3,
     sliding_h_t_weose,
     sliding_h_t_kc5kr,
-    sliding_h_t_mldgu,
     sliding_h_t_6rwtv,
 };
 
@@ -171,14 +171,14 @@ void triangle_sliding_prepare(const real *r, const real *c, real *h)
     const real t_ieu4b = K(1.0) / c[m];
     h[sliding_h_cos_phi_ref] = cos_phi_ref;
     h[sliding_h_sin_phi_ref] = sin_phi_ref;
-    h[sliding_h_t_ltkqk] = c[R] * c[R];
-    h[sliding_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_h_t_gjxkh] = t_gjxkh;
     h[sliding_h_t_ieu4b] = t_ieu4b;
+    h[sliding_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_h_t_fcuq3] = t_gjxkh * t_ieu4b;
     h[sliding_h_t_weose] = K(1.0) / c[s_min];
     h[sliding_h_t_kc5kr] = K(100.0) * c[k_phi];
-    h[sliding_h_t_mldgu] = K(-1.0) + c[m];
     h[sliding_h_t_6rwtv] = K(1.0) / c[theta_min];
 }
 
@@ -201,31 +201,31 @@ void triangle_sliding_prepared(const real *x, const real *r, const real *c, cons
     enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_h_sin_phi_ref };
-    enum { t_ltkqk = sliding_h_t_ltkqk };
-    enum { t_o55bt = sliding_h_t_o55bt };
     enum { t_gjxkh = sliding_h_t_gjxkh };
     enum { t_ieu4b = sliding_h_t_ieu4b };
+    enum { t_mldgu = sliding_h_t_mldgu };
+    enum { t_ltkqk = sliding_h_t_ltkqk };
+    enum { t_o55bt = sliding_h_t_o55bt };
     enum { t_fcuq3 = sliding_h_t_fcuq3 };
     enum { t_weose = sliding_h_t_weose };
     enum { t_kc5kr = sliding_h_t_kc5kr };
-    enum { t_mldgu = sliding_h_t_mldgu };
     enum { t_6rwtv = sliding_h_t_6rwtv };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real t_o5lbj = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_o5lbj);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_4bohk = w_across * t_6dtnj;
     const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_4bohk * t_4bohk)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
-    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_luszq = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_o5lbj / (h_ * h_));
@@ -258,14 +258,14 @@ void triangle_sliding_prepared(const real *x, const real *r, const real *c, cons
 enum {
     sliding_loop_h_cos_phi_ref,
     sliding_loop_h_sin_phi_ref,
-    sliding_loop_h_t_ltkqk,
-    sliding_loop_h_t_o55bt,
     sliding_loop_h_t_gjxkh,
     sliding_loop_h_t_ieu4b,
+    sliding_loop_h_t_mldgu,
+    sliding_loop_h_t_ltkqk,
+    sliding_loop_h_t_o55bt,
     sliding_loop_h_t_fcuq3,
     sliding_loop_h_t_weose,
     sliding_loop_h_t_kc5kr,
-    sliding_loop_h_t_mldgu,
     sliding_loop_h_t_6rwtv,
     sliding_loop_h_t_6q6qz,
 };
@@ -288,14 +288,14 @@ void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, 
     const real t_ieu4b = K(1.0) / c[m];
     h[sliding_loop_h_cos_phi_ref] = cos_phi_ref;
     h[sliding_loop_h_sin_phi_ref] = sin_phi_ref;
-    h[sliding_loop_h_t_ltkqk] = c[R] * c[R];
-    h[sliding_loop_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_loop_h_t_gjxkh] = t_gjxkh;
     h[sliding_loop_h_t_ieu4b] = t_ieu4b;
+    h[sliding_loop_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_loop_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_loop_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_loop_h_t_fcuq3] = t_gjxkh * t_ieu4b;
     h[sliding_loop_h_t_weose] = K(1.0) / c[s_min];
     h[sliding_loop_h_t_kc5kr] = K(100.0) * c[k_phi];
-    h[sliding_loop_h_t_mldgu] = K(-1.0) + c[m];
     h[sliding_loop_h_t_6rwtv] = K(1.0) / c[theta_min];
     h[sliding_loop_h_t_6q6qz] = K(3.0) * p[H] / p[mass];
 }
@@ -320,29 +320,29 @@ void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p,
     enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_loop_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_loop_h_sin_phi_ref };
-    enum { t_ltkqk = sliding_loop_h_t_ltkqk };
-    enum { t_o55bt = sliding_loop_h_t_o55bt };
     enum { t_gjxkh = sliding_loop_h_t_gjxkh };
     enum { t_ieu4b = sliding_loop_h_t_ieu4b };
+    enum { t_mldgu = sliding_loop_h_t_mldgu };
+    enum { t_ltkqk = sliding_loop_h_t_ltkqk };
+    enum { t_o55bt = sliding_loop_h_t_o55bt };
     enum { t_fcuq3 = sliding_loop_h_t_fcuq3 };
     enum { t_weose = sliding_loop_h_t_weose };
     enum { t_kc5kr = sliding_loop_h_t_kc5kr };
-    enum { t_mldgu = sliding_loop_h_t_mldgu };
     enum { t_6rwtv = sliding_loop_h_t_6rwtv };
     enum { t_6q6qz = sliding_loop_h_t_6q6qz };
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real t_ez37l = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_srsal = w_across * t_6dtnj;
     const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_srsal * t_srsal)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
-    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_rc3nf = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_));
@@ -373,14 +373,14 @@ void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p,
 enum {
     sliding_observe_h_cos_phi_ref,
     sliding_observe_h_sin_phi_ref,
-    sliding_observe_h_t_ltkqk,
-    sliding_observe_h_t_o55bt,
     sliding_observe_h_t_gjxkh,
     sliding_observe_h_t_ieu4b,
+    sliding_observe_h_t_mldgu,
+    sliding_observe_h_t_ltkqk,
+    sliding_observe_h_t_o55bt,
     sliding_observe_h_t_fcuq3,
     sliding_observe_h_t_weose,
     sliding_observe_h_t_kc5kr,
-    sliding_observe_h_t_mldgu,
     sliding_observe_h_t_6rwtv,
 };
 
@@ -400,14 +400,14 @@ void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
     const real t_ieu4b = K(1.0) / c[m];
     h[sliding_observe_h_cos_phi_ref] = cos_phi_ref;
     h[sliding_observe_h_sin_phi_ref] = sin_phi_ref;
-    h[sliding_observe_h_t_ltkqk] = c[R] * c[R];
-    h[sliding_observe_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_observe_h_t_gjxkh] = t_gjxkh;
     h[sliding_observe_h_t_ieu4b] = t_ieu4b;
+    h[sliding_observe_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_observe_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_observe_h_t_o55bt] = r[rho_ref] * r[rho_ref];
     h[sliding_observe_h_t_fcuq3] = t_gjxkh * t_ieu4b;
     h[sliding_observe_h_t_weose] = K(1.0) / c[s_min];
     h[sliding_observe_h_t_kc5kr] = K(100.0) * c[k_phi];
-    h[sliding_observe_h_t_mldgu] = K(-1.0) + c[m];
     h[sliding_observe_h_t_6rwtv] = K(1.0) / c[theta_min];
 }
 
@@ -430,28 +430,29 @@ void triangle_sliding_observe_prepared(const real *q, const real *r, const real 
     enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_observe_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_observe_h_sin_phi_ref };
-    enum { t_ltkqk = sliding_observe_h_t_ltkqk };
-    enum { t_o55bt = sliding_observe_h_t_o55bt };
     enum { t_gjxkh = sliding_observe_h_t_gjxkh };
     enum { t_ieu4b = sliding_observe_h_t_ieu4b };
+    enum { t_mldgu = sliding_observe_h_t_mldgu };
+    enum { t_ltkqk = sliding_observe_h_t_ltkqk };
+    enum { t_o55bt = sliding_observe_h_t_o55bt };
     enum { t_fcuq3 = sliding_observe_h_t_fcuq3 };
     enum { t_weose = sliding_observe_h_t_weose };
     enum { t_kc5kr = sliding_observe_h_t_kc5kr };
-    enum { t_mldgu = sliding_observe_h_t_mldgu };
     enum { t_6rwtv = sliding_observe_h_t_6rwtv };
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real t_ez37l = w_across * w_across + w_along * w_along;
     const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
     const mask m_qm7gk = LT(K(1e-09), rho_t);
     const real t_6dtnj = K(1.0) / rho_t;
     const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
-    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_srsal = w_across * t_6dtnj;
     const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_srsal * t_srsal)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
-    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
-    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
     const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_rc3nf = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_));
@@ -468,7 +469,6 @@ void triangle_sliding_observe_prepared(const real *q, const real *r, const real 
         + (h[cos_phi_ref] * t_fjukv + h[sin_phi_ref] * t_656yg) * q[zeta2];
     const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
     const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_yzxsd * t_wfrll)) * t_wfrll;
-    const real phi = mv_atan2(q[zeta2], q[zeta1]);
     const real t_tvkh3 = t_pg4q4 + SELECT0(m_qm7gk_2, -(cos_t * t_seiri * rho_t));
     const real zeta1_rate = t_tvkh3 * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_656yg * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
@@ -533,16 +533,11 @@ void triangle_path_prepared(const real *x, const real *r, const real *c, const r
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
-    const real t_o5lbj = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_o5lbj);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
+    const real t_o5lbj = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_o5lbj));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -572,29 +567,34 @@ void triangle_path_prepared(const real *x, const real *r, const real *c, const r
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_o5lbj);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_4bohk = w_across * t_6dtnj;
     const real t_l3hba = r[rho_ref] * t_4bohk * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_l3hba);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_zzg37 = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_l3hba * t_l3hba))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_zzg37);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
     const real t_wmyyh = mv_sqrt(t_dynew);
@@ -668,16 +668,11 @@ void triangle_path_loop_prepared(const real *q, const real *r, const real *p, co
     enum { t_hnwtz = path_loop_h_t_hnwtz };
     enum { t_kc5kr = path_loop_h_t_kc5kr };
     enum { t_6q6qz = path_loop_h_t_6q6qz };
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_ez37l = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_ez37l));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -707,29 +702,34 @@ void triangle_path_loop_prepared(const real *q, const real *r, const real *p, co
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_srsal = w_across * t_6dtnj;
     const real t_gjgcv = r[rho_ref] * t_srsal * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_gjgcv);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_nowfz = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_gjgcv * t_gjgcv))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_nowfz);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     const real t_3woog = alpha * speed * sin_x;
@@ -795,16 +795,11 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
     enum { t_llxk2 = path_observe_h_t_llxk2 };
     enum { t_hnwtz = path_observe_h_t_hnwtz };
     enum { t_kc5kr = path_observe_h_t_kc5kr };
-    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_ez37l = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
-    const mask m_qm7gk = LT(K(1e-09), rho_t);
-    const real t_6dtnj = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real alpha = mv_sign(theta_t);  /* (40) */
     const real t_nldyv = mv_fabs(theta_t);
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
     const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_ez37l));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
@@ -834,29 +829,35 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
         - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
     const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_leuxo_7 = sin_x3 * sin_x3;
-    const real t_leuxo_8 = cos_x3 * cos_x3;
-    const real t_leuxo_9 = cos_x3 * sin_x3;
-    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
-    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
-    const real t_qc6bw_5 = t_leuxo_7 * K_;
-    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
-    const real t_khj3r_3 = t_o4obi_3
-        + t_o4obi_3
-        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
-    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
-    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
     const real t_srsal = w_across * t_6dtnj;
     const real t_gjgcv = r[rho_ref] * t_srsal * rho_t;
     const real Q = SELECT0(m_qm7gk, -t_gjgcv);  /* (47) */
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
     const real t_nowfz = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_gjgcv * t_gjgcv))));
+    const real alpha = mv_sign(theta_t);  /* (40) */
     const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_nowfz);  /* (47) */
     const mask m_cn56p = LT(K_, K(0.03));
-    const real t_leuxo_10 = K_ * K_;
-    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real t_leuxo_7 = K_ * K_;
+    const real t_leuxo_8 = sin_x3 * sin_x3;
+    const real t_leuxo_9 = cos_x3 * cos_x3;
+    const real t_leuxo_10 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_8 - t_leuxo_9 - t_2qjkk * t_leuxo_10;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_8 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_10 - t_2qjkk * t_leuxo_9) * (x_step2 - t_leuxo_10 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_10 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_7 * (K(-0.45) + t_leuxo_7 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_7))), x_step3);
     const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
@@ -868,7 +869,6 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
         + (h[cos_phi_ref] * t_iqrnb + h[sin_phi_ref] * t_t2weg) * q[zeta2];
     const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
     const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_zsrsx * t_wfrll)) * t_wfrll;
-    const real phi = mv_atan2(q[zeta2], q[zeta1]);
     const real zeta1_rate = t_iqrnb * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_t2weg * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     const mask m_wzkpw = LT(K(0.0), rho);

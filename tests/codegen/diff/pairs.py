@@ -254,6 +254,40 @@ def _domains(draw: random.Random) -> Iterator[Row]:
         yield _text(False, f"d = log({p}*{q})\nf: {x}*exp(d)", f"f: {x}*{p}*{q}")
 
 
+def _hyperbolic(draw: random.Random) -> Iterator[Row]:
+    for _ in range(3):
+        x, y, z = draw.sample(STATES, 3)
+        p, n = draw.choice(PARAMETERS), draw.randrange(2, 60)
+        root = f"sqrt({x}**2 + {p}**2)"
+        yield _text(False, f"{y}*asinh({x}/{p})", f"{y}*log(({x} + {root})/{p})")
+        yield _text(False, f"{y} - asinh({n}*{x})", f"{y} + log(sqrt({n}**2*{x}**2 + 1) - {n}*{x})")
+        yield _text(False, f"{z}*acosh({x})", f"{z}*log({x} + sqrt({x}**2 - 1))")
+        yield _text(False, f"{z}*atanh({x}/{n})", f"{z}*(log({n} + {x}) - log({n} - {x}))/2")
+        yield _text(False, f"{z}*sinh({p}*{x})**2", f"{z}*(exp(2*{p}*{x}) - 2 + exp(-2*{p}*{x}))/4")
+        yield _text(False, f"{y}*tanh({x}/{n})", f"{y}*(1 - 2/(exp(2*{x}/{n}) + 1))")
+        yield _text(True, f"{y}*asinh({x}/{p})", f"{y}*log((Abs({x}) + {root})/{p})")
+        yield _text(True, f"{y}*asinh({x}/{p})", f"{y}*log(({x} + {root})/{n})")
+        yield _text(True, f"{z}*acosh({x})", f"{z}*log({x} - sqrt({x}**2 - 1))")
+        yield _text(True, f"{z}*atanh({x}/{n})", f"{z}*(log({n} + {x}) - log({n + 1} - {x}))/2")
+        yield _text(True, f"{z}*acosh(cosh({x}))", f"{z}*{x}")
+
+
+def _joint(draw: random.Random) -> Iterator[Row]:
+    for size in (3, 5, 6, 7):
+        names = draw.sample((*STATES, *ANGLES), size + 1)
+        rest, *inputs = names
+        places = [draw.randrange(1, 60) for _ in inputs]
+        corner = "*".join(f"Max(0, {x} - {n})" for x, n in zip(inputs, places, strict=True))
+        window = " & ".join(f"({x} > {n})" for x, n in zip(inputs, places, strict=True))
+        limited = [f"Max(-{n}, Min({x}, {n}))" for x, n in zip(inputs, places, strict=True)]
+        turned = [f"Min({n}, Max({x}, -{n}))" for x, n in zip(inputs, places, strict=True)]
+        yield _text(True, f"{rest} + {corner}", rest)
+        yield _text(True, f"{rest} + Piecewise((1, {window}), (0, True))", rest)
+        yield _text(True, f"{rest}*{'*'.join(limited)}", f"{rest}*{'*'.join(turned)} + {corner}")
+        yield _text(False, f"{rest}*{'*'.join(limited)}", f"{'*'.join(turned)}*{rest}")
+        yield _text(False, f"{rest} - {' - '.join(limited)}", f"{rest} - ({' + '.join(turned)})")
+
+
 def _steps(draw: random.Random) -> Iterator[Row]:
     for _ in range(5):
         x, y, z = draw.sample(STATES, 3)
@@ -421,6 +455,8 @@ GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "tables": _tables,
     "limits": _limits,
     "domains": _domains,
+    "hyperbolic": _hyperbolic,
+    "joint": _joint,
     "steps": _steps,
     "implicit": _implicit,
     "ordinary": _ordinary,

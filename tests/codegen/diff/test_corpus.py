@@ -15,6 +15,7 @@ from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
+from tests.codegen.diff.measured import answer, answers
 from tests.codegen.diff.pairs import SEED, pairs
 
 
@@ -61,15 +62,6 @@ def test_the_root_of_a_square_is_not_its_base(number):
     assert Judge(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
 
 
-def answer(comparison):
-    """What a person reads: the same, different, or undecided."""
-    if not comparison.differs:
-        return "same"
-    telling = [equation for equation in comparison if equation.matters]
-    decided = comparison.parameters or any(equation.verdict is not Fate.UNDECIDED for equation in telling)
-    return "different" if decided else "undecided"
-
-
 @pytest.mark.parametrize("part", range(4))
 def test_every_eighth_pair_has_the_answer_of_a_person(part):
     for pair in pairs()[part::32]:
@@ -79,10 +71,10 @@ def test_every_eighth_pair_has_the_answer_of_a_person(part):
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", [SEED, 1, 2])
 def test_the_whole_corpus_has_no_false_same(seed):
-    answers = Counter((pair.differs, answer(compare(pair.old, pair.new))) for pair in pairs(seed))
-    assert answers[True, "same"] == 0
-    assert answers[False, "different"] < 0.03 * sum(n for (differs, _), n in answers.items() if not differs)
-    assert answers[True, "undecided"] + answers[False, "undecided"] < 0.08 * answers.total()
+    count = sum(answers([seed]).values(), Counter())
+    assert count[True, "same"] == 0
+    assert count[False, "different"] < 0.03 * sum(n for (differs, _), n in count.items() if not differs)
+    assert count[True, "undecided"] + count[False, "undecided"] < 0.08 * count.total()
 
 
 def test_the_corpus_is_as_large_as_promised():

@@ -283,3 +283,11 @@ def test_a_term_in_a_joint_state_of_three_branches_is_never_lost(names, first, s
     ramps = f"Max(0, {a} - {first})*Max(0, -{b} - {second})*Max(0, {c} - {third})"
     window = f"Piecewise((1, ({a} > {first}) & ({a} < {first + 1}) & ({b} < -{second})), (0, True))"
     is_seen([(f"({c} + {ramps})", c), (f"({c} + {window})", c)], data)
+
+
+@pytest.mark.parametrize("count", [5, 6, 8])
+def test_a_term_in_a_joint_state_of_many_branches_is_never_lost(count):
+    names = ("y", "z", "v", "w", "a", "b", "phi", "theta")[:count]
+    term = "*".join(f"Max(0, {name} - {place})" for place, name in enumerate(names, start=2))
+    comparison = compare(document(f"f: x + {term}"), document("f: x"))
+    assert comparison.differs
