@@ -16,6 +16,7 @@ from ..system import Choice, Controller, Derivation, Expr, Function, Group, Outp
 from ..tables import read_parameters, read_scenarios
 from .derived import residuals, show
 from .fast.hull import velocity_rates
+from .geometry import geometry
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
 from .laws.thrust import Inputs, gimbal_limits, to_physical
@@ -154,6 +155,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         variants=_variants(model, choices, laws),
         rates=rates,
         residual=residual,
+        geometry=geometry(p, bobs, inertia, placed.angles),
     )
 
 
