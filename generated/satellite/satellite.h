@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "728e2adb9ac499e8f25bc2bd80d14532b7e4d2e7951bdaa81016025d55eeefbb"
+#define SATELLITE_HASH "eeda73b0e0748caf3a87b9151961db510471cd14dbb42dbf7f51c0925f28807c"
 
 /* state x */
 enum {
@@ -423,6 +423,16 @@ enum {
     SATELLITE_LIMITS_NMARGIN = 3
 };
 void satellite_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
+
+/* points of the shapes of a picture */
+enum {
+    SATELLITE_GEOMETRY_NX = 10,
+    SATELLITE_GEOMETRY_NU = 3,
+    SATELLITE_GEOMETRY_NR = 3,
+    SATELLITE_GEOMETRY_NP = 33,
+    SATELLITE_GEOMETRY_NPOINTS = 72
+};
+void satellite_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* input that acts */
 enum {

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "10078ef07c4e7838c22e1bf0570bbe1e0295b0dda97a78e6435a37b74da8d7ab"
+#define SLOSH_HASH "08a779622f47e8fa77b195de96a989780f663c8ba8235b5a80fff1a62623543b"
 
 /* state x */
 enum {
@@ -179,6 +179,16 @@ enum {
     SLOSH_LIMITS_NMARGIN = 0
 };
 void slosh_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
+
+/* points of the shapes of a picture */
+enum {
+    SLOSH_GEOMETRY_NX = 17,
+    SLOSH_GEOMETRY_NU = 5,
+    SLOSH_GEOMETRY_NR = 0,
+    SLOSH_GEOMETRY_NP = 22,
+    SLOSH_GEOMETRY_NPOINTS = 90
+};
+void slosh_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* state derivative, full, euler */
 enum {

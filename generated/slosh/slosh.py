@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "10078ef07c4e7838c22e1bf0570bbe1e0295b0dda97a78e6435a37b74da8d7ab"
+HASH = "08a779622f47e8fa77b195de96a989780f663c8ba8235b5a80fff1a62623543b"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -20,6 +20,7 @@ SIZES = {
     "rhs": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "outputs": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'y': 7},
     "limits": {'x': 17, 'u': 5, 'p': 22, 'margin': 0},
+    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 90},
     "rhs_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
@@ -186,10 +187,10 @@ def rhs(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -614,10 +615,10 @@ def outputs(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -938,6 +939,231 @@ def limits(x, u, p):
         return _vector()
 
 
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        att1 = x[..., 6]
+        att2 = x[..., 7]
+        att3 = x[..., 8]
+        phi1 = x[..., 9]
+        theta1 = x[..., 10]
+        phi2 = x[..., 11]
+        theta2 = x[..., 12]
+        delta1 = u[..., 3]
+        delta2 = u[..., 4]
+        b = p[..., 7]
+        d = p[..., 8]
+        l1 = p[..., 13]
+        h1 = p[..., 14]
+        l2 = p[..., 18]
+        h2 = p[..., 19]
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
+        t_ggxc7 = sin_att1 * sin_att3
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        t_6x4uh = cos_att3 * cos_att1
+        t_taeik = sin_att2 * t_6x4uh
+        t_myqhz = 0.36 * t_ggxc7 + 0.36 * t_taeik
+        t_lswnn = 0.52 * cos_att2
+        t_2c2og = cos_att3 * t_lswnn
+        t_td2xz = t_myqhz - t_2c2og
+        t_jwc4h = t_lswnn * sin_att3
+        t_jtg6a = cos_att3 * sin_att1
+        t_jtg6a_2 = 0.36 * t_jtg6a
+        t_z4mke = sin_att3 * cos_att1
+        t_hksyc = sin_att2 * t_z4mke
+        t_eqelh = 0.36 * t_hksyc
+        t_igi4c = t_jtg6a_2 - t_eqelh
+        t_g4vbt = -(t_jwc4h + t_igi4c)
+        t_foa7g = 0.52 * sin_att2
+        t_3jsqk = cos_att2 * cos_att1
+        t_3jsqk_2 = 0.36 * t_3jsqk
+        t_7vq4b = t_foa7g + t_3jsqk_2
+        t_bvjqc = sin_att2 * t_jtg6a - t_z4mke
+        t_qfree = 0.3117691453623979 * t_bvjqc
+        t_ggxc7_2 = 0.18 * t_ggxc7
+        t_l3pwi = 0.18 * t_taeik
+        t_wuuvj = t_ggxc7_2 + t_l3pwi
+        t_xjgfc = t_qfree + t_wuuvj
+        t_m65za = t_6x4uh + t_ggxc7 * sin_att2
+        t_p5guo = 0.3117691453623979 * t_m65za
+        t_5cqv6 = t_p5guo - t_jwc4h
+        t_eqelh_2 = 0.18 * t_hksyc
+        t_jtg6a_3 = 0.18 * t_jtg6a
+        t_igi4c_2 = t_eqelh_2 - t_jtg6a_3
+        t_3jsqk_3 = 0.18 * t_3jsqk
+        t_ql6qw = cos_att2 * sin_att1
+        t_ql6qw_2 = 0.3117691453623979 * t_ql6qw
+        t_tck5s = t_foa7g + t_ql6qw_2
+        t_xjgfc_2 = t_wuuvj - t_qfree
+        t_h6fgr = -(t_2c2og + t_xjgfc_2)
+        t_igi4c_3 = t_jtg6a_3 - t_eqelh_2
+        t_c2ymk = t_5cqv6 + t_igi4c_3
+        t_m4zc7 = t_tck5s - t_3jsqk_3
+        t_igi4c_4 = t_eqelh - t_jtg6a_2
+        t_h6fgr_2 = -(t_2c2og + t_xjgfc)
+        t_5cqv6_2 = t_jwc4h + t_p5guo
+        t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2)
+        t_aqs57 = t_3jsqk_3 + t_ql6qw_2
+        t_ydlzc = t_foa7g - t_aqs57
+        t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi
+        t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2
+        t_lswnn_2 = 1.2 * cos_att2
+        t_2c2og_2 = cos_att3 * t_lswnn_2
+        t_td2xz_2 = t_myqhz + t_2c2og_2
+        t_jwc4h_2 = sin_att3 * t_lswnn_2
+        t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2
+        t_foa7g_2 = 1.2 * sin_att2
+        t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2
+        t_5cqv6_3 = t_p5guo + t_jwc4h_2
+        t_g63ud = t_a3hkn + t_2c2og_2
+        t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3
+        t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2)
+        t_2c2og_3 = -1.2 * cos_att3 * cos_att2
+        t_ohxxd = -(t_xjgfc + t_2c2og_3)
+        t_vysbl = t_p5guo + -1.2 * cos_att2 * sin_att3
+        t_42tn2 = -(t_igi4c_2 + t_vysbl)
+        t_ydlzc_3 = -(t_aqs57 + t_foa7g_2)
+        t_yxxpc = b + d
+        t_qhzth = cos_att2 * t_yxxpc
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        t_tv227 = cos_delta1 * cos_delta2
+        t_53djv = -0.16 * t_tv227 - t_yxxpc
+        t_6u326 = cos_att2 * t_53djv
+        t_myqhz_2 = t_ggxc7 + t_taeik
+        t_dtzim = cos_delta2 * sin_delta1
+        t_dtzim_2 = 0.16 * t_dtzim
+        t_z47mx = 0.16 * sin_delta2
+        t_ak6yg = cos_att3 * t_6u326 + t_myqhz_2 * t_dtzim_2 - t_bvjqc * t_z47mx
+        t_t7mda = sin_att3 * sin_att2 * cos_att1 - t_jtg6a
+        t_twgh5 = sin_att3 * t_6u326 + t_dtzim_2 * t_t7mda - t_m65za * t_z47mx
+        t_yjubz = (
+            0.16 * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
+            - (sin_att2 * t_53djv + t_ql6qw * t_z47mx)
+        )
+        t_53djv_2 = -0.5 * t_tv227 - t_yxxpc
+        t_6u326_2 = cos_att2 * t_53djv_2
+        t_dtzim_3 = 0.5 * t_dtzim
+        t_z47mx_2 = 0.5 * sin_delta2
+        t_sol6l = cos_att2 * h1
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        t_5wsq6 = h1 - cos_phi1 * l1
+        t_6y7qf = cos_att2 * t_5wsq6
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        t_uu25d = sin_phi1 * l1
+        t_nifmf = sin_theta1 * t_uu25d
+        t_3ndti = cos_theta1 * t_uu25d
+        t_xrqnz = cos_att3 * t_6y7qf + t_bvjqc * t_nifmf + t_myqhz_2 * t_3ndti
+        t_zsjki = sin_att3 * t_6y7qf + t_m65za * t_nifmf + t_t7mda * t_3ndti
+        t_ftbo4 = t_3jsqk * t_3ndti + t_ql6qw * t_nifmf - sin_att2 * t_5wsq6
+        t_tlwev = cos_att2 * h2
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        t_i4qrx = h2 - cos_phi2 * l2
+        t_ijx5f = cos_att2 * t_i4qrx
+        t_pgd7h = sin_phi2 * l2
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_z7gk4 = t_pgd7h * sin_theta2
+        t_m32m4 = t_pgd7h * cos_theta2
+        t_ls65o = cos_att3 * t_ijx5f + t_bvjqc * t_z7gk4 + t_myqhz_2 * t_m32m4
+        t_pgu5q = sin_att3 * t_ijx5f + t_m65za * t_z7gk4 + t_t7mda * t_m32m4
+        t_5h2wc = t_3jsqk * t_m32m4 + t_ql6qw * t_z7gk4 - sin_att2 * t_i4qrx
+        return _vector(
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_xjgfc - t_2c2og,
+            t_5cqv6 + t_igi4c_2,
+            t_3jsqk_3 + t_tck5s,
+            t_h6fgr,
+            t_c2ymk,
+            t_m4zc7,
+            -(t_2c2og + t_myqhz),
+            -(t_jwc4h + t_igi4c_4),
+            t_foa7g - t_3jsqk_2,
+            t_h6fgr_2,
+            t_c2ymk_2,
+            t_ydlzc,
+            -(t_2c2og + t_a3hkn),
+            -(t_igi4c_3 + t_5cqv6_2),
+            t_foa7g + t_aqs57_2,
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_xjgfc + t_2c2og_2,
+            t_igi4c_2 + t_5cqv6_3,
+            t_aqs57 - t_foa7g_2,
+            t_g63ud,
+            t_c2ymk_3,
+            t_ydlzc_2,
+            -(t_myqhz + t_2c2og_3),
+            t_igi4c + t_jwc4h_2,
+            -(t_3jsqk_2 + t_foa7g_2),
+            t_ohxxd,
+            t_42tn2,
+            t_ydlzc_3,
+            t_xjgfc_2 + t_2c2og_2,
+            -(t_igi4c_3 + t_vysbl),
+            t_aqs57_2 - t_foa7g_2,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_h6fgr,
+            t_c2ymk,
+            t_m4zc7,
+            t_g63ud,
+            t_c2ymk_3,
+            t_ydlzc_2,
+            t_h6fgr_2,
+            t_c2ymk_2,
+            t_ydlzc,
+            t_ohxxd,
+            t_42tn2,
+            t_ydlzc_3,
+            -(cos_att3 * t_qhzth),
+            -(sin_att3 * t_qhzth),
+            sin_att2 * t_yxxpc,
+            t_ak6yg,
+            t_twgh5,
+            t_yjubz,
+            t_ak6yg,
+            t_twgh5,
+            t_yjubz,
+            cos_att3 * t_6u326_2 + t_myqhz_2 * t_dtzim_3 - t_bvjqc * t_z47mx_2,
+            sin_att3 * t_6u326_2 + t_t7mda * t_dtzim_3 - t_m65za * t_z47mx_2,
+            0.5 * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
+                - (sin_att2 * t_53djv_2 + t_ql6qw * t_z47mx_2),
+            cos_att3 * t_sol6l,
+            sin_att3 * t_sol6l,
+            -(sin_att2 * h1),
+            t_xrqnz,
+            t_zsjki,
+            t_ftbo4,
+            t_xrqnz,
+            t_zsjki,
+            t_ftbo4,
+            cos_att3 * t_tlwev,
+            sin_att3 * t_tlwev,
+            -(sin_att2 * h2),
+            t_ls65o,
+            t_pgu5q,
+            t_5h2wc,
+            t_ls65o,
+            t_pgu5q,
+            t_5h2wc,
+        )
+
+
 def rhs_euler(x, u, p):
     """State derivative, full, euler: (x, u, p) -> dx."""
     x, u, p = _arrays(x, u, p)
@@ -1014,10 +1240,10 @@ def rhs_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -1457,10 +1683,10 @@ def rhs_reduced(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -1798,9 +2024,9 @@ def rhs_reduced(x, u, p):
         t_cqyvk = t_lgf4h * t_hjux3
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_cqyvk * theta1_dot
             - t_lgf4h * t_prfqf
             - t_cqyvk * wx
@@ -1981,10 +2207,10 @@ def rhs_reduced_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -2322,9 +2548,9 @@ def rhs_reduced_euler(x, u, p):
         t_cqyvk = t_lgf4h * t_hjux3
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_cqyvk * theta1_dot
             - t_lgf4h * t_prfqf
             - t_cqyvk * wx
@@ -2707,25 +2933,25 @@ def energy(x, p):
         t_mdgjb = (
             t_uu25d * (cos_theta1 * wy)
             + vx
-            - t_uu25d * (sin_theta1 * wz)
+            - sin_theta1 * wz * t_uu25d
             + t_uu25d * phi1_dot
         )
         t_4fh24 = cos_phi1 * l1
         t_5wsq6 = h1 - t_4fh24
         t_gmx3d = t_4fh24 * phi1_dot
-        t_3ndti = t_uu25d * cos_theta1
+        t_3ndti = cos_theta1 * t_uu25d
         t_yjz75 = (
             t_5wsq6 * wz
             + vy
-            + t_gmx3d * sin_theta1
+            + sin_theta1 * t_gmx3d
             + t_3ndti * theta1_dot
             - t_3ndti * wx
         )
-        t_nifmf = t_uu25d * sin_theta1
+        t_nifmf = sin_theta1 * t_uu25d
         t_znexn = (
             vz
             - t_5wsq6 * wy
-            + t_gmx3d * cos_theta1
+            + cos_theta1 * t_gmx3d
             + t_nifmf * wx
             - t_nifmf * theta1_dot
         )
@@ -2740,21 +2966,21 @@ def energy(x, p):
         )
         t_i5y5i = cos_phi2 * l2
         t_i4qrx = h2 - t_i5y5i
-        t_qy3i6 = t_i5y5i * phi2_dot
         t_m32m4 = t_pgd7h * cos_theta2
+        t_qy3i6 = t_i5y5i * phi2_dot
         t_yd4q2 = (
             t_i4qrx * wz
             + vy
-            + t_qy3i6 * sin_theta2
             + t_m32m4 * theta2_dot
+            + sin_theta2 * t_qy3i6
             - t_m32m4 * wx
         )
         t_z7gk4 = t_pgd7h * sin_theta2
         t_pxtje = (
             vz
             - t_i4qrx * wy
-            + t_qy3i6 * cos_theta2
             + t_z7gk4 * wx
+            + cos_theta2 * t_qy3i6
             - t_z7gk4 * theta2_dot
         )
         return np.asarray((I0 + J_x) * (0.5 * (wx * wx))
@@ -2804,10 +3030,10 @@ def momentum(x, p):
         I2 = p[..., 20]
         t_zig7f = 0.5 * m1
         t_biiqk = vx + vx
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_uu25d = sin_phi1 * l1
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        t_y53hc = t_uu25d * (sin_theta1 * wz)
+        t_y53hc = sin_theta1 * wz * t_uu25d
         t_q2sfi = t_uu25d * (cos_theta1 * wy)
         t_hjux3 = phi1_dot + phi1_dot
         t_fha3f = 0.5 * m2
@@ -2827,14 +3053,14 @@ def momentum(x, p):
         t_5wsq6 = h1 - t_4fh24
         t_k43ez = t_5wsq6 * wz
         t_2zkgz = theta1_dot + theta1_dot
-        t_3ndti = t_uu25d * cos_theta1
+        t_3ndti = cos_theta1 * t_uu25d
         t_gmx3d = t_hjux3 * t_4fh24
         t_f2ypg = wx + wx
         t_crmmg = (
             t_byoa6_2
             + (t_k43ez + t_k43ez)
             + t_2zkgz * t_3ndti
-            + t_gmx3d * sin_theta1
+            + sin_theta1 * t_gmx3d
             - t_f2ypg * t_3ndti
         )
         t_i5y5i = cos_phi2 * l2
@@ -2847,19 +3073,19 @@ def momentum(x, p):
             t_byoa6_2
             + (t_rkxmj + t_rkxmj)
             + t_m7bta * t_m32m4
-            + t_qy3i6 * sin_theta2
+            + sin_theta2 * t_qy3i6
             - t_f2ypg * t_m32m4
         )
         t_s2c4q = vz + vz
         t_afq4u = b * wy
         t_vghml = h0 * wy
         t_ga5oq = t_5wsq6 * wy
-        t_nifmf = t_uu25d * sin_theta1
+        t_nifmf = sin_theta1 * t_uu25d
         t_3pu7w = (
             t_s2c4q
             + -2.0 * t_ga5oq
             + t_f2ypg * t_nifmf
-            + t_gmx3d * cos_theta1
+            + cos_theta1 * t_gmx3d
             - t_2zkgz * t_nifmf
         )
         t_wp7p4 = t_i4qrx * wy
@@ -2868,18 +3094,18 @@ def momentum(x, p):
             t_s2c4q
             + -2.0 * t_wp7p4
             + t_f2ypg * t_z7gk4
-            + t_qy3i6 * cos_theta2
+            + cos_theta2 * t_qy3i6
             - t_m7bta * t_z7gk4
         )
         t_ykayx = 0.5 * I1
         t_mjwqd = 0.5 * I2
         t_gmx3d_2 = t_4fh24 * phi1_dot
-        t_3pu7w_2 = vz - t_ga5oq + t_gmx3d_2 * cos_theta1 + t_nifmf * wx - t_nifmf * theta1_dot
-        t_5ppc7 = t_k43ez + vy + t_gmx3d_2 * sin_theta1 + t_3ndti * theta1_dot - t_3ndti * wx
+        t_3pu7w_2 = vz - t_ga5oq + cos_theta1 * t_gmx3d_2 + t_nifmf * wx - t_nifmf * theta1_dot
+        t_5ppc7 = t_k43ez + vy + sin_theta1 * t_gmx3d_2 + t_3ndti * theta1_dot - t_3ndti * wx
         t_npl2t = t_3ndti + t_3ndti
         t_qy3i6_2 = t_i5y5i * phi2_dot
-        t_lsqou_2 = vz - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * wx - t_z7gk4 * theta2_dot
-        t_gcz5k = t_rkxmj + vy + t_qy3i6_2 * sin_theta2 + t_m32m4 * theta2_dot - t_m32m4 * wx
+        t_lsqou_2 = vz - t_wp7p4 + t_z7gk4 * wx + cos_theta2 * t_qy3i6_2 - t_z7gk4 * theta2_dot
+        t_gcz5k = t_rkxmj + vy + t_m32m4 * theta2_dot + sin_theta2 * t_qy3i6_2 - t_m32m4 * wx
         t_hn6vs = t_m32m4 + t_m32m4
         t_lgaky = b * m
         t_oslib = h0 * m0
@@ -2904,8 +3130,8 @@ def momentum(x, p):
             (I0 + J_x) * wx
                 + t_ykayx * (t_hjux3 + t_f2ypg)
                 + t_mjwqd * (t_mw75j + t_f2ypg)
-                + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * l1 - t_5ppc7 * t_npl2t)
-                + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * l2 - t_gcz5k * t_hn6vs),
+                + t_zig7f * ((sin_phi1 + sin_phi1) * sin_theta1 * t_3pu7w_2 * l1 - t_5ppc7 * t_npl2t)
+                + t_fha3f * ((sin_phi2 + sin_phi2) * sin_theta2 * t_lsqou_2 * l2 - t_gcz5k * t_hn6vs),
             t_lgaky * (t_afq4u + vz)
                 + t_oslib * (t_vghml + vz)
                 + (I0 + J_y) * wy
@@ -2916,8 +3142,8 @@ def momentum(x, p):
             (I0 + J_z) * wz
                 + t_ykayx * (t_2zkgz + t_pzkfy)
                 + t_mjwqd * (t_m7bta + t_pzkfy)
-                + t_zig7f * (t_5ppc7 * t_5wsq6_2 + -2.0 * t_mpmd7 * t_nifmf)
-                + t_fha3f * (t_gcz5k * t_i4qrx_2 + -2.0 * t_dctfb * t_z7gk4)
+                + t_zig7f * (t_5ppc7 * t_5wsq6_2 + -2.0 * t_nifmf * t_mpmd7)
+                + t_fha3f * (t_gcz5k * t_i4qrx_2 + -2.0 * t_z7gk4 * t_dctfb)
                 - t_lgaky * (vy - t_i435h)
                 - t_oslib * (vy - t_2pqsj),
         )
@@ -3629,9 +3855,9 @@ def lyapunov_v1_demand(x, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_y2jy5
             + t_sxxxk * t_prfqf
             + t_y2jy5 * t_hjux3
-            + t_y2jy5 * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -4477,9 +4703,9 @@ def lyapunov_v1(x, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -5020,9 +5246,9 @@ def lyapunov_v1_loop(q, r, p, c):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h_2 * t_prfqf
             - Dd_theta1 * wx
@@ -5239,9 +5465,6 @@ def lyapunov_v1_loop(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -5251,7 +5474,10 @@ def lyapunov_v1_loop(q, r, p, c):
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -5907,9 +6133,9 @@ def lyapunov_v1_observe(q, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -6505,9 +6731,9 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h_2 * t_prfqf
             - Dd_theta1 * wx
@@ -6724,9 +6950,6 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -6736,7 +6959,10 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -7153,9 +7379,9 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_awntx = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
             + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
@@ -7487,9 +7713,9 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_awntx = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
             + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
@@ -7992,9 +8218,9 @@ def lyapunov_v1_outputs(x, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -8888,9 +9114,6 @@ def lyapunov_v2_loop(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -8900,7 +9123,10 @@ def lyapunov_v2_loop(q, r, p, c):
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -9917,9 +10143,6 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -9929,7 +10152,10 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -10338,9 +10564,9 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         t_w7e46 = t_brgbu * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
             + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
             - t_w7e46 * wx
@@ -10551,9 +10777,9 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         t_w7e46 = t_brgbu * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
             + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
             - t_w7e46 * wx
@@ -10997,10 +11223,10 @@ def jac_x(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -13819,10 +14045,10 @@ def jvp(x, u, p, along_x, along_u):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -14182,7 +14408,7 @@ def jvp(x, u, p, along_x, along_u):
             + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
             + (cos_phi1 * t_h3brn - tension1 * t_caymt)
             + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
-            - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_delta1))
+            - (t_ruxs4 * (sin_delta1 * along_delta1) + cos_delta1 * t_wybx3)
         )
         t_a6n2y = mv1 * t_caymt_2
         t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2
@@ -14693,10 +14919,10 @@ def outputs_jac(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -16176,25 +16402,26 @@ def outputs_jac(x, u, r, p):
         t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm
         t_bagmr = K_L63 * t_bintu_13 - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm)
         t_o2r34 = t_eoupv * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_o5wmi * t_bintu_13
+        t_iixgm = t_ruxs4 * cos_delta1
         t_lx7ez = t_gousg * t_gcu5g
-        t_whsnl = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + f_x)
-        t_k6nbp = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_whsnl
-        t_gghjz = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_whsnl + K_L54 * t_k6nbp
-        t_krhvv = (
-            t_bknng * f_x
+        t_3eqhg = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + t_iixgm)
+        t_fqhue = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_3eqhg
+        t_urwkl = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_3eqhg + K_L54 * t_fqhue
+        t_fpzzr = (
+            t_bknng * t_iixgm
             - t_thnvm_2 * t_gcu5g
             - t_o5wmi * t_lx7ez
-            - K_L63 * t_whsnl
-            + K_L64 * t_k6nbp
-            - K_L65 * t_gghjz
+            - K_L63 * t_3eqhg
+            + K_L64 * t_fqhue
+            - K_L65 * t_urwkl
         )
-        t_ncgmo = t_krhvv * t_6dtnj_6
-        t_tbm3s = t_gghjz * t_6dtnj_5 - K_L65 * t_ncgmo
-        t_bopyi = t_k6nbp * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo
-        t_luyzm = t_whsnl * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo
-        t_d5lnx = (
-            t_o5wmi * t_ncgmo
-            - (t_lx7ez * t_6dtnj_2 + K_L32 * t_luyzm + t_eoupv * t_bopyi + K_L52 * t_tbm3s)
+        t_auwy6 = t_fpzzr * t_6dtnj_6
+        t_j627l = t_urwkl * t_6dtnj_5 - K_L65 * t_auwy6
+        t_k6nbi = t_fqhue * t_6dtnj_4 + K_L54 * t_j627l + K_L64 * t_auwy6
+        t_ztwq2 = t_3eqhg * t_6dtnj_3 + K_L43 * t_k6nbi - K_L53 * t_j627l - K_L63 * t_auwy6
+        t_te5w4 = (
+            t_o5wmi * t_auwy6
+            - (t_lx7ez * t_6dtnj_2 + K_L32 * t_ztwq2 + t_eoupv * t_k6nbi + K_L52 * t_j627l)
         )
         t_ruxs4_2 = F * cos_delta2
         t_qswyw = F * sin_delta2
@@ -16415,27 +16642,27 @@ def outputs_jac(x, u, r, p):
             t_s47r2 + x_C * t_iavt3,
             t_4jawv - t_rvtxv,
             t_o2r34 - x_C * t_nmaqm,
-            t_d5lnx - x_C * t_tbm3s,
+            t_te5w4 - x_C * t_j627l,
             t_cxlzo + x_C * t_gsfa3,
             t_lppxo - x_C * t_gcnkg,
             t_ocu7b + x_C * t_6dtnj_6,
             t_bagmr + t_rvtxv,
-            t_luyzm - x_C * t_ncgmo,
+            t_ztwq2 - x_C * t_auwy6,
             t_etz6k - x_C * t_japvz,
             t_fp5fy,
             t_4sbjs,
             t_4tcd4,
-            -t_bopyi,
+            -t_k6nbi,
             t_adrt4,
             -t_gcnkg,
             t_6dtnj_6,
             t_bintu_13,
-            -t_ncgmo,
+            -t_auwy6,
             -t_japvz,
             -t_iavt3,
             t_bintu_13,
             t_nmaqm,
-            t_tbm3s,
+            t_j627l,
             -t_gsfa3,
             t_gousg * t_s47r2
                 + t_gousg_2 * t_lppxo
@@ -16452,12 +16679,12 @@ def outputs_jac(x, u, r, p):
                 + t_w6lcf * t_4tcd4
                 + t_thnvm * t_nmaqm
                 - t_thnvm_2 * t_bintu_13,
-            t_gousg * t_d5lnx
+            t_gousg * t_te5w4
                 - t_gcu5g * t_6dtnj
-                + t_gousg_2 * t_luyzm
-                - t_w6lcf * t_bopyi
-                + t_thnvm * t_tbm3s
-                + t_thnvm_2 * t_ncgmo,
+                + t_gousg_2 * t_ztwq2
+                - t_w6lcf * t_k6nbi
+                + t_thnvm * t_j627l
+                + t_thnvm_2 * t_auwy6,
             t_gousg * t_cxlzo
                 - t_jt7ew * t_6dtnj
                 + t_gousg_2 * t_etz6k
@@ -16551,10 +16778,10 @@ def jac_p(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -20678,10 +20905,10 @@ def outputs_jac_p(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -23738,9 +23965,9 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -24179,9 +24406,9 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_j62t5 = wx * t_gvj6n + Wn1 * along_wx
         t_vdiww = (
             t_sqgls
+            + (t_mgpcw * t_gvj6n + Wn1 * t_tyt57)
             + (t_prfqf * t_42brb + t_sxxxk * t_j62t5)
             + (t_hjux3 * t_tyt57 + t_mgpcw * t_jootr)
-            + (Wn1 * t_tyt57 + t_mgpcw * t_gvj6n)
             + t_juyfh
             - (t_prfqf * t_yco5k + t_lgf4h * t_j62t5)
             - (wx * t_oybio + Dd_theta1 * along_wx)
@@ -25224,9 +25451,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -26362,12 +26589,13 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_u7woh = B_2 * t_j4oea
         t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh
         t_qzmde = t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz
-        t_mwo52 = wx * cos_theta1
         t_zew4e = t_lgf4h_2 * sin_theta1
+        t_mwo52 = wx * cos_theta1
         t_r2t7m = (
-            t_sxxxk * t_mwo52
+            t_mgpcw * cos_theta1
+            + Wn1 * t_zew4e
+            + t_sxxxk * t_mwo52
             + t_hjux3 * t_zew4e
-            + (Wn1 * t_zew4e + t_mgpcw * cos_theta1)
             - t_lgf4h * t_mwo52
         )
         t_l4ozg_2 = t_l4ozg + t_l4ozg
@@ -26642,9 +26870,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_zew4e_2 = t_lgf4h_2 * cos_theta1
         t_mwo52_2 = wx * sin_theta1
         t_r2t7m_2 = (
-            t_hjux3 * t_zew4e_2
+            Wn1 * t_zew4e_2
+            - t_mgpcw * sin_theta1
             - t_sxxxk * t_mwo52_2
-            + (Wn1 * t_zew4e_2 - t_mgpcw * sin_theta1)
+            + t_hjux3 * t_zew4e_2
             + t_lgf4h * t_mwo52_2
         )
         t_tbfiw_2 = t_l4ozg_2 * cos_theta1
@@ -27403,9 +27632,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_iukcq = t_hjux3 * t_uimfg
         t_bshno = theta1_dot * t_iukcq
         t_idohm = (
-            t_prfqf * t_ypnmh
+            Wn1 * t_mgpcw_2
+            + t_prfqf * t_ypnmh
             + t_hjux3 * t_mgpcw_2
-            + Wn1 * t_mgpcw_2
             + t_bshno
             - t_prfqf * t_uimfg
             - wx * t_iukcq
@@ -27601,7 +27830,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10)
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
-        t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
+        t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l
         t_sjhta = t_njixh * t_6dtnj
         t_5ewry = t_sjhta * t_6dtnj
         t_b4c42 = sin_t_6qa42 * F
@@ -28013,9 +28242,10 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_mgpcw_3 = t_lgf4h_2 * t_l4ozg_3
         t_hawtx = wx * t_l4ozg_4
         t_vx5y7 = (
-            t_hjux3 * t_mgpcw_3
+            Wn1 * t_mgpcw_3
+            - t_mgpcw * t_l4ozg_4
             - t_sxxxk * t_hawtx
-            + (Wn1 * t_mgpcw_3 - t_mgpcw * t_l4ozg_4)
+            + t_hjux3 * t_mgpcw_3
             + t_lgf4h * t_hawtx
         )
         t_esfeh = t_l4ozg_2 * t_l4ozg_3
@@ -33652,7 +33882,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10)
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
-        t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
+        t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l
         t_sjhta = t_njixh * t_6dtnj
         t_5ewry = t_sjhta * t_6dtnj
         t_b4c42 = sin_t_6qa42 * F
@@ -36451,10 +36681,10 @@ def rhs_hold(u, p, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -37029,10 +37259,10 @@ def outputs_prepared(x, u, p, h):
         ) = np.moveaxis(h, -1, 0)
         W12 = wx * wy
         W13 = wx * wz
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -37470,10 +37700,10 @@ def rhs_euler_hold(u, p, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -38056,10 +38286,10 @@ def rhs_reduced_hold(u, p, h):
             t_os4zj_2,
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -38475,9 +38705,9 @@ def rhs_reduced_prepared(x, u, p, h, w):
         t_jboxq = t_5zi7z * t_hjux3
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_jboxq * theta1_dot
             - t_5zi7z * t_prfqf
             - t_jboxq * wx
@@ -38723,10 +38953,10 @@ def rhs_reduced_euler_hold(u, p, h):
             t_os4zj_2,
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
+        f_x = cos_delta1 * t_ruxs4
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -39144,9 +39374,9 @@ def rhs_reduced_euler_prepared(x, u, p, h, w):
         t_jboxq = t_5zi7z * t_hjux3
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_jboxq * theta1_dot
             - t_5zi7z * t_prfqf
             - t_jboxq * wx
@@ -39902,9 +40132,9 @@ def lyapunov_v1_prepared(x, p, c, h):
         t_7tj6u = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z * t_prfqf
             - Dd_theta1 * wx
@@ -40545,9 +40775,9 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z_2 * t_prfqf
             - Dd_theta1 * wx
@@ -40766,9 +40996,6 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         f2_v1 = q2_v1 - t_f2nhc * ax_v1
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -40778,7 +41005,10 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -41544,9 +41774,9 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
         t_7tj6u = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z * t_prfqf
             - Dd_theta1 * wx
@@ -42242,9 +42472,9 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
+            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
-            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z_2 * t_prfqf
             - Dd_theta1 * wx
@@ -42463,9 +42693,6 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         f2_v1 = q2_v1 - t_f2nhc * ax_v1
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -42475,7 +42702,10 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -42949,9 +43179,9 @@ def lyapunov_v1_loop_reduced_prepared(q, p, c, h):
         t_5c2px = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
-            + t_jg6hr * t_d3hip
             + t_5c2px
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
@@ -43328,9 +43558,9 @@ def lyapunov_v1_loop_reduced_euler_prepared(q, p, c, h):
         t_5c2px = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
-            + t_jg6hr * t_d3hip
             + t_5c2px
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
@@ -44378,9 +44608,6 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         f2_v2 = q2_v2 - t_f2nhc * ax_v2
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -44390,7 +44617,10 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -45585,9 +45815,6 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         f2_v2 = q2_v2 - t_f2nhc * ax_v2
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -45597,7 +45824,10 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        f_x = t_gbb3a * cos_delta1_act
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
+        f_x = cos_delta1_act * t_gbb3a
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -46045,9 +46275,9 @@ def lyapunov_v2_loop_reduced_prepared(q, p, c, h):
         t_vzfs6 = t_27rts * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
-            + t_jg6hr * t_d3hip
             + t_vzfs6 * theta1_dot
             - t_27rts * t_ybskz
             - t_vzfs6 * wx
@@ -46299,9 +46529,9 @@ def lyapunov_v2_loop_reduced_euler_prepared(q, p, c, h):
         t_vzfs6 = t_27rts * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
+            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
-            + t_jg6hr * t_d3hip
             + t_vzfs6 * theta1_dot
             - t_27rts * t_ybskz
             - t_vzfs6 * wx

@@ -144,10 +144,10 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_h_t_bknng };
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_x = cos_delta1 * t_ruxs4;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_w_f_x] = f_x;
@@ -700,10 +700,10 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     enum { t_bknng = outputs_h_t_bknng };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_x = cos_delta1 * t_ruxs4;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -1117,10 +1117,10 @@ void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_euler_h_t_bknng };
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_x = cos_delta1 * t_ruxs4;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_euler_w_f_x] = f_x;
@@ -1663,10 +1663,10 @@ void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_reduced_h_t_bknng };
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_x = cos_delta1 * t_ruxs4;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_reduced_w_f_x] = f_x;
@@ -2045,9 +2045,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_jboxq * x[theta1_dot]
         - t_5zi7z * t_prfqf
         - t_jboxq * x[wx];  /* (26) */
@@ -2284,10 +2284,10 @@ void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, r
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
     enum { t_bknng = rhs_reduced_euler_h_t_bknng };
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_x = cos_delta1 * t_ruxs4;
     const real f_y = sin_delta2 * p[F];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_reduced_euler_w_f_x] = f_x;
@@ -2668,9 +2668,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_jboxq * x[theta1_dot]
         - t_5zi7z * t_prfqf
         - t_jboxq * x[wx];  /* (26) */
@@ -3447,9 +3447,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real Dd_theta1 = t_5zi7z * t_hjux3;
     const real t_7tj6u = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -4090,9 +4090,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -4284,9 +4284,6 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real delta2_v1 = mv_asin(sin_d2_v1);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
@@ -4296,7 +4293,10 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_gbb3a * cos_delta1_act;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const real f_x = cos_delta1_act * t_gbb3a;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
     const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
@@ -5047,9 +5047,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real Dd_theta1 = t_5zi7z * t_hjux3;
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5739,9 +5739,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
+        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5933,9 +5933,6 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real delta2_v1 = mv_asin(sin_d2_v1);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
@@ -5945,7 +5942,10 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_gbb3a * cos_delta1_act;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const real f_x = cos_delta1_act * t_gbb3a;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
     const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
@@ -6391,9 +6391,9 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real Dd_theta1 = t_27rts * t_hjux3;
     const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
-        + t_jg6hr * t_d3hip
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -6753,9 +6753,9 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real Dd_theta1 = t_27rts * t_hjux3;
     const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
-        + t_jg6hr * t_d3hip
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -7795,9 +7795,6 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real delta2_v2 = mv_asin(sin_d2_v2);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
@@ -7807,7 +7804,10 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_gbb3a * cos_delta1_act;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const real f_x = cos_delta1_act * t_gbb3a;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
     const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
@@ -8978,9 +8978,6 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real delta2_v2 = mv_asin(sin_d2_v2);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
@@ -8990,7 +8987,10 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_gbb3a * cos_delta1_act;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const real f_x = cos_delta1_act * t_gbb3a;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
     const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
@@ -9404,9 +9404,9 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
-        + t_jg6hr * t_d3hip
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */
@@ -9651,9 +9651,9 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
-        + t_jg6hr * t_d3hip
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */

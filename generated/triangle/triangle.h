@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "fa2d75ca7ba9790953182cf7f1c345d7ccc4e1cd66d9b8b367eefebbdf341d50"
+#define TRIANGLE_HASH "bae0f0f35028af671fb461163f2e57729d01a9d4c5474de3d6b7729af2a9c958"
 
 /* state x */
 enum {
@@ -141,6 +141,16 @@ enum {
     TRIANGLE_LIMITS_NMARGIN = 2
 };
 void triangle_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
+
+/* points of the shapes of a picture */
+enum {
+    TRIANGLE_GEOMETRY_NX = 4,
+    TRIANGLE_GEOMETRY_NU = 3,
+    TRIANGLE_GEOMETRY_NR = 4,
+    TRIANGLE_GEOMETRY_NP = 3,
+    TRIANGLE_GEOMETRY_NPOINTS = 39
+};
+void triangle_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* regular coordinates of a state */
 enum {

@@ -55,6 +55,7 @@ extern "C" {
 #define casadi_f3 CASADI_PREFIX(f3)
 #define casadi_f30 CASADI_PREFIX(f30)
 #define casadi_f31 CASADI_PREFIX(f31)
+#define casadi_f32 CASADI_PREFIX(f32)
 #define casadi_f4 CASADI_PREFIX(f4)
 #define casadi_f5 CASADI_PREFIX(f5)
 #define casadi_f6 CASADI_PREFIX(f6)
@@ -72,6 +73,7 @@ extern "C" {
 #define casadi_s13 CASADI_PREFIX(s13)
 #define casadi_s14 CASADI_PREFIX(s14)
 #define casadi_s15 CASADI_PREFIX(s15)
+#define casadi_s16 CASADI_PREFIX(s16)
 #define casadi_s2 CASADI_PREFIX(s2)
 #define casadi_s3 CASADI_PREFIX(s3)
 #define casadi_s4 CASADI_PREFIX(s4)
@@ -152,14 +154,15 @@ static const casadi_int casadi_s5[9] =
   3};
 static const casadi_int casadi_s6[3] = {11, 1, 1};
 static const casadi_int casadi_s7[3] = {2, 1, 1};
-static const casadi_int casadi_s8[3] = {8, 1, 1};
-static const casadi_int casadi_s9[3] = {1, 1, 1};
-static const casadi_int casadi_s10[3] = {10, 1, 1};
-static const casadi_int casadi_s11[3] = {6, 1, 1};
-static const casadi_int casadi_s12[3] = {16, 1, 1};
-static const casadi_int casadi_s13[3] = {12, 1, 1};
-static const casadi_int casadi_s14[3] = {44, 1, 1};
-static const casadi_int casadi_s15[3] = {33, 1, 1};
+static const casadi_int casadi_s8[3] = {39, 1, 1};
+static const casadi_int casadi_s9[3] = {8, 1, 1};
+static const casadi_int casadi_s10[3] = {1, 1, 1};
+static const casadi_int casadi_s11[3] = {10, 1, 1};
+static const casadi_int casadi_s12[3] = {6, 1, 1};
+static const casadi_int casadi_s13[3] = {16, 1, 1};
+static const casadi_int casadi_s14[3] = {12, 1, 1};
+static const casadi_int casadi_s15[3] = {44, 1, 1};
+static const casadi_int casadi_s16[3] = {33, 1, 1};
 
 /* triangle_rhs:(arg_x[4],arg_u[3],arg_p[3])->(res_dx[4]) */
 static int casadi_f0(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
@@ -841,8 +844,201 @@ CASADI_SYMBOL_EXPORT int triangle_limits_work_bytes(casadi_int *sz_arg, casadi_i
   return 0;
 }
 
-/* triangle_to_coordinates:(arg_x[4])->(res_q[4]) */
+/* triangle_geometry:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_points[39]) */
 static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15;
+  a00=2.8867513459481287e-01;
+  a01=arg[0]? arg[0][2] : 0;
+  a01=sqrt(a01);
+  a00=(a00*a01);
+  a02=arg[0]? arg[0][0] : 0;
+  a03=arg[0]? arg[0][1] : 0;
+  a04=cos(a03);
+  a04=(a02*a04);
+  a05=1.;
+  a06=casadi_sq(a04);
+  a03=sin(a03);
+  a02=(a02*a03);
+  a03=casadi_sq(a02);
+  a06=(a06+a03);
+  a05=(a05-a06);
+  a05=sqrt(a05);
+  a06=(a04+a05);
+  a06=(a00*a06);
+  a03=1.7320508075688772e+00;
+  a07=(a03*a02);
+  a08=9.6225044864937617e-02;
+  a08=(a08*a01);
+  a07=(a07*a08);
+  a09=(a06+a07);
+  a10=arg[0]? arg[0][3] : 0;
+  a11=cos(a10);
+  a12=(a09*a11);
+  a00=(a00*a02);
+  a05=(a05-a04);
+  a03=(a03*a05);
+  a03=(a03*a08);
+  a08=(a00+a03);
+  a10=sin(a10);
+  a04=(a08*a10);
+  a12=(a12+a04);
+  if (res[0]!=0) res[0][0]=a12;
+  a04=0.;
+  if (res[0]!=0) res[0][1]=a04;
+  a09=(a09*a10);
+  a08=(a11*a08);
+  a09=(a09-a08);
+  if (res[0]!=0) res[0][2]=a09;
+  a08=5.7735026918962573e-01;
+  a02=(a08*a02);
+  a13=(a11*a02);
+  a01=(a08*a01);
+  a13=(a13*a01);
+  a14=(a10*a01);
+  a15=(a08*a14);
+  a15=(a15*a05);
+  a13=(a13+a15);
+  a13=(-a13);
+  if (res[0]!=0) res[0][3]=a13;
+  if (res[0]!=0) res[0][4]=a04;
+  a08=(a08*a11);
+  a08=(a08*a05);
+  a08=(a08*a01);
+  a02=(a02*a14);
+  a08=(a08-a02);
+  if (res[0]!=0) res[0][5]=a08;
+  if (res[0]!=0) res[0][6]=a13;
+  if (res[0]!=0) res[0][7]=a04;
+  if (res[0]!=0) res[0][8]=a08;
+  a07=(a07-a06);
+  a06=(a11*a07);
+  a00=(a00-a03);
+  a03=(a00*a10);
+  a06=(a06-a03);
+  if (res[0]!=0) res[0][9]=a06;
+  if (res[0]!=0) res[0][10]=a04;
+  a00=(a11*a00);
+  a07=(a07*a10);
+  a00=(a00+a07);
+  if (res[0]!=0) res[0][11]=a00;
+  if (res[0]!=0) res[0][12]=a06;
+  if (res[0]!=0) res[0][13]=a04;
+  if (res[0]!=0) res[0][14]=a00;
+  if (res[0]!=0) res[0][15]=a12;
+  if (res[0]!=0) res[0][16]=a04;
+  if (res[0]!=0) res[0][17]=a09;
+  if (res[0]!=0) res[0][18]=a06;
+  if (res[0]!=0) res[0][19]=a04;
+  if (res[0]!=0) res[0][20]=a00;
+  if (res[0]!=0) res[0][21]=a12;
+  if (res[0]!=0) res[0][22]=a04;
+  if (res[0]!=0) res[0][23]=a09;
+  if (res[0]!=0) res[0][24]=a13;
+  if (res[0]!=0) res[0][25]=a04;
+  if (res[0]!=0) res[0][26]=a08;
+  if (res[0]!=0) res[0][27]=a04;
+  if (res[0]!=0) res[0][28]=a04;
+  if (res[0]!=0) res[0][29]=a04;
+  a08=2.9999999999999999e-01;
+  a11=(a08*a11);
+  if (res[0]!=0) res[0][30]=a11;
+  if (res[0]!=0) res[0][31]=a04;
+  a10=(a08*a10);
+  if (res[0]!=0) res[0][32]=a10;
+  if (res[0]!=0) res[0][33]=a04;
+  if (res[0]!=0) res[0][34]=a04;
+  if (res[0]!=0) res[0][35]=a04;
+  a10=arg[2]? arg[2][3] : 0;
+  a11=cos(a10);
+  a11=(a08*a11);
+  if (res[0]!=0) res[0][36]=a11;
+  if (res[0]!=0) res[0][37]=a04;
+  a10=sin(a10);
+  a08=(a08*a10);
+  if (res[0]!=0) res[0][38]=a08;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f5(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real triangle_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s0;
+    case 3: return casadi_s1;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s8;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* triangle_to_coordinates:(arg_x[4])->(res_q[4]) */
+static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=arg[0]? arg[0][0] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -860,7 +1056,7 @@ static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f5(arg, res, iw, w, mem);
+  return casadi_f6(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates_checkout(void) {
@@ -931,7 +1127,7 @@ CASADI_SYMBOL_EXPORT int triangle_to_coordinates_work_bytes(casadi_int *sz_arg, 
 }
 
 /* triangle_from_coordinates:(arg_q[4])->(res_x[4]) */
-static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=arg[0]? arg[0][0] : 0;
   a1=casadi_sq(a0);
@@ -950,7 +1146,7 @@ static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f6(arg, res, iw, w, mem);
+  return casadi_f7(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates_checkout(void) {
@@ -1021,7 +1217,7 @@ CASADI_SYMBOL_EXPORT int triangle_from_coordinates_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_initial:(arg_p[3],arg_s[8])->(res_x[4]) */
-static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[1]? arg[1][2] : 0;
@@ -1071,7 +1267,7 @@ static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f7(arg, res, iw, w, mem);
+  return casadi_f8(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial_checkout(void) {
@@ -1115,7 +1311,7 @@ CASADI_SYMBOL_EXPORT const char* triangle_initial_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_initial_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s8;
+    case 1: return casadi_s9;
     default: return 0;
   }
 }
@@ -1144,7 +1340,7 @@ CASADI_SYMBOL_EXPORT int triangle_initial_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_reference:(arg_t,arg_p[3],arg_s[8])->(res_r[4]) */
-static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][6] : 0;
@@ -1194,7 +1390,7 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f8(arg, res, iw, w, mem);
+  return casadi_f9(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference_checkout(void) {
@@ -1238,9 +1434,9 @@ CASADI_SYMBOL_EXPORT const char* triangle_reference_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_reference_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
+    case 0: return casadi_s10;
     case 1: return casadi_s1;
-    case 2: return casadi_s8;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -1269,7 +1465,7 @@ CASADI_SYMBOL_EXPORT int triangle_reference_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_constraints:(arg_p[3],arg_s[8])->(res_margin[2]) */
-static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[1]? arg[1][0] : 0;
   a1=arg[1]? arg[1][1] : 0;
@@ -1299,7 +1495,7 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f9(arg, res, iw, w, mem);
+  return casadi_f10(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints_checkout(void) {
@@ -1343,7 +1539,7 @@ CASADI_SYMBOL_EXPORT const char* triangle_constraints_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s8;
+    case 1: return casadi_s9;
     default: return 0;
   }
 }
@@ -1372,7 +1568,7 @@ CASADI_SYMBOL_EXPORT int triangle_constraints_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_lengths:(arg_rho,arg_phi,arg_mu)->(res_l1,res_l2,res_l3) */
-static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5;
   a0=5.7735026918962573e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1413,7 +1609,7 @@ static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f10(arg, res, iw, w, mem);
+  return casadi_f11(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths_checkout(void) {
@@ -1459,18 +1655,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_lengths_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
-    case 1: return casadi_s9;
-    case 2: return casadi_s9;
+    case 0: return casadi_s10;
+    case 1: return casadi_s10;
+    case 2: return casadi_s10;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
-    case 1: return casadi_s9;
-    case 2: return casadi_s9;
+    case 0: return casadi_s10;
+    case 1: return casadi_s10;
+    case 2: return casadi_s10;
     default: return 0;
   }
 }
@@ -1492,7 +1688,7 @@ CASADI_SYMBOL_EXPORT int triangle_lengths_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_shape:(arg_l1,arg_l2,arg_l3)->(res_rho,res_phi,res_mu) */
-static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1540,7 +1736,7 @@ static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f11(arg, res, iw, w, mem);
+  return casadi_f12(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape_checkout(void) {
@@ -1586,18 +1782,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_shape_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
-    case 1: return casadi_s9;
-    case 2: return casadi_s9;
+    case 0: return casadi_s10;
+    case 1: return casadi_s10;
+    case 2: return casadi_s10;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
-    case 1: return casadi_s9;
-    case 2: return casadi_s9;
+    case 0: return casadi_s10;
+    case 1: return casadi_s10;
+    case 2: return casadi_s10;
     default: return 0;
   }
 }
@@ -1619,7 +1815,7 @@ CASADI_SYMBOL_EXPORT int triangle_shape_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_length_rates:(arg_x[4],arg_u[3])->(res_u_l[3]) */
-static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21;
   a00=5.0000000000000000e-01;
@@ -1720,7 +1916,7 @@ static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f12(arg, res, iw, w, mem);
+  return casadi_f13(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates_checkout(void) {
@@ -1793,7 +1989,7 @@ CASADI_SYMBOL_EXPORT int triangle_length_rates_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding:(arg_x[4],arg_r[4],arg_p[3],arg_c[10])->(res_u[3]) */
-static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27;
@@ -1973,7 +2169,7 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f13(arg, res, iw, w, mem);
+  return casadi_f14(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_checkout(void) {
@@ -2021,7 +2217,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_sparsity_in(casadi_int i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s10;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -2050,7 +2246,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_sliding_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_dq[4]) */
-static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24;
@@ -2225,7 +2421,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f14(arg, res, iw, w, mem);
+  return casadi_f15(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_checkout(void) {
@@ -2273,7 +2469,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s10;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -2302,7 +2498,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_x[4],res_u[3]) */
-static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -2483,7 +2679,7 @@ static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f15(arg, res, iw, w, mem);
+  return casadi_f16(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe_checkout(void) {
@@ -2532,7 +2728,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_observe_sparsity_in(casa
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s10;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -2562,7 +2758,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_observe_work_bytes(casadi_int *sz_arg,
 }
 
 /* triangle_sliding_constraints:(arg_p[3],arg_c[10],arg_s[8])->(res_margin[2]) */
-static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][6] : 0;
   a01=5.0000000000000000e-01;
@@ -2641,7 +2837,7 @@ static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f16(arg, res, iw, w, mem);
+  return casadi_f17(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_checkout(void) {
@@ -2686,8 +2882,8 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_constraints_name_out(casadi_in
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s10;
-    case 2: return casadi_s8;
+    case 1: return casadi_s11;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -2716,7 +2912,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_work_bytes(casadi_int *sz_
 }
 
 /* triangle_sliding_defaults:(arg_c[10])->(res_derived) */
-static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=arg[0]? arg[0][6] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -2728,7 +2924,7 @@ static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f17(arg, res, iw, w, mem);
+  return casadi_f18(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_checkout(void) {
@@ -2770,14 +2966,14 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_defaults_name_out(casadi_int i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
+    case 0: return casadi_s11;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -2799,7 +2995,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path:(arg_x[4],arg_r[4],arg_p[3],arg_c[6])->(res_u[3]) */
-static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32;
@@ -3084,7 +3280,7 @@ static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f18(arg, res, iw, w, mem);
+  return casadi_f19(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_checkout(void) {
@@ -3132,7 +3328,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_sparsity_in(casadi_int i) {
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -3161,7 +3357,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* triangle_path_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_dq[4]) */
-static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -3441,7 +3637,7 @@ static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f19(arg, res, iw, w, mem);
+  return casadi_f20(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_checkout(void) {
@@ -3489,7 +3685,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_sparsity_in(casadi_int
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -3518,7 +3714,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_loop_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_path_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_x[4],res_u[3]) */
-static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33;
@@ -3804,7 +4000,7 @@ static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f20(arg, res, iw, w, mem);
+  return casadi_f21(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe_checkout(void) {
@@ -3853,7 +4049,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_observe_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -3883,7 +4079,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_observe_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_path_constraints:(arg_p[3],arg_c[6],arg_s[8])->(res_margin[2]) */
-static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][2] : 0;
   a01=5.0000000000000000e-01;
@@ -3962,7 +4158,7 @@ static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f21(arg, res, iw, w, mem);
+  return casadi_f22(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints_checkout(void) {
@@ -4007,8 +4203,8 @@ CASADI_SYMBOL_EXPORT const char* triangle_path_constraints_name_out(casadi_int i
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s11;
-    case 2: return casadi_s8;
+    case 1: return casadi_s12;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -4037,7 +4233,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_constraints_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_jac_x:(arg_x[4],arg_u[3],arg_p[3])->(res_J[16]) */
-static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -4073,7 +4269,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f23(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x_checkout(void) {
@@ -4126,7 +4322,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
@@ -4148,7 +4344,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_x_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jac_u:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=1.;
   if (res[0]!=0) res[0][0]=a0;
@@ -4170,7 +4366,7 @@ static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f23(arg, res, iw, w, mem);
+  return casadi_f24(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u_checkout(void) {
@@ -4223,7 +4419,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s13;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -4245,7 +4441,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_u_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jvp:(arg_x[4],arg_u[3],arg_p[3],arg_along_x[4],arg_along_u[3])->(res_change[4]) */
-static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[4]? arg[4][0] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -4278,7 +4474,7 @@ static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f24(arg, res, iw, w, mem);
+  return casadi_f25(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp_checkout(void) {
@@ -4357,7 +4553,7 @@ CASADI_SYMBOL_EXPORT int triangle_jvp_work_bytes(casadi_int *sz_arg, casadi_int*
 }
 
 /* triangle_outputs_jac:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_x[44],res_J_u[33],res_J_r[44]) */
-static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -5085,7 +5281,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f26(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_checkout(void) {
@@ -5142,9 +5338,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_in(casadi_i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s14;
-    case 1: return casadi_s15;
-    case 2: return casadi_s14;
+    case 0: return casadi_s15;
+    case 1: return casadi_s16;
+    case 2: return casadi_s15;
     default: return 0;
   }
 }
@@ -5166,7 +5362,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_jac_p:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -5198,7 +5394,7 @@ static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f26(arg, res, iw, w, mem);
+  return casadi_f27(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p_checkout(void) {
@@ -5251,7 +5447,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s13;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -5273,7 +5469,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_p_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_outputs_jac_p:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_p[33]) */
-static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -5313,7 +5509,7 @@ static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f27(arg, res, iw, w, mem);
+  return casadi_f28(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_checkout(void) {
@@ -5368,7 +5564,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_in(casadi
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s15;
+    case 0: return casadi_s16;
     default: return 0;
   }
 }
@@ -5390,7 +5586,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_work_bytes(casadi_int *sz_arg, c
 }
 
 /* triangle_sliding_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[10],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -5870,7 +6066,7 @@ static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f28(arg, res, iw, w, mem);
+  return casadi_f29(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_checkout(void) {
@@ -5920,7 +6116,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_jvp_sparsity_in(casadi_i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s10;
+    case 3: return casadi_s11;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -5951,7 +6147,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_sliding_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -6917,7 +7113,7 @@ static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f29(arg, res, iw, w, mem);
+  return casadi_f30(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_checkout(void) {
@@ -6966,15 +7162,15 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s10;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
-    case 1: return casadi_s12;
+    case 0: return casadi_s13;
+    case 1: return casadi_s13;
     default: return 0;
   }
 }
@@ -6996,7 +7192,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[6],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -7746,7 +7942,7 @@ static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f30(arg, res, iw, w, mem);
+  return casadi_f31(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp_checkout(void) {
@@ -7796,7 +7992,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_jvp_sparsity_in(casadi_int 
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s12;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -7827,7 +8023,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_jvp_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* triangle_path_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -9745,7 +9941,7 @@ static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f31(arg, res, iw, w, mem);
+  return casadi_f32(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac_checkout(void) {
@@ -9794,15 +9990,15 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
-    case 1: return casadi_s12;
+    case 0: return casadi_s13;
+    case 1: return casadi_s13;
     default: return 0;
   }
 }
