@@ -77,10 +77,10 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -465,10 +465,10 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -761,7 +761,7 @@ void slosh_limits(const real *x, const real *u, const real *p, real *margin)
     (void)margin;
 }
 
-/* points of the shapes of a picture; 215 operations. */
+/* points of the shapes of a picture; 192 operations. */
 void slosh_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
 {
     (void)r;
@@ -776,10 +776,16 @@ void slosh_geometry(const real *x, const real *u, const real *r, const real *p, 
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { b = SLOSH_P_B };
     enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
     enum { l1 = SLOSH_P_L1 };
     enum { h1 = SLOSH_P_H1 };
     enum { l2 = SLOSH_P_L2 };
     enum { h2 = SLOSH_P_H2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
     real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     real sin_att3, cos_att3; mv_sincos(x[att3], &sin_att3, &cos_att3);
     const real t_ggxc7 = sin_att1 * sin_att3;
@@ -849,24 +855,14 @@ void slosh_geometry(const real *x, const real *u, const real *r, const real *p, 
     const real t_ydlzc_3 = -(t_aqs57 + t_foa7g_2);
     const real t_yxxpc = p[b] + p[d];
     const real t_qhzth = cos_att2 * t_yxxpc;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_tv227 = cos_delta1 * cos_delta2;
-    const real t_53djv = K(-0.16) * t_tv227 - t_yxxpc;
-    const real t_6u326 = cos_att2 * t_53djv;
+    const real t_ekrfe = -(cos_att3 * t_qhzth);
+    const real t_x4t3h = -(sin_att3 * t_qhzth);
+    const real t_zqlio = sin_att2 * t_yxxpc;
     const real t_myqhz_2 = t_ggxc7 + t_taeik;
-    const real t_dtzim = cos_delta2 * sin_delta1;
-    const real t_dtzim_2 = K(0.16) * t_dtzim;
-    const real t_z47mx = K(0.16) * sin_delta2;
-    const real t_ak6yg = cos_att3 * t_6u326 + t_myqhz_2 * t_dtzim_2 - t_bvjqc * t_z47mx;
+    const real t_gcu5g = K(0.0002) * (t_ruxs4 * sin_delta1);
+    const real t_d7gk5 = K(0.0002) * f_y;
+    const real t_zjt3u = K(-0.0002) * f_x - t_yxxpc;
     const real t_t7mda = sin_att3 * sin_att2 * cos_att1 - t_jtg6a;
-    const real t_twgh5 = sin_att3 * t_6u326 + t_dtzim_2 * t_t7mda - t_m65za * t_z47mx;
-    const real t_yjubz = K(0.16) * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
-        - (sin_att2 * t_53djv + t_ql6qw * t_z47mx);
-    const real t_53djv_2 = K(-0.5) * t_tv227 - t_yxxpc;
-    const real t_6u326_2 = cos_att2 * t_53djv_2;
-    const real t_dtzim_3 = K(0.5) * t_dtzim;
-    const real t_z47mx_2 = K(0.5) * sin_delta2;
     const real t_sol6l = cos_att2 * p[h1];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_5wsq6 = p[h1] - cos_phi1 * p[l1];
@@ -949,37 +945,33 @@ void slosh_geometry(const real *x, const real *u, const real *r, const real *p, 
     points[57] = t_ohxxd;
     points[58] = t_42tn2;
     points[59] = t_ydlzc_3;
-    points[60] = -(cos_att3 * t_qhzth);
-    points[61] = -(sin_att3 * t_qhzth);
-    points[62] = sin_att2 * t_yxxpc;
-    points[63] = t_ak6yg;
-    points[64] = t_twgh5;
-    points[65] = t_yjubz;
-    points[66] = t_ak6yg;
-    points[67] = t_twgh5;
-    points[68] = t_yjubz;
-    points[69] = cos_att3 * t_6u326_2 + t_myqhz_2 * t_dtzim_3 - t_bvjqc * t_z47mx_2;
-    points[70] = sin_att3 * t_6u326_2 + t_t7mda * t_dtzim_3 - t_m65za * t_z47mx_2;
-    points[71] = K(0.5) * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
-        - (sin_att2 * t_53djv_2 + t_ql6qw * t_z47mx_2);
-    points[72] = cos_att3 * t_sol6l;
-    points[73] = sin_att3 * t_sol6l;
-    points[74] = -(sin_att2 * p[h1]);
+    points[60] = t_ekrfe;
+    points[61] = t_x4t3h;
+    points[62] = t_zqlio;
+    points[63] = t_ekrfe;
+    points[64] = t_x4t3h;
+    points[65] = t_zqlio;
+    points[66] = t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att3 * cos_att2 * t_zjt3u;
+    points[67] = t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u;
+    points[68] = t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5;
+    points[69] = cos_att3 * t_sol6l;
+    points[70] = sin_att3 * t_sol6l;
+    points[71] = -(sin_att2 * p[h1]);
+    points[72] = t_xrqnz;
+    points[73] = t_zsjki;
+    points[74] = t_ftbo4;
     points[75] = t_xrqnz;
     points[76] = t_zsjki;
     points[77] = t_ftbo4;
-    points[78] = t_xrqnz;
-    points[79] = t_zsjki;
-    points[80] = t_ftbo4;
-    points[81] = cos_att3 * t_tlwev;
-    points[82] = sin_att3 * t_tlwev;
-    points[83] = -(sin_att2 * p[h2]);
+    points[78] = cos_att3 * t_tlwev;
+    points[79] = sin_att3 * t_tlwev;
+    points[80] = -(sin_att2 * p[h2]);
+    points[81] = t_ls65o;
+    points[82] = t_pgu5q;
+    points[83] = t_5h2wc;
     points[84] = t_ls65o;
     points[85] = t_pgu5q;
     points[86] = t_5h2wc;
-    points[87] = t_ls65o;
-    points[88] = t_pgu5q;
-    points[89] = t_5h2wc;
 }
 
 /* state derivative, full, euler; 712 operations. */
@@ -1055,10 +1047,10 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -1457,10 +1449,10 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -1934,10 +1926,10 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -2608,7 +2600,7 @@ void slosh_energy(const real *x, const real *p, real *energy)
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real t_mdgjb = t_uu25d * (cos_theta1 * x[wy])
         + x[vx]
-        - sin_theta1 * x[wz] * t_uu25d
+        - t_uu25d * (sin_theta1 * x[wz])
         + t_uu25d * x[phi1_dot];
     const real t_4fh24 = cos_phi1 * p[l1];
     const real t_5wsq6 = p[h1] - t_4fh24;
@@ -2693,10 +2685,10 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     enum { I2 = SLOSH_P_I2 };
     const real t_zig7f = K(0.5) * p[m1];
     const real t_biiqk = x[vx] + x[vx];
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_uu25d = sin_phi1 * p[l1];
-    const real t_y53hc = sin_theta1 * x[wz] * t_uu25d;
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real t_y53hc = t_uu25d * (sin_theta1 * x[wz]);
     const real t_q2sfi = t_uu25d * (cos_theta1 * x[wy]);
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_fha3f = K(0.5) * p[m2];
@@ -4936,6 +4928,9 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
@@ -4945,10 +4940,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const real f_x = cos_delta1_act * t_gbb3a;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
@@ -6281,6 +6273,9 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
@@ -6290,10 +6285,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const real f_x = cos_delta1_act * t_gbb3a;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
@@ -8249,6 +8241,9 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
@@ -8258,10 +8253,7 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const real f_x = cos_delta1_act * t_gbb3a;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
@@ -9190,6 +9182,9 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_gbb3a = cos_delta2_act * p[F];
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
     const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
@@ -9199,10 +9194,7 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_gbb3a = cos_delta2_act * p[F];
-    const real f_x = cos_delta1_act * t_gbb3a;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;

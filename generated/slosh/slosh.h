@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "08a779622f47e8fa77b195de96a989780f663c8ba8235b5a80fff1a62623543b"
+#define SLOSH_HASH "b34a004939ef5f9b47ad2d9038b6b40012178b7c041d3a0fc044b325324f6b06"
 
 /* state x */
 enum {
@@ -186,7 +186,7 @@ enum {
     SLOSH_GEOMETRY_NU = 5,
     SLOSH_GEOMETRY_NR = 0,
     SLOSH_GEOMETRY_NP = 22,
-    SLOSH_GEOMETRY_NPOINTS = 90
+    SLOSH_GEOMETRY_NPOINTS = 87
 };
 void slosh_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 

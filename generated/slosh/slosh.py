@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "08a779622f47e8fa77b195de96a989780f663c8ba8235b5a80fff1a62623543b"
+HASH = "b34a004939ef5f9b47ad2d9038b6b40012178b7c041d3a0fc044b325324f6b06"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -20,7 +20,7 @@ SIZES = {
     "rhs": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "outputs": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'y': 7},
     "limits": {'x': 17, 'u': 5, 'p': 22, 'margin': 0},
-    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 90},
+    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 87},
     "rhs_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
@@ -187,10 +187,10 @@ def rhs(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -615,10 +615,10 @@ def outputs(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -954,10 +954,16 @@ def geometry(x, u, r, p):
         delta2 = u[..., 4]
         b = p[..., 7]
         d = p[..., 8]
+        F = p[..., 9]
         l1 = p[..., 13]
         h1 = p[..., 14]
         l2 = p[..., 18]
         h2 = p[..., 19]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        t_ruxs4 = cos_delta2 * F
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
+        f_y = sin_delta2 * F
         sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
         sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
         t_ggxc7 = sin_att1 * sin_att3
@@ -1027,26 +1033,14 @@ def geometry(x, u, r, p):
         t_ydlzc_3 = -(t_aqs57 + t_foa7g_2)
         t_yxxpc = b + d
         t_qhzth = cos_att2 * t_yxxpc
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_tv227 = cos_delta1 * cos_delta2
-        t_53djv = -0.16 * t_tv227 - t_yxxpc
-        t_6u326 = cos_att2 * t_53djv
+        t_ekrfe = -(cos_att3 * t_qhzth)
+        t_x4t3h = -(sin_att3 * t_qhzth)
+        t_zqlio = sin_att2 * t_yxxpc
         t_myqhz_2 = t_ggxc7 + t_taeik
-        t_dtzim = cos_delta2 * sin_delta1
-        t_dtzim_2 = 0.16 * t_dtzim
-        t_z47mx = 0.16 * sin_delta2
-        t_ak6yg = cos_att3 * t_6u326 + t_myqhz_2 * t_dtzim_2 - t_bvjqc * t_z47mx
+        t_gcu5g = 0.0002 * (t_ruxs4 * sin_delta1)
+        t_d7gk5 = 0.0002 * f_y
+        t_zjt3u = -0.0002 * f_x - t_yxxpc
         t_t7mda = sin_att3 * sin_att2 * cos_att1 - t_jtg6a
-        t_twgh5 = sin_att3 * t_6u326 + t_dtzim_2 * t_t7mda - t_m65za * t_z47mx
-        t_yjubz = (
-            0.16 * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
-            - (sin_att2 * t_53djv + t_ql6qw * t_z47mx)
-        )
-        t_53djv_2 = -0.5 * t_tv227 - t_yxxpc
-        t_6u326_2 = cos_att2 * t_53djv_2
-        t_dtzim_3 = 0.5 * t_dtzim
-        t_z47mx_2 = 0.5 * sin_delta2
         t_sol6l = cos_att2 * h1
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_5wsq6 = h1 - cos_phi1 * l1
@@ -1130,19 +1124,15 @@ def geometry(x, u, r, p):
             t_ohxxd,
             t_42tn2,
             t_ydlzc_3,
-            -(cos_att3 * t_qhzth),
-            -(sin_att3 * t_qhzth),
-            sin_att2 * t_yxxpc,
-            t_ak6yg,
-            t_twgh5,
-            t_yjubz,
-            t_ak6yg,
-            t_twgh5,
-            t_yjubz,
-            cos_att3 * t_6u326_2 + t_myqhz_2 * t_dtzim_3 - t_bvjqc * t_z47mx_2,
-            sin_att3 * t_6u326_2 + t_t7mda * t_dtzim_3 - t_m65za * t_z47mx_2,
-            0.5 * cos_att2 * cos_delta2 * cos_att1 * sin_delta1
-                - (sin_att2 * t_53djv_2 + t_ql6qw * t_z47mx_2),
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att3 * cos_att2 * t_zjt3u,
+            t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u,
+            t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5,
             cos_att3 * t_sol6l,
             sin_att3 * t_sol6l,
             -(sin_att2 * h1),
@@ -1240,10 +1230,10 @@ def rhs_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -1683,10 +1673,10 @@ def rhs_reduced(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -2207,10 +2197,10 @@ def rhs_reduced_euler(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -2933,7 +2923,7 @@ def energy(x, p):
         t_mdgjb = (
             t_uu25d * (cos_theta1 * wy)
             + vx
-            - sin_theta1 * wz * t_uu25d
+            - t_uu25d * (sin_theta1 * wz)
             + t_uu25d * phi1_dot
         )
         t_4fh24 = cos_phi1 * l1
@@ -3030,10 +3020,10 @@ def momentum(x, p):
         I2 = p[..., 20]
         t_zig7f = 0.5 * m1
         t_biiqk = vx + vx
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         t_uu25d = sin_phi1 * l1
-        t_y53hc = sin_theta1 * wz * t_uu25d
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        t_y53hc = t_uu25d * (sin_theta1 * wz)
         t_q2sfi = t_uu25d * (cos_theta1 * wy)
         t_hjux3 = phi1_dot + phi1_dot
         t_fha3f = 0.5 * m2
@@ -5465,6 +5455,9 @@ def lyapunov_v1_loop(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -5474,10 +5467,7 @@ def lyapunov_v1_loop(q, r, p, c):
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -6950,6 +6940,9 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -6959,10 +6952,7 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_m2xxj = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -9114,6 +9104,9 @@ def lyapunov_v2_loop(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -9123,10 +9116,7 @@ def lyapunov_v2_loop(q, r, p, c):
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -10143,6 +10133,9 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -10152,10 +10145,7 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         t_m2xxj = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         Bl_1 = B_1 * l1
         eBc_1 = Bc_1 * e1
@@ -11223,10 +11213,10 @@ def jac_x(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -14045,10 +14035,10 @@ def jvp(x, u, p, along_x, along_u):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -14408,7 +14398,7 @@ def jvp(x, u, p, along_x, along_u):
             + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
             + (cos_phi1 * t_h3brn - tension1 * t_caymt)
             + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
-            - (t_ruxs4 * (sin_delta1 * along_delta1) + cos_delta1 * t_wybx3)
+            - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_delta1))
         )
         t_a6n2y = mv1 * t_caymt_2
         t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2
@@ -14919,10 +14909,10 @@ def outputs_jac(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -16402,26 +16392,25 @@ def outputs_jac(x, u, r, p):
         t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm
         t_bagmr = K_L63 * t_bintu_13 - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm)
         t_o2r34 = t_eoupv * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_o5wmi * t_bintu_13
-        t_iixgm = t_ruxs4 * cos_delta1
         t_lx7ez = t_gousg * t_gcu5g
-        t_3eqhg = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + t_iixgm)
-        t_fqhue = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_3eqhg
-        t_urwkl = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_3eqhg + K_L54 * t_fqhue
-        t_fpzzr = (
-            t_bknng * t_iixgm
+        t_whsnl = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + f_x)
+        t_k6nbp = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_whsnl
+        t_gghjz = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_whsnl + K_L54 * t_k6nbp
+        t_krhvv = (
+            t_bknng * f_x
             - t_thnvm_2 * t_gcu5g
             - t_o5wmi * t_lx7ez
-            - K_L63 * t_3eqhg
-            + K_L64 * t_fqhue
-            - K_L65 * t_urwkl
+            - K_L63 * t_whsnl
+            + K_L64 * t_k6nbp
+            - K_L65 * t_gghjz
         )
-        t_auwy6 = t_fpzzr * t_6dtnj_6
-        t_j627l = t_urwkl * t_6dtnj_5 - K_L65 * t_auwy6
-        t_k6nbi = t_fqhue * t_6dtnj_4 + K_L54 * t_j627l + K_L64 * t_auwy6
-        t_ztwq2 = t_3eqhg * t_6dtnj_3 + K_L43 * t_k6nbi - K_L53 * t_j627l - K_L63 * t_auwy6
-        t_te5w4 = (
-            t_o5wmi * t_auwy6
-            - (t_lx7ez * t_6dtnj_2 + K_L32 * t_ztwq2 + t_eoupv * t_k6nbi + K_L52 * t_j627l)
+        t_ncgmo = t_krhvv * t_6dtnj_6
+        t_tbm3s = t_gghjz * t_6dtnj_5 - K_L65 * t_ncgmo
+        t_bopyi = t_k6nbp * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo
+        t_luyzm = t_whsnl * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo
+        t_d5lnx = (
+            t_o5wmi * t_ncgmo
+            - (t_lx7ez * t_6dtnj_2 + K_L32 * t_luyzm + t_eoupv * t_bopyi + K_L52 * t_tbm3s)
         )
         t_ruxs4_2 = F * cos_delta2
         t_qswyw = F * sin_delta2
@@ -16642,27 +16631,27 @@ def outputs_jac(x, u, r, p):
             t_s47r2 + x_C * t_iavt3,
             t_4jawv - t_rvtxv,
             t_o2r34 - x_C * t_nmaqm,
-            t_te5w4 - x_C * t_j627l,
+            t_d5lnx - x_C * t_tbm3s,
             t_cxlzo + x_C * t_gsfa3,
             t_lppxo - x_C * t_gcnkg,
             t_ocu7b + x_C * t_6dtnj_6,
             t_bagmr + t_rvtxv,
-            t_ztwq2 - x_C * t_auwy6,
+            t_luyzm - x_C * t_ncgmo,
             t_etz6k - x_C * t_japvz,
             t_fp5fy,
             t_4sbjs,
             t_4tcd4,
-            -t_k6nbi,
+            -t_bopyi,
             t_adrt4,
             -t_gcnkg,
             t_6dtnj_6,
             t_bintu_13,
-            -t_auwy6,
+            -t_ncgmo,
             -t_japvz,
             -t_iavt3,
             t_bintu_13,
             t_nmaqm,
-            t_j627l,
+            t_tbm3s,
             -t_gsfa3,
             t_gousg * t_s47r2
                 + t_gousg_2 * t_lppxo
@@ -16679,12 +16668,12 @@ def outputs_jac(x, u, r, p):
                 + t_w6lcf * t_4tcd4
                 + t_thnvm * t_nmaqm
                 - t_thnvm_2 * t_bintu_13,
-            t_gousg * t_te5w4
+            t_gousg * t_d5lnx
                 - t_gcu5g * t_6dtnj
-                + t_gousg_2 * t_ztwq2
-                - t_w6lcf * t_k6nbi
-                + t_thnvm * t_j627l
-                + t_thnvm_2 * t_auwy6,
+                + t_gousg_2 * t_luyzm
+                - t_w6lcf * t_bopyi
+                + t_thnvm * t_tbm3s
+                + t_thnvm_2 * t_ncgmo,
             t_gousg * t_cxlzo
                 - t_jt7ew * t_6dtnj
                 + t_gousg_2 * t_etz6k
@@ -16778,10 +16767,10 @@ def jac_p(x, u, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -20905,10 +20894,10 @@ def outputs_jac_p(x, u, r, p):
         W13 = wx * wz
         e1 = h1 - x_C
         e2 = h2 - x_C
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -27830,7 +27819,7 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10)
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
-        t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l
+        t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
         t_sjhta = t_njixh * t_6dtnj
         t_5ewry = t_sjhta * t_6dtnj
         t_b4c42 = sin_t_6qa42 * F
@@ -33882,7 +33871,7 @@ def lyapunov_v2_loop_jac(q, r, p, c):
         t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10)
         t_cxwzz_10 = sin_t_kl6tx * t_swjde_10
         t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2
-        t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l
+        t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l
         t_sjhta = t_njixh * t_6dtnj
         t_5ewry = t_sjhta * t_6dtnj
         t_b4c42 = sin_t_6qa42 * F
@@ -36681,10 +36670,10 @@ def rhs_hold(u, p, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -37259,10 +37248,10 @@ def outputs_prepared(x, u, p, h):
         ) = np.moveaxis(h, -1, 0)
         W12 = wx * wy
         W13 = wx * wz
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
@@ -37700,10 +37689,10 @@ def rhs_euler_hold(u, p, h):
             t_ibe72,
             t_r7vy7,
         ) = np.moveaxis(h, -1, 0)
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -38286,10 +38275,10 @@ def rhs_reduced_hold(u, p, h):
             t_os4zj_2,
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -38953,10 +38942,10 @@ def rhs_reduced_euler_hold(u, p, h):
             t_os4zj_2,
             ax_eq,
         ) = np.moveaxis(h, -1, 0)
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
         t_ruxs4 = cos_delta2 * F
-        f_x = cos_delta1 * t_ruxs4
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
         t_gcu5g = t_ruxs4 * sin_delta1
         return _vector(
@@ -40996,6 +40985,9 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         f2_v1 = q2_v1 - t_f2nhc * ax_v1
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -41005,10 +40997,7 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -42693,6 +42682,9 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         f2_v1 = q2_v1 - t_f2nhc * ax_v1
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
@@ -42702,10 +42694,7 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v1 * sin_delta1_v1
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -44608,6 +44597,9 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         f2_v2 = q2_v2 - t_f2nhc * ax_v2
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -44617,10 +44609,7 @@ def lyapunov_v2_loop_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
@@ -45815,6 +45804,9 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         f2_v2 = q2_v2 - t_f2nhc * ax_v2
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
+        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
+        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
+        t_gbb3a = cos_delta2_act * F
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
         f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
@@ -45824,10 +45816,7 @@ def lyapunov_v2_loop_euler_prepared(q, p, c, h):
         t_vbwgu = cos_delta2_v2 * sin_delta1_v2
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_vbwgu * t_xkg6l))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
-        sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        t_gbb3a = cos_delta2_act * F
-        f_x = cos_delta1_act * t_gbb3a
+        f_x = t_gbb3a * cos_delta1_act
         f_y = sin_delta2_act * F
         eBc_1 = Bc_1 * e1
         t_o36xw = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1

@@ -77,10 +77,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -2485,10 +2485,10 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -2819,7 +2819,7 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
         + (cos_phi1 * t_h3brn - tension1 * t_caymt)
         + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
-        - (t_ruxs4 * (sin_delta1 * along_u[along_delta1]) + cos_delta1 * t_wybx3);
+        - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
     const real t_a6n2y = mv1 * t_caymt_2;
     const real t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2;
     const real t_jgxpx = mv2 * t_acpzf_2;

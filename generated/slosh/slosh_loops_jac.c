@@ -3991,7 +3991,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10);
     const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
     const real t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2;
-    const real t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l;
+    const real t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l;
     const real t_sjhta = t_njixh * t_6dtnj;
     const real t_5ewry = t_sjhta * t_6dtnj;
     const real t_b4c42 = sin_t_6qa42 * p[F];
@@ -9211,7 +9211,7 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_3uupj_10);
     const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
     const real t_hvdh4 = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_m6622_2;
-    const real t_njixh = cos_t_kl6tx * t_zmkrd + t_ep53l;
+    const real t_njixh = t_zmkrd * cos_t_kl6tx + t_ep53l;
     const real t_sjhta = t_njixh * t_6dtnj;
     const real t_5ewry = t_sjhta * t_6dtnj;
     const real t_b4c42 = sin_t_6qa42 * p[F];

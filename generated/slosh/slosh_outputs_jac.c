@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* Jacobian of outputs with respect to x and u, row by row; 3506 operations. */
+/* Jacobian of outputs with respect to x and u, row by row; 3505 operations. */
 void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *p, real *J_x, real *J_u)
 {
     (void)r;
@@ -73,10 +73,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -1332,23 +1332,22 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm;
     const real t_bagmr = K_L63 * t_bintu_13 - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm);
     const real t_o2r34 = t_eoupv * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_o5wmi * t_bintu_13;
-    const real t_iixgm = t_ruxs4 * cos_delta1;
     const real t_lx7ez = t_gousg * t_gcu5g;
-    const real t_3eqhg = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + t_iixgm);
-    const real t_fqhue = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_3eqhg;
-    const real t_urwkl = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_3eqhg + K_L54 * t_fqhue;
-    const real t_fpzzr = t_bknng * t_iixgm
+    const real t_whsnl = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + f_x);
+    const real t_k6nbp = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_whsnl;
+    const real t_gghjz = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_whsnl + K_L54 * t_k6nbp;
+    const real t_krhvv = t_bknng * f_x
         - t_thnvm_2 * t_gcu5g
         - t_o5wmi * t_lx7ez
-        - K_L63 * t_3eqhg
-        + K_L64 * t_fqhue
-        - K_L65 * t_urwkl;
-    const real t_auwy6 = t_fpzzr * t_6dtnj_6;
-    const real t_j627l = t_urwkl * t_6dtnj_5 - K_L65 * t_auwy6;
-    const real t_k6nbi = t_fqhue * t_6dtnj_4 + K_L54 * t_j627l + K_L64 * t_auwy6;
-    const real t_ztwq2 = t_3eqhg * t_6dtnj_3 + K_L43 * t_k6nbi - K_L53 * t_j627l - K_L63 * t_auwy6;
-    const real t_te5w4 = t_o5wmi * t_auwy6
-        - (t_lx7ez * t_6dtnj_2 + K_L32 * t_ztwq2 + t_eoupv * t_k6nbi + K_L52 * t_j627l);
+        - K_L63 * t_whsnl
+        + K_L64 * t_k6nbp
+        - K_L65 * t_gghjz;
+    const real t_ncgmo = t_krhvv * t_6dtnj_6;
+    const real t_tbm3s = t_gghjz * t_6dtnj_5 - K_L65 * t_ncgmo;
+    const real t_bopyi = t_k6nbp * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo;
+    const real t_luyzm = t_whsnl * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo;
+    const real t_d5lnx = t_o5wmi * t_ncgmo
+        - (t_lx7ez * t_6dtnj_2 + K_L32 * t_luyzm + t_eoupv * t_bopyi + K_L52 * t_tbm3s);
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_qswyw = p[F] * sin_delta2;
     const real t_jt7ew = cos_delta1 * t_qswyw;
@@ -1560,27 +1559,27 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_u[0] = t_s47r2 + x_C * t_iavt3;
     J_u[1] = t_4jawv - t_rvtxv;
     J_u[2] = t_o2r34 - x_C * t_nmaqm;
-    J_u[3] = t_te5w4 - x_C * t_j627l;
+    J_u[3] = t_d5lnx - x_C * t_tbm3s;
     J_u[4] = t_cxlzo + x_C * t_gsfa3;
     J_u[5] = t_lppxo - x_C * t_gcnkg;
     J_u[6] = t_ocu7b + x_C * t_6dtnj_6;
     J_u[7] = t_bagmr + t_rvtxv;
-    J_u[8] = t_ztwq2 - x_C * t_auwy6;
+    J_u[8] = t_luyzm - x_C * t_ncgmo;
     J_u[9] = t_etz6k - x_C * t_japvz;
     J_u[10] = t_fp5fy;
     J_u[11] = t_4sbjs;
     J_u[12] = t_4tcd4;
-    J_u[13] = -t_k6nbi;
+    J_u[13] = -t_bopyi;
     J_u[14] = t_adrt4;
     J_u[15] = -t_gcnkg;
     J_u[16] = t_6dtnj_6;
     J_u[17] = t_bintu_13;
-    J_u[18] = -t_auwy6;
+    J_u[18] = -t_ncgmo;
     J_u[19] = -t_japvz;
     J_u[20] = -t_iavt3;
     J_u[21] = t_bintu_13;
     J_u[22] = t_nmaqm;
-    J_u[23] = t_j627l;
+    J_u[23] = t_tbm3s;
     J_u[24] = -t_gsfa3;
     J_u[25] = t_gousg * t_s47r2
         + t_gousg_2 * t_lppxo
@@ -1597,12 +1596,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         + t_w6lcf * t_4tcd4
         + t_thnvm * t_nmaqm
         - t_thnvm_2 * t_bintu_13;
-    J_u[28] = t_gousg * t_te5w4
+    J_u[28] = t_gousg * t_d5lnx
         - t_gcu5g * t_6dtnj
-        + t_gousg_2 * t_ztwq2
-        - t_w6lcf * t_k6nbi
-        + t_thnvm * t_j627l
-        + t_thnvm_2 * t_auwy6;
+        + t_gousg_2 * t_luyzm
+        - t_w6lcf * t_bopyi
+        + t_thnvm * t_tbm3s
+        + t_thnvm_2 * t_ncgmo;
     J_u[29] = t_gousg * t_cxlzo
         - t_jt7ew * t_6dtnj
         + t_gousg_2 * t_etz6k

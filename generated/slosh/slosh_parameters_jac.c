@@ -82,10 +82,10 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
@@ -3611,10 +3611,10 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real W13 = x[wx] * x[wz];
     const real e1 = p[h1] - x_C;
     const real e2 = p[h2] - x_C;
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
-    const real f_x = cos_delta1 * t_ruxs4;
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);

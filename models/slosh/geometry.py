@@ -11,19 +11,22 @@ import sympy as sp
 from ..geometry import Shape
 from ..mechanics import frame_turn
 from ..system import Expr, Group
-from .plant.equations import gimbal_position, thrust
+from .plant.equations import gimbal_position
 from .states import Pendulum, angle_quantities, direction_quantities
 
 _REAR, _FRONT, _RADIUS = sp.Rational(-52, 100), sp.Rational(6, 5), sp.Rational(36, 100)
 """Of the hull along x and around it, m; of the picture, for the paper gives none."""
 _SIDES = 6
-_NOZZLE, _PLUME = sp.Rational(16, 100), sp.Rational(1, 2)
+_PER_FORCE = sp.Rational(1, 5000)
+"""Metres of an arrow for a N: the paper's thrust is half a metre long."""
 _COLORS = ("purple", "orange", "sky", "green")
 
 Point = tuple[Expr, Expr, Expr]
 
 
-def geometry(p: Group, pendulums: Sequence[Pendulum], inertia: str, angles: Sequence[Expr]) -> tuple[Shape, ...]:
+def geometry(
+    p: Group, pendulums: Sequence[Pendulum], inertia: str, angles: Sequence[Expr], force: Sequence[Expr]
+) -> tuple[Shape, ...]:
     """Return the shapes in fixed axes.
 
     Parameters
@@ -36,6 +39,8 @@ def geometry(p: Group, pendulums: Sequence[Pendulum], inertia: str, angles: Sequ
         On ball joints directions are states, else angles.
     angles : sequence of Expr
         The attitude; the paper's small angles are drawn as 3-2-1 angles.
+    force : sequence of Expr
+        The thrust in body axes, N.
     """
     turn = (frame_turn(0, angles[0]) * frame_turn(1, angles[1]) * frame_turn(2, angles[2])).T
 
@@ -43,13 +48,13 @@ def geometry(p: Group, pendulums: Sequence[Pendulum], inertia: str, angles: Sequ
         return tuple((place[0], place[1], place[2]) for place in (turn * point for point in points))
 
     rear, front = _ring(_REAR), _ring(_FRONT)
-    gimbal, way = gimbal_position(p), thrust(p) / p.F
+    gimbal = gimbal_position(p)
     shapes = [
         Shape("rear", "rod", placed(*rear, rear[0]), "grey"),
         Shape("front", "rod", placed(*front, front[0]), "grey"),
         *(Shape(f"stringer {k // 2 + 1}", "rod", placed(rear[k], front[k]), "grey") for k in range(0, _SIDES, 2)),
-        Shape("nozzle", "rod", placed(gimbal, gimbal - _NOZZLE * way), "black"),
-        Shape("exhaust", "arrow", placed(gimbal - _NOZZLE * way, gimbal - _PLUME * way), "vermillion"),
+        Shape("nozzle", "ball", placed(gimbal), "black"),
+        Shape("exhaust", "arrow", placed(gimbal, gimbal - _PER_FORCE * sp.Matrix(force)), "vermillion"),
     ]
     for k, (pendulum, color) in enumerate(zip(pendulums, cycle(_COLORS), strict=False), 1):
         pivot = sp.Matrix([pendulum.pivot, 0, 0])

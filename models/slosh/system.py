@@ -117,6 +117,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
     rates, residual = residuals(p, bobs, inertia)
+    force = [symbol for symbol in d.definitions if symbol.name in ("f_x", "f_y", "f_z")]
     return System(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
@@ -155,7 +156,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         variants=_variants(model, choices, laws),
         rates=rates,
         residual=residual,
-        geometry=geometry(p, bobs, inertia, placed.angles),
+        geometry=geometry(p, bobs, inertia, placed.angles, force),
     )
 
 
