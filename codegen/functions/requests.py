@@ -47,7 +47,16 @@ def requests(system: System) -> list[Request]:
     """List the functions of a system, right-hand side first, Jacobians excepted."""
     own = [_own(function) for function in system.functions]
     laws = [request for law in system.controllers for request in _law(system, law)]
-    return [*_plant(system), *_scenario(system), *own, *laws]
+    return [*_plant(system), *_scenario(system), *own, *laws, *_picture(system)]
+
+
+def _picture(system: System) -> list[Request]:
+    """Return what places a picture's points: last, or the order of sums in the other functions would hang on it."""
+    if not system.geometry:
+        return []
+    arguments = (system.states, system.inputs, system.references, system.parameters)
+    points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
+    return [Request("geometry", "points of the shapes of a picture", arguments, (("points", points),))]
 
 
 def _plant(system: System) -> list[Request]:
@@ -58,9 +67,6 @@ def _plant(system: System) -> list[Request]:
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
-    if system.geometry:
-        points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
-        functions.append(Request("geometry", "points of the shapes of a picture", (x, u, r, p), (("points", points),)))
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)

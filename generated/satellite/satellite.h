@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "eeda73b0e0748caf3a87b9151961db510471cd14dbb42dbf7f51c0925f28807c"
+#define SATELLITE_HASH "ab90a66ed4b3e6fc819c1d2ae7721422926521055b82f8d6fee22ad6d10e3151"
 
 /* state x */
 enum {
@@ -424,16 +424,6 @@ enum {
 };
 void satellite_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
 
-/* points of the shapes of a picture */
-enum {
-    SATELLITE_GEOMETRY_NX = 10,
-    SATELLITE_GEOMETRY_NU = 3,
-    SATELLITE_GEOMETRY_NR = 3,
-    SATELLITE_GEOMETRY_NP = 33,
-    SATELLITE_GEOMETRY_NPOINTS = 72
-};
-void satellite_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
-
 /* input that acts */
 enum {
     SATELLITE_ACTUATE_NX = 10,
@@ -618,6 +608,16 @@ enum {
     SATELLITE_PD_DEFAULTS_NDERIVED = 1
 };
 void satellite_pd_defaults(const mv_real *c, mv_real *derived);
+
+/* points of the shapes of a picture */
+enum {
+    SATELLITE_GEOMETRY_NX = 10,
+    SATELLITE_GEOMETRY_NU = 3,
+    SATELLITE_GEOMETRY_NR = 3,
+    SATELLITE_GEOMETRY_NP = 33,
+    SATELLITE_GEOMETRY_NPOINTS = 72
+};
+void satellite_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "eeda73b0e0748caf3a87b9151961db510471cd14dbb42dbf7f51c0925f28807c"
+HASH = "ab90a66ed4b3e6fc819c1d2ae7721422926521055b82f8d6fee22ad6d10e3151"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -24,7 +24,6 @@ SIZES = {
     "rhs": {'x': 10, 'u': 3, 'p': 33, 'dx': 10},
     "outputs": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'y': 15},
     "limits": {'x': 10, 'u': 3, 'p': 33, 'margin': 3},
-    "geometry": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'points': 72},
     "actuate": {'x': 10, 'u_cmd': 3, 'p': 33, 'u': 3},
     "measure": {'x': 10, 'e': 6, 'p': 33, 'x_seen': 10},
     "initial": {'p': 33, 's': 11, 'x': 10},
@@ -45,6 +44,7 @@ SIZES = {
     "pd_warnings": {'p': 33, 'c': 11, 's': 11, 'margin': 15},
     "pd_start": {'x': 10, 'r': 3, 'p': 33, 'c': 11, 'z': 10},
     "pd_defaults": {'c': 11, 'derived': 1},
+    "geometry": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'points': 72},
     "jac_x": {'x': 10, 'u': 3, 'p': 33, 'J': 100},
     "jac_u": {'x': 10, 'u': 3, 'p': 33, 'J': 30},
     "jvp": {'x': 10, 'u': 3, 'p': 33, 'along_x': 10, 'along_u': 3, 'change': 10},
@@ -344,140 +344,6 @@ def limits(x, u, p):
             pitch_lost - np.abs(pitch),
             torque_lost - np.fmax(np.fmax(np.abs(Tx), np.abs(Ty)), np.abs(Tz)),
             np.where(m_5j2jl, 1.000000001 * hmax - np.fmax(np.fmax(np.abs(hx), np.abs(hy)), np.abs(hz)), hmax),
-        )
-
-
-def geometry(x, u, r, p):
-    """Points of the shapes of a picture: (x, u, r, p) -> points."""
-    x, u, r, p = _arrays(x, u, r, p)
-    with np.errstate(all="ignore"):
-        roll = x[..., 0]
-        pitch = x[..., 1]
-        yaw = x[..., 2]
-        Tx = u[..., 0]
-        Ty = u[..., 1]
-        Tz = u[..., 2]
-        ref_roll = r[..., 0]
-        ref_pitch = r[..., 1]
-        ref_yaw = r[..., 2]
-        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
-        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
-        C11 = cos_pitch * cos_yaw  # (3)
-        C12 = cos_pitch * sin_yaw  # (3)
-        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
-        t_yxoxk = cos_yaw * sin_roll
-        t_jt2xw = sin_yaw * cos_roll
-        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
-        t_fdgli = cos_yaw * cos_roll
-        t_wcbyi = sin_yaw * sin_roll
-        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
-        C23 = cos_pitch * sin_roll  # (3)
-        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
-        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
-        C33 = cos_pitch * cos_roll  # (3)
-        t_vhkt2 = 0.24 * C11
-        t_7zrce = 0.42 * C21
-        t_5ybpv = t_vhkt2 - t_7zrce
-        t_vhkt2_2 = 0.24 * C12
-        t_7zrce_2 = 0.42 * C22
-        t_5ybpv_2 = t_vhkt2_2 - t_7zrce_2
-        t_e3fob = 0.24 * sin_pitch
-        t_dvg7v = 0.42 * C23
-        t_kexc3 = t_e3fob + t_dvg7v
-        t_5ybpv_3 = t_7zrce + t_vhkt2
-        t_5ybpv_4 = t_7zrce_2 + t_vhkt2_2
-        t_kexc3_2 = t_dvg7v - t_e3fob
-        t_7zrce_3 = 1.25 * C21
-        t_5ybpv_5 = t_vhkt2 + t_7zrce_3
-        t_7zrce_4 = 1.25 * C22
-        t_5ybpv_6 = t_vhkt2_2 + t_7zrce_4
-        t_dvg7v_2 = 1.25 * C23
-        t_kexc3_3 = t_dvg7v_2 - t_e3fob
-        t_5ybpv_7 = t_vhkt2 - t_7zrce_3
-        t_5ybpv_8 = t_vhkt2_2 - t_7zrce_4
-        t_kexc3_4 = t_e3fob + t_dvg7v_2
-        sin_ref_yaw, cos_ref_yaw = np.sin(ref_yaw), np.cos(ref_yaw)
-        sin_ref_pitch, cos_ref_pitch = np.sin(ref_pitch), np.cos(ref_pitch)
-        t_2a5ti = 0.95 * cos_ref_pitch
-        t_k5one = 0.95 * sin_ref_pitch
-        sin_ref_roll, cos_ref_roll = np.sin(ref_roll), np.cos(ref_roll)
-        t_got5e = t_k5one * cos_ref_roll
-        t_lopi2 = 30.0 * Tx
-        t_prmw7 = 30.0 * Ty
-        t_lgass = 30.0 * Tz
-        return _vector(
-            0.0,
-            0.0,
-            0.0,
-            0.32 * C11,
-            -0.32 * C12,
-            -(-0.32 * sin_pitch),
-            0.32 * C21,
-            -0.32 * C22,
-            -0.32 * C23,
-            0.38 * C31,
-            -0.38 * C32,
-            -0.38 * C33,
-            -t_5ybpv,
-            t_5ybpv_2,
-            -t_kexc3,
-            t_5ybpv_3,
-            -t_5ybpv_4,
-            -t_kexc3_2,
-            t_5ybpv_5,
-            -t_5ybpv_6,
-            -t_kexc3_3,
-            -t_5ybpv_7,
-            t_5ybpv_8,
-            -t_kexc3_4,
-            -t_5ybpv_3,
-            t_5ybpv_4,
-            t_kexc3_2,
-            t_5ybpv,
-            -t_5ybpv_2,
-            t_kexc3,
-            t_5ybpv_7,
-            -t_5ybpv_8,
-            t_kexc3_4,
-            -t_5ybpv_5,
-            t_5ybpv_6,
-            t_kexc3_3,
-            0.0,
-            0.0,
-            0.0,
-            0.95 * C11,
-            -0.95 * C12,
-            -(-0.95 * sin_pitch),
-            0.0,
-            0.0,
-            0.0,
-            1.55 * C21,
-            -1.55 * C22,
-            -1.55 * C23,
-            0.0,
-            0.0,
-            0.0,
-            0.95 * C31,
-            -0.95 * C32,
-            -0.95 * C33,
-            0.0,
-            0.0,
-            0.0,
-            cos_ref_yaw * t_2a5ti,
-            -(t_2a5ti * sin_ref_yaw),
-            t_k5one,
-            0.0,
-            0.0,
-            0.0,
-            cos_ref_yaw * t_got5e + 0.95 * sin_ref_yaw * sin_ref_roll,
-            0.95 * cos_ref_yaw * sin_ref_roll - sin_ref_yaw * t_got5e,
-            -(t_2a5ti * cos_ref_roll),
-            0.0,
-            0.0,
-            0.0,
-            t_lopi2 * C11 + t_prmw7 * C21 + t_lgass * C31,
-            -(t_lopi2 * C12 + t_prmw7 * C22 + t_lgass * C32),
-            t_lopi2 * sin_pitch - t_prmw7 * C23 - t_lgass * C33,
         )
 
 
@@ -2482,6 +2348,140 @@ def pd_defaults(c):
         delay = c[..., 7]
         return _vector(
             delay,
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_vhkt2 = 0.24 * C11
+        t_7zrce = 0.42 * C21
+        t_5ybpv = t_vhkt2 - t_7zrce
+        t_vhkt2_2 = 0.24 * C12
+        t_7zrce_2 = 0.42 * C22
+        t_5ybpv_2 = t_vhkt2_2 - t_7zrce_2
+        t_e3fob = 0.24 * sin_pitch
+        t_dvg7v = 0.42 * C23
+        t_kexc3 = t_e3fob + t_dvg7v
+        t_5ybpv_3 = t_7zrce + t_vhkt2
+        t_5ybpv_4 = t_7zrce_2 + t_vhkt2_2
+        t_kexc3_2 = t_dvg7v - t_e3fob
+        t_7zrce_3 = 1.25 * C21
+        t_5ybpv_5 = t_vhkt2 + t_7zrce_3
+        t_7zrce_4 = 1.25 * C22
+        t_5ybpv_6 = t_vhkt2_2 + t_7zrce_4
+        t_dvg7v_2 = 1.25 * C23
+        t_kexc3_3 = t_dvg7v_2 - t_e3fob
+        t_5ybpv_7 = t_vhkt2 - t_7zrce_3
+        t_5ybpv_8 = t_vhkt2_2 - t_7zrce_4
+        t_kexc3_4 = t_e3fob + t_dvg7v_2
+        sin_ref_yaw, cos_ref_yaw = np.sin(ref_yaw), np.cos(ref_yaw)
+        sin_ref_pitch, cos_ref_pitch = np.sin(ref_pitch), np.cos(ref_pitch)
+        t_2a5ti = 0.95 * cos_ref_pitch
+        t_k5one = 0.95 * sin_ref_pitch
+        sin_ref_roll, cos_ref_roll = np.sin(ref_roll), np.cos(ref_roll)
+        t_got5e = t_k5one * cos_ref_roll
+        t_lopi2 = 30.0 * Tx
+        t_prmw7 = 30.0 * Ty
+        t_lgass = 30.0 * Tz
+        return _vector(
+            0.0,
+            0.0,
+            0.0,
+            0.32 * C11,
+            -0.32 * C12,
+            -(-0.32 * sin_pitch),
+            0.32 * C21,
+            -0.32 * C22,
+            -0.32 * C23,
+            0.38 * C31,
+            -0.38 * C32,
+            -0.38 * C33,
+            -t_5ybpv,
+            t_5ybpv_2,
+            -t_kexc3,
+            t_5ybpv_3,
+            -t_5ybpv_4,
+            -t_kexc3_2,
+            t_5ybpv_5,
+            -t_5ybpv_6,
+            -t_kexc3_3,
+            -t_5ybpv_7,
+            t_5ybpv_8,
+            -t_kexc3_4,
+            -t_5ybpv_3,
+            t_5ybpv_4,
+            t_kexc3_2,
+            t_5ybpv,
+            -t_5ybpv_2,
+            t_kexc3,
+            t_5ybpv_7,
+            -t_5ybpv_8,
+            t_kexc3_4,
+            -t_5ybpv_5,
+            t_5ybpv_6,
+            t_kexc3_3,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * C11,
+            -0.95 * C12,
+            -(-0.95 * sin_pitch),
+            0.0,
+            0.0,
+            0.0,
+            1.55 * C21,
+            -1.55 * C22,
+            -1.55 * C23,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * C31,
+            -0.95 * C32,
+            -0.95 * C33,
+            0.0,
+            0.0,
+            0.0,
+            cos_ref_yaw * t_2a5ti,
+            -(t_2a5ti * sin_ref_yaw),
+            t_k5one,
+            0.0,
+            0.0,
+            0.0,
+            cos_ref_yaw * t_got5e + 0.95 * sin_ref_yaw * sin_ref_roll,
+            0.95 * cos_ref_yaw * sin_ref_roll - sin_ref_yaw * t_got5e,
+            -(t_2a5ti * cos_ref_roll),
+            0.0,
+            0.0,
+            0.0,
+            t_lopi2 * C11 + t_prmw7 * C21 + t_lgass * C31,
+            -(t_lopi2 * C12 + t_prmw7 * C22 + t_lgass * C32),
+            t_lopi2 * sin_pitch - t_prmw7 * C23 - t_lgass * C33,
         )
 
 

@@ -179,14 +179,14 @@ static const casadi_int casadi_s6[118] =
   3, 4, 3, 4, 5, 3, 4, 5,
   3, 4, 5, 3, 4, 5};
 static const casadi_int casadi_s7[3] = {15, 1, 1};
-static const casadi_int casadi_s8[3] = {72, 1, 1};
-static const casadi_int casadi_s9[3] = {6, 1, 1};
-static const casadi_int casadi_s10[3] = {11, 1, 1};
-static const casadi_int casadi_s11[3] = {1, 1, 1};
-static const casadi_int casadi_s12[3] = {2, 1, 1};
-static const casadi_int casadi_s13[3] = {92, 1, 1};
-static const casadi_int casadi_s14[3] = {23, 1, 1};
-static const casadi_int casadi_s15[3] = {86, 1, 1};
+static const casadi_int casadi_s8[3] = {6, 1, 1};
+static const casadi_int casadi_s9[3] = {11, 1, 1};
+static const casadi_int casadi_s10[3] = {1, 1, 1};
+static const casadi_int casadi_s11[3] = {2, 1, 1};
+static const casadi_int casadi_s12[3] = {92, 1, 1};
+static const casadi_int casadi_s13[3] = {23, 1, 1};
+static const casadi_int casadi_s14[3] = {86, 1, 1};
+static const casadi_int casadi_s15[3] = {72, 1, 1};
 static const casadi_int casadi_s16[3] = {100, 1, 1};
 static const casadi_int casadi_s17[3] = {30, 1, 1};
 static const casadi_int casadi_s18[3] = {150, 1, 1};
@@ -2834,303 +2834,8 @@ CASADI_SYMBOL_EXPORT int satellite_limits_work_bytes(casadi_int *sz_arg, casadi_
   return 0;
 }
 
-/* satellite_geometry:(arg_x[10],arg_u[3],arg_r[3],arg_p[33])->(res_points[72]) */
-static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
-  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
-  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
-  casadi_real a24, a25;
-  a00=0.;
-  if (res[0]!=0) res[0][0]=a00;
-  if (res[0]!=0) res[0][1]=a00;
-  if (res[0]!=0) res[0][2]=a00;
-  a01=3.2000000000000001e-01;
-  a02=arg[0]? arg[0][1] : 0;
-  a03=cos(a02);
-  a04=arg[0]? arg[0][2] : 0;
-  a05=cos(a04);
-  a06=(a03*a05);
-  a07=(a01*a06);
-  if (res[0]!=0) res[0][3]=a07;
-  a07=-3.2000000000000001e-01;
-  a04=sin(a04);
-  a08=(a03*a04);
-  a09=(a07*a08);
-  if (res[0]!=0) res[0][4]=a09;
-  a02=sin(a02);
-  a09=(a07*a02);
-  a09=(-a09);
-  if (res[0]!=0) res[0][5]=a09;
-  a09=arg[0]? arg[0][0] : 0;
-  a10=sin(a09);
-  a11=(a05*a10);
-  a12=(a02*a11);
-  a09=cos(a09);
-  a13=(a04*a09);
-  a12=(a12-a13);
-  a01=(a01*a12);
-  if (res[0]!=0) res[0][6]=a01;
-  a05=(a05*a09);
-  a04=(a04*a10);
-  a01=(a02*a04);
-  a01=(a05+a01);
-  a14=(a07*a01);
-  if (res[0]!=0) res[0][7]=a14;
-  a10=(a03*a10);
-  a07=(a07*a10);
-  if (res[0]!=0) res[0][8]=a07;
-  a07=3.8000000000000000e-01;
-  a05=(a02*a05);
-  a04=(a04+a05);
-  a07=(a07*a04);
-  if (res[0]!=0) res[0][9]=a07;
-  a07=-3.8000000000000000e-01;
-  a13=(a02*a13);
-  a13=(a13-a11);
-  a11=(a07*a13);
-  if (res[0]!=0) res[0][10]=a11;
-  a03=(a03*a09);
-  a07=(a07*a03);
-  if (res[0]!=0) res[0][11]=a07;
-  a07=2.3999999999999999e-01;
-  a09=(a07*a06);
-  a11=4.1999999999999998e-01;
-  a05=(a11*a12);
-  a14=(a09-a05);
-  a15=(-a14);
-  if (res[0]!=0) res[0][12]=a15;
-  a15=(a07*a08);
-  a16=(a11*a01);
-  a17=(a15-a16);
-  if (res[0]!=0) res[0][13]=a17;
-  a07=(a07*a02);
-  a11=(a11*a10);
-  a18=(a07+a11);
-  a19=(-a18);
-  if (res[0]!=0) res[0][14]=a19;
-  a05=(a05+a09);
-  if (res[0]!=0) res[0][15]=a05;
-  a16=(a16+a15);
-  a19=(-a16);
-  if (res[0]!=0) res[0][16]=a19;
-  a11=(a11-a07);
-  a19=(-a11);
-  if (res[0]!=0) res[0][17]=a19;
-  a19=1.2500000000000000e+00;
-  a20=(a19*a12);
-  a21=(a09+a20);
-  if (res[0]!=0) res[0][18]=a21;
-  a22=(a19*a01);
-  a23=(a15+a22);
-  a24=(-a23);
-  if (res[0]!=0) res[0][19]=a24;
-  a19=(a19*a10);
-  a24=(a19-a07);
-  a25=(-a24);
-  if (res[0]!=0) res[0][20]=a25;
-  a09=(a09-a20);
-  a20=(-a09);
-  if (res[0]!=0) res[0][21]=a20;
-  a15=(a15-a22);
-  if (res[0]!=0) res[0][22]=a15;
-  a07=(a07+a19);
-  a19=(-a07);
-  if (res[0]!=0) res[0][23]=a19;
-  a05=(-a05);
-  if (res[0]!=0) res[0][24]=a05;
-  if (res[0]!=0) res[0][25]=a16;
-  if (res[0]!=0) res[0][26]=a11;
-  if (res[0]!=0) res[0][27]=a14;
-  a17=(-a17);
-  if (res[0]!=0) res[0][28]=a17;
-  if (res[0]!=0) res[0][29]=a18;
-  if (res[0]!=0) res[0][30]=a09;
-  a15=(-a15);
-  if (res[0]!=0) res[0][31]=a15;
-  if (res[0]!=0) res[0][32]=a07;
-  a21=(-a21);
-  if (res[0]!=0) res[0][33]=a21;
-  if (res[0]!=0) res[0][34]=a23;
-  if (res[0]!=0) res[0][35]=a24;
-  if (res[0]!=0) res[0][36]=a00;
-  if (res[0]!=0) res[0][37]=a00;
-  if (res[0]!=0) res[0][38]=a00;
-  a24=9.4999999999999996e-01;
-  a23=(a24*a06);
-  if (res[0]!=0) res[0][39]=a23;
-  a23=-9.4999999999999996e-01;
-  a21=(a23*a08);
-  if (res[0]!=0) res[0][40]=a21;
-  a21=(a23*a02);
-  a21=(-a21);
-  if (res[0]!=0) res[0][41]=a21;
-  if (res[0]!=0) res[0][42]=a00;
-  if (res[0]!=0) res[0][43]=a00;
-  if (res[0]!=0) res[0][44]=a00;
-  a21=1.5500000000000000e+00;
-  a21=(a21*a12);
-  if (res[0]!=0) res[0][45]=a21;
-  a21=-1.5500000000000000e+00;
-  a07=(a21*a01);
-  if (res[0]!=0) res[0][46]=a07;
-  a21=(a21*a10);
-  if (res[0]!=0) res[0][47]=a21;
-  if (res[0]!=0) res[0][48]=a00;
-  if (res[0]!=0) res[0][49]=a00;
-  if (res[0]!=0) res[0][50]=a00;
-  a21=(a24*a04);
-  if (res[0]!=0) res[0][51]=a21;
-  a21=(a23*a13);
-  if (res[0]!=0) res[0][52]=a21;
-  a23=(a23*a03);
-  if (res[0]!=0) res[0][53]=a23;
-  if (res[0]!=0) res[0][54]=a00;
-  if (res[0]!=0) res[0][55]=a00;
-  if (res[0]!=0) res[0][56]=a00;
-  a23=arg[2]? arg[2][2] : 0;
-  a21=cos(a23);
-  a07=arg[2]? arg[2][1] : 0;
-  a15=cos(a07);
-  a15=(a24*a15);
-  a09=(a21*a15);
-  if (res[0]!=0) res[0][57]=a09;
-  a23=sin(a23);
-  a09=(a15*a23);
-  a09=(-a09);
-  if (res[0]!=0) res[0][58]=a09;
-  a07=sin(a07);
-  a07=(a24*a07);
-  if (res[0]!=0) res[0][59]=a07;
-  if (res[0]!=0) res[0][60]=a00;
-  if (res[0]!=0) res[0][61]=a00;
-  if (res[0]!=0) res[0][62]=a00;
-  a09=arg[2]? arg[2][0] : 0;
-  a18=cos(a09);
-  a07=(a07*a18);
-  a17=(a21*a07);
-  a14=(a24*a23);
-  a09=sin(a09);
-  a14=(a14*a09);
-  a17=(a17+a14);
-  if (res[0]!=0) res[0][63]=a17;
-  a24=(a24*a21);
-  a24=(a24*a09);
-  a23=(a23*a07);
-  a24=(a24-a23);
-  if (res[0]!=0) res[0][64]=a24;
-  a15=(a15*a18);
-  a15=(-a15);
-  if (res[0]!=0) res[0][65]=a15;
-  if (res[0]!=0) res[0][66]=a00;
-  if (res[0]!=0) res[0][67]=a00;
-  if (res[0]!=0) res[0][68]=a00;
-  a00=30.;
-  a15=arg[1]? arg[1][0] : 0;
-  a15=(a00*a15);
-  a06=(a15*a06);
-  a18=arg[1]? arg[1][1] : 0;
-  a18=(a00*a18);
-  a12=(a18*a12);
-  a06=(a06+a12);
-  a12=arg[1]? arg[1][2] : 0;
-  a00=(a00*a12);
-  a04=(a00*a04);
-  a06=(a06+a04);
-  if (res[0]!=0) res[0][69]=a06;
-  a08=(a15*a08);
-  a01=(a18*a01);
-  a08=(a08+a01);
-  a13=(a00*a13);
-  a08=(a08+a13);
-  a08=(-a08);
-  if (res[0]!=0) res[0][70]=a08;
-  a15=(a15*a02);
-  a18=(a18*a10);
-  a15=(a15-a18);
-  a00=(a00*a03);
-  a15=(a15-a00);
-  if (res[0]!=0) res[0][71]=a15;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int satellite_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f5(arg, res, iw, w, mem);
-}
-
-CASADI_SYMBOL_EXPORT int satellite_geometry_checkout(void) {
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT void satellite_geometry_release(int mem) {
-}
-
-CASADI_SYMBOL_EXPORT void satellite_geometry_incref(void) {
-}
-
-CASADI_SYMBOL_EXPORT void satellite_geometry_decref(void) {
-}
-
-CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_in(void) { return 4;}
-
-CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_out(void) { return 1;}
-
-CASADI_SYMBOL_EXPORT casadi_real satellite_geometry_default_in(casadi_int i) {
-  switch (i) {
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_in(casadi_int i) {
-  switch (i) {
-    case 0: return "arg_x";
-    case 1: return "arg_u";
-    case 2: return "arg_r";
-    case 3: return "arg_p";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_out(casadi_int i) {
-  switch (i) {
-    case 0: return "res_points";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_in(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s0;
-    case 1: return casadi_s1;
-    case 2: return casadi_s1;
-    case 3: return casadi_s2;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_out(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s8;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT int satellite_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4;
-  if (sz_res) *sz_res = 1;
-  if (sz_iw) *sz_iw = 0;
-  if (sz_w) *sz_w = 0;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int satellite_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
-  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
-  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
-  if (sz_w) *sz_w = 0*sizeof(casadi_real);
-  return 0;
-}
-
 /* satellite_actuate:(arg_x[10],arg_u_cmd[3],arg_p[33])->(res_u[3]) */
-static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8;
   a0=arg[2]? arg[2][11] : 0;
   a1=(-a0);
@@ -3186,7 +2891,7 @@ static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int satellite_actuate(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f6(arg, res, iw, w, mem);
+  return casadi_f5(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_actuate_checkout(void) {
@@ -3261,7 +2966,7 @@ CASADI_SYMBOL_EXPORT int satellite_actuate_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* satellite_measure:(arg_x[10],arg_e[6],arg_p[33])->(res_x_seen[10]) */
-static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6;
   a0=0.;
   a1=arg[2]? arg[2][30] : 0;
@@ -3337,7 +3042,7 @@ static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int satellite_measure(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f7(arg, res, iw, w, mem);
+  return casadi_f6(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_measure_checkout(void) {
@@ -3382,7 +3087,7 @@ CASADI_SYMBOL_EXPORT const char* satellite_measure_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_measure_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s0;
-    case 1: return casadi_s9;
+    case 1: return casadi_s8;
     case 2: return casadi_s2;
     default: return 0;
   }
@@ -3412,7 +3117,7 @@ CASADI_SYMBOL_EXPORT int satellite_measure_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* satellite_initial:(arg_p[33],arg_s[11])->(res_x[10]) */
-static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6;
   a0=1.7453292519943295e-02;
   a1=arg[1]? arg[1][0] : 0;
@@ -3460,7 +3165,7 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int satellite_initial(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f8(arg, res, iw, w, mem);
+  return casadi_f7(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_initial_checkout(void) {
@@ -3504,7 +3209,7 @@ CASADI_SYMBOL_EXPORT const char* satellite_initial_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_initial_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s10;
+    case 1: return casadi_s9;
     default: return 0;
   }
 }
@@ -3533,7 +3238,7 @@ CASADI_SYMBOL_EXPORT int satellite_initial_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* satellite_reference:(arg_t,arg_p[33],arg_s[11])->(res_r[3]) */
-static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=1.7453292519943295e-02;
   a1=1.;
@@ -3562,7 +3267,7 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int satellite_reference(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f9(arg, res, iw, w, mem);
+  return casadi_f8(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_reference_checkout(void) {
@@ -3606,9 +3311,9 @@ CASADI_SYMBOL_EXPORT const char* satellite_reference_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_reference_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     case 1: return casadi_s2;
-    case 2: return casadi_s10;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -3637,7 +3342,7 @@ CASADI_SYMBOL_EXPORT int satellite_reference_work_bytes(casadi_int *sz_arg, casa
 }
 
 /* satellite_constraints:(arg_p[33],arg_s[11])->(res_margin[2]) */
-static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7;
   a0=arg[0]? arg[0][1] : 0;
   a1=arg[0]? arg[0][4] : 0;
@@ -3667,7 +3372,7 @@ static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f10(arg, res, iw, w, mem);
+  return casadi_f9(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_constraints_checkout(void) {
@@ -3711,14 +3416,14 @@ CASADI_SYMBOL_EXPORT const char* satellite_constraints_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s10;
+    case 1: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
+    case 0: return casadi_s11;
     default: return 0;
   }
 }
@@ -3740,7 +3445,7 @@ CASADI_SYMBOL_EXPORT int satellite_constraints_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* satellite_momentum:(arg_x[10],arg_p[33])->(res_H[3]) */
-static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17;
   a00=arg[0]? arg[0][9] : 0;
@@ -3814,7 +3519,7 @@ static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_momentum(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f11(arg, res, iw, w, mem);
+  return casadi_f10(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_momentum_checkout(void) {
@@ -3887,7 +3592,7 @@ CASADI_SYMBOL_EXPORT int satellite_momentum_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* satellite_energy:(arg_x[10],arg_p[33])->(res_E) */
-static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10;
   a00=5.0000000000000000e-01;
   a01=arg[1]? arg[1][3] : 0;
@@ -3955,7 +3660,7 @@ static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_energy(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f12(arg, res, iw, w, mem);
+  return casadi_f11(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_energy_checkout(void) {
@@ -4006,7 +3711,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_energy_sparsity_in(casadi_int i
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_energy_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -4028,7 +3733,7 @@ CASADI_SYMBOL_EXPORT int satellite_energy_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* satellite_mrac:(arg_x[10],arg_r[3],arg_v[3],arg_z[92],arg_p[33],arg_c[23])->(res_u[3],res_z_next[92]) */
-static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -5648,7 +5353,7 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f13(arg, res, iw, w, mem);
+  return casadi_f12(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_checkout(void) {
@@ -5699,9 +5404,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_sparsity_in(casadi_int i) 
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s1;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     case 4: return casadi_s2;
-    case 5: return casadi_s14;
+    case 5: return casadi_s13;
     default: return 0;
   }
 }
@@ -5709,7 +5414,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_sparsity_in(casadi_int i) 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_sparsity_out(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s13;
+    case 1: return casadi_s12;
     default: return 0;
   }
 }
@@ -5731,7 +5436,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* satellite_mrac_constraints:(arg_p[33],arg_c[23],arg_s[11])->(res_margin) */
-static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=1.0000000000000001e-09;
   a1=arg[1]? arg[1][20] : 0;
@@ -5745,7 +5450,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f14(arg, res, iw, w, mem);
+  return casadi_f13(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_constraints_checkout(void) {
@@ -5790,15 +5495,15 @@ CASADI_SYMBOL_EXPORT const char* satellite_mrac_constraints_name_out(casadi_int 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s14;
-    case 2: return casadi_s10;
+    case 1: return casadi_s13;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -5820,7 +5525,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_constraints_work_bytes(casadi_int *sz_ar
 }
 
 /* satellite_mrac_start:(arg_x[10],arg_r[3],arg_p[33],arg_c[23])->(res_z[92]) */
-static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10;
   a00=-2.;
   if (res[0]!=0) res[0][0]=a00;
@@ -5983,7 +5688,7 @@ static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_start(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f15(arg, res, iw, w, mem);
+  return casadi_f14(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_start_checkout(void) {
@@ -6031,14 +5736,14 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_start_sparsity_in(casadi_i
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_start_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s13;
+    case 0: return casadi_s12;
     default: return 0;
   }
 }
@@ -6060,7 +5765,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_start_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* satellite_mrac_defaults:(arg_c[23])->(res_derived) */
-static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=arg[0]? arg[0][19] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -6068,7 +5773,7 @@ static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f16(arg, res, iw, w, mem);
+  return casadi_f15(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_defaults_checkout(void) {
@@ -6110,14 +5815,14 @@ CASADI_SYMBOL_EXPORT const char* satellite_mrac_defaults_name_out(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s14;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -6139,7 +5844,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_defaults_work_bytes(casadi_int *sz_arg, 
 }
 
 /* satellite_mrac_literal:(arg_x[10],arg_r[3],arg_v[3],arg_z[86],arg_p[33],arg_c[23])->(res_u[3],res_z_next[86]) */
-static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -7558,7 +7263,7 @@ static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f17(arg, res, iw, w, mem);
+  return casadi_f16(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_checkout(void) {
@@ -7609,9 +7314,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s1;
-    case 3: return casadi_s15;
+    case 3: return casadi_s14;
     case 4: return casadi_s2;
-    case 5: return casadi_s14;
+    case 5: return casadi_s13;
     default: return 0;
   }
 }
@@ -7619,7 +7324,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_sparsity_in(casadi
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_sparsity_out(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s15;
+    case 1: return casadi_s14;
     default: return 0;
   }
 }
@@ -7641,7 +7346,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_literal_work_bytes(casadi_int *sz_arg, c
 }
 
 /* satellite_mrac_literal_constraints:(arg_p[33],arg_c[23],arg_s[11])->(res_margin) */
-static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=1.0000000000000001e-09;
   a1=arg[1]? arg[1][20] : 0;
@@ -7655,7 +7360,7 @@ static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f18(arg, res, iw, w, mem);
+  return casadi_f17(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_constraints_checkout(void) {
@@ -7700,15 +7405,15 @@ CASADI_SYMBOL_EXPORT const char* satellite_mrac_literal_constraints_name_out(cas
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s14;
-    case 2: return casadi_s10;
+    case 1: return casadi_s13;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -7730,7 +7435,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_literal_constraints_work_bytes(casadi_in
 }
 
 /* satellite_mrac_literal_start:(arg_x[10],arg_r[3],arg_p[33],arg_c[23])->(res_z[86]) */
-static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10;
   a00=-2.;
   if (res[0]!=0) res[0][0]=a00;
@@ -7887,7 +7592,7 @@ static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_start(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f19(arg, res, iw, w, mem);
+  return casadi_f18(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_start_checkout(void) {
@@ -7935,14 +7640,14 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_start_sparsity_in(
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_start_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s15;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -7964,7 +7669,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_literal_start_work_bytes(casadi_int *sz_
 }
 
 /* satellite_mrac_literal_defaults:(arg_c[23])->(res_derived) */
-static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=arg[0]? arg[0][19] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -7972,7 +7677,7 @@ static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f20(arg, res, iw, w, mem);
+  return casadi_f19(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_defaults_checkout(void) {
@@ -8014,14 +7719,14 @@ CASADI_SYMBOL_EXPORT const char* satellite_mrac_literal_defaults_name_out(casadi
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s14;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -8043,7 +7748,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_literal_defaults_work_bytes(casadi_int *
 }
 
 /* satellite_pd:(arg_x[10],arg_r[3],arg_v[3],arg_z[10],arg_p[33],arg_c[11])->(res_u[3],res_z_next[10]) */
-static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   a00=5.0000000000000000e-01;
@@ -8257,7 +7962,7 @@ static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f21(arg, res, iw, w, mem);
+  return casadi_f20(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_checkout(void) {
@@ -8310,7 +8015,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_sparsity_in(casadi_int i) {
     case 2: return casadi_s1;
     case 3: return casadi_s0;
     case 4: return casadi_s2;
-    case 5: return casadi_s10;
+    case 5: return casadi_s9;
     default: return 0;
   }
 }
@@ -8340,7 +8045,7 @@ CASADI_SYMBOL_EXPORT int satellite_pd_work_bytes(casadi_int *sz_arg, casadi_int*
 }
 
 /* satellite_pd_constraints:(arg_p[33],arg_c[11],arg_s[11])->(res_margin) */
-static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=1.0000000000000001e-09;
   a1=arg[1]? arg[1][8] : 0;
@@ -8354,7 +8059,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f21(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_constraints_checkout(void) {
@@ -8399,15 +8104,15 @@ CASADI_SYMBOL_EXPORT const char* satellite_pd_constraints_name_out(casadi_int i)
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -8429,7 +8134,7 @@ CASADI_SYMBOL_EXPORT int satellite_pd_constraints_work_bytes(casadi_int *sz_arg,
 }
 
 /* satellite_pd_warnings:(arg_p[33],arg_c[11],arg_s[11])->(res_margin[15]) */
-static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7;
   a0=arg[1]? arg[1][3] : 0;
   a1=arg[1]? arg[1][0] : 0;
@@ -8516,7 +8221,7 @@ static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_warnings(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f23(arg, res, iw, w, mem);
+  return casadi_f22(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_warnings_checkout(void) {
@@ -8561,8 +8266,8 @@ CASADI_SYMBOL_EXPORT const char* satellite_pd_warnings_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_warnings_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -8591,7 +8296,7 @@ CASADI_SYMBOL_EXPORT int satellite_pd_warnings_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* satellite_pd_start:(arg_x[10],arg_r[3],arg_p[33],arg_c[11])->(res_z[10]) */
-static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=5.0000000000000000e-01;
   a1=arg[3]? arg[3][10] : 0;
@@ -8617,7 +8322,7 @@ static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_start(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f24(arg, res, iw, w, mem);
+  return casadi_f23(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_start_checkout(void) {
@@ -8665,7 +8370,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_start_sparsity_in(casadi_int
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s2;
-    case 3: return casadi_s10;
+    case 3: return casadi_s9;
     default: return 0;
   }
 }
@@ -8694,7 +8399,7 @@ CASADI_SYMBOL_EXPORT int satellite_pd_start_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* satellite_pd_defaults:(arg_c[11])->(res_derived) */
-static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=arg[0]? arg[0][7] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -8702,7 +8407,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f24(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_defaults_checkout(void) {
@@ -8744,14 +8449,14 @@ CASADI_SYMBOL_EXPORT const char* satellite_pd_defaults_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
+    case 0: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -8766,6 +8471,301 @@ CASADI_SYMBOL_EXPORT int satellite_pd_defaults_work(casadi_int *sz_arg, casadi_i
 
 CASADI_SYMBOL_EXPORT int satellite_pd_defaults_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
   if (sz_arg) *sz_arg = 1*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* satellite_geometry:(arg_x[10],arg_u[3],arg_r[3],arg_p[33])->(res_points[72]) */
+static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
+  casadi_real a24, a25;
+  a00=0.;
+  if (res[0]!=0) res[0][0]=a00;
+  if (res[0]!=0) res[0][1]=a00;
+  if (res[0]!=0) res[0][2]=a00;
+  a01=3.2000000000000001e-01;
+  a02=arg[0]? arg[0][1] : 0;
+  a03=cos(a02);
+  a04=arg[0]? arg[0][2] : 0;
+  a05=cos(a04);
+  a06=(a03*a05);
+  a07=(a01*a06);
+  if (res[0]!=0) res[0][3]=a07;
+  a07=-3.2000000000000001e-01;
+  a04=sin(a04);
+  a08=(a03*a04);
+  a09=(a07*a08);
+  if (res[0]!=0) res[0][4]=a09;
+  a02=sin(a02);
+  a09=(a07*a02);
+  a09=(-a09);
+  if (res[0]!=0) res[0][5]=a09;
+  a09=arg[0]? arg[0][0] : 0;
+  a10=sin(a09);
+  a11=(a05*a10);
+  a12=(a02*a11);
+  a09=cos(a09);
+  a13=(a04*a09);
+  a12=(a12-a13);
+  a01=(a01*a12);
+  if (res[0]!=0) res[0][6]=a01;
+  a05=(a05*a09);
+  a04=(a04*a10);
+  a01=(a02*a04);
+  a01=(a05+a01);
+  a14=(a07*a01);
+  if (res[0]!=0) res[0][7]=a14;
+  a10=(a03*a10);
+  a07=(a07*a10);
+  if (res[0]!=0) res[0][8]=a07;
+  a07=3.8000000000000000e-01;
+  a05=(a02*a05);
+  a04=(a04+a05);
+  a07=(a07*a04);
+  if (res[0]!=0) res[0][9]=a07;
+  a07=-3.8000000000000000e-01;
+  a13=(a02*a13);
+  a13=(a13-a11);
+  a11=(a07*a13);
+  if (res[0]!=0) res[0][10]=a11;
+  a03=(a03*a09);
+  a07=(a07*a03);
+  if (res[0]!=0) res[0][11]=a07;
+  a07=2.3999999999999999e-01;
+  a09=(a07*a06);
+  a11=4.1999999999999998e-01;
+  a05=(a11*a12);
+  a14=(a09-a05);
+  a15=(-a14);
+  if (res[0]!=0) res[0][12]=a15;
+  a15=(a07*a08);
+  a16=(a11*a01);
+  a17=(a15-a16);
+  if (res[0]!=0) res[0][13]=a17;
+  a07=(a07*a02);
+  a11=(a11*a10);
+  a18=(a07+a11);
+  a19=(-a18);
+  if (res[0]!=0) res[0][14]=a19;
+  a05=(a05+a09);
+  if (res[0]!=0) res[0][15]=a05;
+  a16=(a16+a15);
+  a19=(-a16);
+  if (res[0]!=0) res[0][16]=a19;
+  a11=(a11-a07);
+  a19=(-a11);
+  if (res[0]!=0) res[0][17]=a19;
+  a19=1.2500000000000000e+00;
+  a20=(a19*a12);
+  a21=(a09+a20);
+  if (res[0]!=0) res[0][18]=a21;
+  a22=(a19*a01);
+  a23=(a15+a22);
+  a24=(-a23);
+  if (res[0]!=0) res[0][19]=a24;
+  a19=(a19*a10);
+  a24=(a19-a07);
+  a25=(-a24);
+  if (res[0]!=0) res[0][20]=a25;
+  a09=(a09-a20);
+  a20=(-a09);
+  if (res[0]!=0) res[0][21]=a20;
+  a15=(a15-a22);
+  if (res[0]!=0) res[0][22]=a15;
+  a07=(a07+a19);
+  a19=(-a07);
+  if (res[0]!=0) res[0][23]=a19;
+  a05=(-a05);
+  if (res[0]!=0) res[0][24]=a05;
+  if (res[0]!=0) res[0][25]=a16;
+  if (res[0]!=0) res[0][26]=a11;
+  if (res[0]!=0) res[0][27]=a14;
+  a17=(-a17);
+  if (res[0]!=0) res[0][28]=a17;
+  if (res[0]!=0) res[0][29]=a18;
+  if (res[0]!=0) res[0][30]=a09;
+  a15=(-a15);
+  if (res[0]!=0) res[0][31]=a15;
+  if (res[0]!=0) res[0][32]=a07;
+  a21=(-a21);
+  if (res[0]!=0) res[0][33]=a21;
+  if (res[0]!=0) res[0][34]=a23;
+  if (res[0]!=0) res[0][35]=a24;
+  if (res[0]!=0) res[0][36]=a00;
+  if (res[0]!=0) res[0][37]=a00;
+  if (res[0]!=0) res[0][38]=a00;
+  a24=9.4999999999999996e-01;
+  a23=(a24*a06);
+  if (res[0]!=0) res[0][39]=a23;
+  a23=-9.4999999999999996e-01;
+  a21=(a23*a08);
+  if (res[0]!=0) res[0][40]=a21;
+  a21=(a23*a02);
+  a21=(-a21);
+  if (res[0]!=0) res[0][41]=a21;
+  if (res[0]!=0) res[0][42]=a00;
+  if (res[0]!=0) res[0][43]=a00;
+  if (res[0]!=0) res[0][44]=a00;
+  a21=1.5500000000000000e+00;
+  a21=(a21*a12);
+  if (res[0]!=0) res[0][45]=a21;
+  a21=-1.5500000000000000e+00;
+  a07=(a21*a01);
+  if (res[0]!=0) res[0][46]=a07;
+  a21=(a21*a10);
+  if (res[0]!=0) res[0][47]=a21;
+  if (res[0]!=0) res[0][48]=a00;
+  if (res[0]!=0) res[0][49]=a00;
+  if (res[0]!=0) res[0][50]=a00;
+  a21=(a24*a04);
+  if (res[0]!=0) res[0][51]=a21;
+  a21=(a23*a13);
+  if (res[0]!=0) res[0][52]=a21;
+  a23=(a23*a03);
+  if (res[0]!=0) res[0][53]=a23;
+  if (res[0]!=0) res[0][54]=a00;
+  if (res[0]!=0) res[0][55]=a00;
+  if (res[0]!=0) res[0][56]=a00;
+  a23=arg[2]? arg[2][2] : 0;
+  a21=cos(a23);
+  a07=arg[2]? arg[2][1] : 0;
+  a15=cos(a07);
+  a15=(a24*a15);
+  a09=(a21*a15);
+  if (res[0]!=0) res[0][57]=a09;
+  a23=sin(a23);
+  a09=(a15*a23);
+  a09=(-a09);
+  if (res[0]!=0) res[0][58]=a09;
+  a07=sin(a07);
+  a07=(a24*a07);
+  if (res[0]!=0) res[0][59]=a07;
+  if (res[0]!=0) res[0][60]=a00;
+  if (res[0]!=0) res[0][61]=a00;
+  if (res[0]!=0) res[0][62]=a00;
+  a09=arg[2]? arg[2][0] : 0;
+  a18=cos(a09);
+  a07=(a07*a18);
+  a17=(a21*a07);
+  a14=(a24*a23);
+  a09=sin(a09);
+  a14=(a14*a09);
+  a17=(a17+a14);
+  if (res[0]!=0) res[0][63]=a17;
+  a24=(a24*a21);
+  a24=(a24*a09);
+  a23=(a23*a07);
+  a24=(a24-a23);
+  if (res[0]!=0) res[0][64]=a24;
+  a15=(a15*a18);
+  a15=(-a15);
+  if (res[0]!=0) res[0][65]=a15;
+  if (res[0]!=0) res[0][66]=a00;
+  if (res[0]!=0) res[0][67]=a00;
+  if (res[0]!=0) res[0][68]=a00;
+  a00=30.;
+  a15=arg[1]? arg[1][0] : 0;
+  a15=(a00*a15);
+  a06=(a15*a06);
+  a18=arg[1]? arg[1][1] : 0;
+  a18=(a00*a18);
+  a12=(a18*a12);
+  a06=(a06+a12);
+  a12=arg[1]? arg[1][2] : 0;
+  a00=(a00*a12);
+  a04=(a00*a04);
+  a06=(a06+a04);
+  if (res[0]!=0) res[0][69]=a06;
+  a08=(a15*a08);
+  a01=(a18*a01);
+  a08=(a08+a01);
+  a13=(a00*a13);
+  a08=(a08+a13);
+  a08=(-a08);
+  if (res[0]!=0) res[0][70]=a08;
+  a15=(a15*a02);
+  a18=(a18*a10);
+  a15=(a15-a18);
+  a00=(a00*a03);
+  a15=(a15-a00);
+  if (res[0]!=0) res[0][71]=a15;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f25(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real satellite_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s1;
+    case 3: return casadi_s2;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s15;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
   if (sz_res) *sz_res = 1*sizeof(casadi_real*);
   if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
   if (sz_w) *sz_w = 0*sizeof(casadi_real);
@@ -15845,13 +15845,13 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_jvp_sparsity_in(casadi_int
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s1;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     case 4: return casadi_s2;
-    case 5: return casadi_s14;
+    case 5: return casadi_s13;
     case 6: return casadi_s0;
     case 7: return casadi_s1;
     case 8: return casadi_s1;
-    case 9: return casadi_s13;
+    case 9: return casadi_s12;
     default: return 0;
   }
 }
@@ -15859,7 +15859,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_jvp_sparsity_in(casadi_int
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_jvp_sparsity_out(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s13;
+    case 1: return casadi_s12;
     default: return 0;
   }
 }
@@ -18542,13 +18542,13 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_jvp_sparsity_in(ca
     case 0: return casadi_s0;
     case 1: return casadi_s1;
     case 2: return casadi_s1;
-    case 3: return casadi_s15;
+    case 3: return casadi_s14;
     case 4: return casadi_s2;
-    case 5: return casadi_s14;
+    case 5: return casadi_s13;
     case 6: return casadi_s0;
     case 7: return casadi_s1;
     case 8: return casadi_s1;
-    case 9: return casadi_s15;
+    case 9: return casadi_s14;
     default: return 0;
   }
 }
@@ -18556,7 +18556,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_jvp_sparsity_in(ca
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_mrac_literal_jvp_sparsity_out(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s15;
+    case 1: return casadi_s14;
     default: return 0;
   }
 }
@@ -18918,7 +18918,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_pd_jvp_sparsity_in(casadi_int i
     case 2: return casadi_s1;
     case 3: return casadi_s0;
     case 4: return casadi_s2;
-    case 5: return casadi_s10;
+    case 5: return casadi_s9;
     case 6: return casadi_s0;
     case 7: return casadi_s1;
     case 8: return casadi_s1;

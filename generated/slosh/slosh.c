@@ -761,219 +761,6 @@ void slosh_limits(const real *x, const real *u, const real *p, real *margin)
     (void)margin;
 }
 
-/* points of the shapes of a picture; 192 operations. */
-void slosh_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
-{
-    (void)r;
-    enum { att1 = SLOSH_X_ATT1 };
-    enum { att2 = SLOSH_X_ATT2 };
-    enum { att3 = SLOSH_X_ATT3 };
-    enum { phi1 = SLOSH_X_PHI1 };
-    enum { theta1 = SLOSH_X_THETA1 };
-    enum { phi2 = SLOSH_X_PHI2 };
-    enum { theta2 = SLOSH_X_THETA2 };
-    enum { delta1 = SLOSH_U_DELTA1 };
-    enum { delta2 = SLOSH_U_DELTA2 };
-    enum { b = SLOSH_P_B };
-    enum { d = SLOSH_P_D };
-    enum { F = SLOSH_P_F };
-    enum { l1 = SLOSH_P_L1 };
-    enum { h1 = SLOSH_P_H1 };
-    enum { l2 = SLOSH_P_L2 };
-    enum { h2 = SLOSH_P_H2 };
-    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
-    const real t_ruxs4 = cos_delta2 * p[F];
-    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
-    const real f_x = t_ruxs4 * cos_delta1;
-    const real f_y = sin_delta2 * p[F];
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
-    real sin_att3, cos_att3; mv_sincos(x[att3], &sin_att3, &cos_att3);
-    const real t_ggxc7 = sin_att1 * sin_att3;
-    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    const real t_6x4uh = cos_att3 * cos_att1;
-    const real t_taeik = sin_att2 * t_6x4uh;
-    const real t_myqhz = K(0.36) * t_ggxc7 + K(0.36) * t_taeik;
-    const real t_lswnn = K(0.52) * cos_att2;
-    const real t_2c2og = cos_att3 * t_lswnn;
-    const real t_td2xz = t_myqhz - t_2c2og;
-    const real t_jwc4h = t_lswnn * sin_att3;
-    const real t_jtg6a = cos_att3 * sin_att1;
-    const real t_jtg6a_2 = K(0.36) * t_jtg6a;
-    const real t_z4mke = sin_att3 * cos_att1;
-    const real t_hksyc = sin_att2 * t_z4mke;
-    const real t_eqelh = K(0.36) * t_hksyc;
-    const real t_igi4c = t_jtg6a_2 - t_eqelh;
-    const real t_g4vbt = -(t_jwc4h + t_igi4c);
-    const real t_foa7g = K(0.52) * sin_att2;
-    const real t_3jsqk = cos_att2 * cos_att1;
-    const real t_3jsqk_2 = K(0.36) * t_3jsqk;
-    const real t_7vq4b = t_foa7g + t_3jsqk_2;
-    const real t_bvjqc = sin_att2 * t_jtg6a - t_z4mke;
-    const real t_qfree = K(0.3117691453623979) * t_bvjqc;
-    const real t_ggxc7_2 = K(0.18) * t_ggxc7;
-    const real t_l3pwi = K(0.18) * t_taeik;
-    const real t_wuuvj = t_ggxc7_2 + t_l3pwi;
-    const real t_xjgfc = t_qfree + t_wuuvj;
-    const real t_m65za = t_6x4uh + t_ggxc7 * sin_att2;
-    const real t_p5guo = K(0.3117691453623979) * t_m65za;
-    const real t_5cqv6 = t_p5guo - t_jwc4h;
-    const real t_eqelh_2 = K(0.18) * t_hksyc;
-    const real t_jtg6a_3 = K(0.18) * t_jtg6a;
-    const real t_igi4c_2 = t_eqelh_2 - t_jtg6a_3;
-    const real t_3jsqk_3 = K(0.18) * t_3jsqk;
-    const real t_ql6qw = cos_att2 * sin_att1;
-    const real t_ql6qw_2 = K(0.3117691453623979) * t_ql6qw;
-    const real t_tck5s = t_foa7g + t_ql6qw_2;
-    const real t_xjgfc_2 = t_wuuvj - t_qfree;
-    const real t_h6fgr = -(t_2c2og + t_xjgfc_2);
-    const real t_igi4c_3 = t_jtg6a_3 - t_eqelh_2;
-    const real t_c2ymk = t_5cqv6 + t_igi4c_3;
-    const real t_m4zc7 = t_tck5s - t_3jsqk_3;
-    const real t_igi4c_4 = t_eqelh - t_jtg6a_2;
-    const real t_h6fgr_2 = -(t_2c2og + t_xjgfc);
-    const real t_5cqv6_2 = t_jwc4h + t_p5guo;
-    const real t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2);
-    const real t_aqs57 = t_3jsqk_3 + t_ql6qw_2;
-    const real t_ydlzc = t_foa7g - t_aqs57;
-    const real t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi;
-    const real t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2;
-    const real t_lswnn_2 = K(1.2) * cos_att2;
-    const real t_2c2og_2 = cos_att3 * t_lswnn_2;
-    const real t_td2xz_2 = t_myqhz + t_2c2og_2;
-    const real t_jwc4h_2 = sin_att3 * t_lswnn_2;
-    const real t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2;
-    const real t_foa7g_2 = K(1.2) * sin_att2;
-    const real t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2;
-    const real t_5cqv6_3 = t_p5guo + t_jwc4h_2;
-    const real t_g63ud = t_a3hkn + t_2c2og_2;
-    const real t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3;
-    const real t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2);
-    const real t_2c2og_3 = K(-1.2) * cos_att3 * cos_att2;
-    const real t_ohxxd = -(t_xjgfc + t_2c2og_3);
-    const real t_vysbl = t_p5guo + K(-1.2) * cos_att2 * sin_att3;
-    const real t_42tn2 = -(t_igi4c_2 + t_vysbl);
-    const real t_ydlzc_3 = -(t_aqs57 + t_foa7g_2);
-    const real t_yxxpc = p[b] + p[d];
-    const real t_qhzth = cos_att2 * t_yxxpc;
-    const real t_ekrfe = -(cos_att3 * t_qhzth);
-    const real t_x4t3h = -(sin_att3 * t_qhzth);
-    const real t_zqlio = sin_att2 * t_yxxpc;
-    const real t_myqhz_2 = t_ggxc7 + t_taeik;
-    const real t_gcu5g = K(0.0002) * (t_ruxs4 * sin_delta1);
-    const real t_d7gk5 = K(0.0002) * f_y;
-    const real t_zjt3u = K(-0.0002) * f_x - t_yxxpc;
-    const real t_t7mda = sin_att3 * sin_att2 * cos_att1 - t_jtg6a;
-    const real t_sol6l = cos_att2 * p[h1];
-    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    const real t_5wsq6 = p[h1] - cos_phi1 * p[l1];
-    const real t_6y7qf = cos_att2 * t_5wsq6;
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real t_uu25d = sin_phi1 * p[l1];
-    const real t_nifmf = sin_theta1 * t_uu25d;
-    const real t_3ndti = cos_theta1 * t_uu25d;
-    const real t_xrqnz = cos_att3 * t_6y7qf + t_bvjqc * t_nifmf + t_myqhz_2 * t_3ndti;
-    const real t_zsjki = sin_att3 * t_6y7qf + t_m65za * t_nifmf + t_t7mda * t_3ndti;
-    const real t_ftbo4 = t_3jsqk * t_3ndti + t_ql6qw * t_nifmf - sin_att2 * t_5wsq6;
-    const real t_tlwev = cos_att2 * p[h2];
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    const real t_i4qrx = p[h2] - cos_phi2 * p[l2];
-    const real t_ijx5f = cos_att2 * t_i4qrx;
-    const real t_pgd7h = sin_phi2 * p[l2];
-    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_z7gk4 = t_pgd7h * sin_theta2;
-    const real t_m32m4 = t_pgd7h * cos_theta2;
-    const real t_ls65o = cos_att3 * t_ijx5f + t_bvjqc * t_z7gk4 + t_myqhz_2 * t_m32m4;
-    const real t_pgu5q = sin_att3 * t_ijx5f + t_m65za * t_z7gk4 + t_t7mda * t_m32m4;
-    const real t_5h2wc = t_3jsqk * t_m32m4 + t_ql6qw * t_z7gk4 - sin_att2 * t_i4qrx;
-    points[0] = t_td2xz;
-    points[1] = t_g4vbt;
-    points[2] = t_7vq4b;
-    points[3] = t_xjgfc - t_2c2og;
-    points[4] = t_5cqv6 + t_igi4c_2;
-    points[5] = t_3jsqk_3 + t_tck5s;
-    points[6] = t_h6fgr;
-    points[7] = t_c2ymk;
-    points[8] = t_m4zc7;
-    points[9] = -(t_2c2og + t_myqhz);
-    points[10] = -(t_jwc4h + t_igi4c_4);
-    points[11] = t_foa7g - t_3jsqk_2;
-    points[12] = t_h6fgr_2;
-    points[13] = t_c2ymk_2;
-    points[14] = t_ydlzc;
-    points[15] = -(t_2c2og + t_a3hkn);
-    points[16] = -(t_igi4c_3 + t_5cqv6_2);
-    points[17] = t_foa7g + t_aqs57_2;
-    points[18] = t_td2xz;
-    points[19] = t_g4vbt;
-    points[20] = t_7vq4b;
-    points[21] = t_td2xz_2;
-    points[22] = t_g4vbt_2;
-    points[23] = t_7vq4b_2;
-    points[24] = t_xjgfc + t_2c2og_2;
-    points[25] = t_igi4c_2 + t_5cqv6_3;
-    points[26] = t_aqs57 - t_foa7g_2;
-    points[27] = t_g63ud;
-    points[28] = t_c2ymk_3;
-    points[29] = t_ydlzc_2;
-    points[30] = -(t_myqhz + t_2c2og_3);
-    points[31] = t_igi4c + t_jwc4h_2;
-    points[32] = -(t_3jsqk_2 + t_foa7g_2);
-    points[33] = t_ohxxd;
-    points[34] = t_42tn2;
-    points[35] = t_ydlzc_3;
-    points[36] = t_xjgfc_2 + t_2c2og_2;
-    points[37] = -(t_igi4c_3 + t_vysbl);
-    points[38] = t_aqs57_2 - t_foa7g_2;
-    points[39] = t_td2xz_2;
-    points[40] = t_g4vbt_2;
-    points[41] = t_7vq4b_2;
-    points[42] = t_td2xz;
-    points[43] = t_g4vbt;
-    points[44] = t_7vq4b;
-    points[45] = t_td2xz_2;
-    points[46] = t_g4vbt_2;
-    points[47] = t_7vq4b_2;
-    points[48] = t_h6fgr;
-    points[49] = t_c2ymk;
-    points[50] = t_m4zc7;
-    points[51] = t_g63ud;
-    points[52] = t_c2ymk_3;
-    points[53] = t_ydlzc_2;
-    points[54] = t_h6fgr_2;
-    points[55] = t_c2ymk_2;
-    points[56] = t_ydlzc;
-    points[57] = t_ohxxd;
-    points[58] = t_42tn2;
-    points[59] = t_ydlzc_3;
-    points[60] = t_ekrfe;
-    points[61] = t_x4t3h;
-    points[62] = t_zqlio;
-    points[63] = t_ekrfe;
-    points[64] = t_x4t3h;
-    points[65] = t_zqlio;
-    points[66] = t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att3 * cos_att2 * t_zjt3u;
-    points[67] = t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u;
-    points[68] = t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5;
-    points[69] = cos_att3 * t_sol6l;
-    points[70] = sin_att3 * t_sol6l;
-    points[71] = -(sin_att2 * p[h1]);
-    points[72] = t_xrqnz;
-    points[73] = t_zsjki;
-    points[74] = t_ftbo4;
-    points[75] = t_xrqnz;
-    points[76] = t_zsjki;
-    points[77] = t_ftbo4;
-    points[78] = cos_att3 * t_tlwev;
-    points[79] = sin_att3 * t_tlwev;
-    points[80] = -(sin_att2 * p[h2]);
-    points[81] = t_ls65o;
-    points[82] = t_pgu5q;
-    points[83] = t_5h2wc;
-    points[84] = t_ls65o;
-    points[85] = t_pgu5q;
-    points[86] = t_5h2wc;
-}
-
 /* state derivative, full, euler; 712 operations. */
 void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
 {
@@ -2605,16 +2392,16 @@ void slosh_energy(const real *x, const real *p, real *energy)
     const real t_4fh24 = cos_phi1 * p[l1];
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_gmx3d = t_4fh24 * x[phi1_dot];
-    const real t_3ndti = cos_theta1 * t_uu25d;
+    const real t_3ndti = t_uu25d * cos_theta1;
     const real t_yjz75 = t_5wsq6 * x[wz]
         + x[vy]
-        + sin_theta1 * t_gmx3d
+        + t_gmx3d * sin_theta1
         + t_3ndti * x[theta1_dot]
         - t_3ndti * x[wx];
-    const real t_nifmf = sin_theta1 * t_uu25d;
+    const real t_nifmf = t_uu25d * sin_theta1;
     const real t_znexn = x[vz]
         - t_5wsq6 * x[wy]
-        + cos_theta1 * t_gmx3d
+        + t_gmx3d * cos_theta1
         + t_nifmf * x[wx]
         - t_nifmf * x[theta1_dot];
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
@@ -2626,18 +2413,18 @@ void slosh_energy(const real *x, const real *p, real *energy)
         + t_pgd7h * x[phi2_dot];
     const real t_i5y5i = cos_phi2 * p[l2];
     const real t_i4qrx = p[h2] - t_i5y5i;
-    const real t_m32m4 = t_pgd7h * cos_theta2;
     const real t_qy3i6 = t_i5y5i * x[phi2_dot];
+    const real t_m32m4 = t_pgd7h * cos_theta2;
     const real t_yd4q2 = t_i4qrx * x[wz]
         + x[vy]
+        + t_qy3i6 * sin_theta2
         + t_m32m4 * x[theta2_dot]
-        + sin_theta2 * t_qy3i6
         - t_m32m4 * x[wx];
     const real t_z7gk4 = t_pgd7h * sin_theta2;
     const real t_pxtje = x[vz]
         - t_i4qrx * x[wy]
+        + t_qy3i6 * cos_theta2
         + t_z7gk4 * x[wx]
-        + cos_theta2 * t_qy3i6
         - t_z7gk4 * x[theta2_dot];
     energy[0] = (p[I0] + p[J_x]) * (K(0.5) * (x[wx] * x[wx]))
         + (p[I0] + p[J_z]) * (K(0.5) * (x[wz] * x[wz]))
@@ -2708,13 +2495,13 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_k43ez = t_5wsq6 * x[wz];
     const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
-    const real t_3ndti = cos_theta1 * t_uu25d;
+    const real t_3ndti = t_uu25d * cos_theta1;
     const real t_gmx3d = t_hjux3 * t_4fh24;
     const real t_f2ypg = x[wx] + x[wx];
     const real t_crmmg = t_byoa6_2
         + (t_k43ez + t_k43ez)
         + t_2zkgz * t_3ndti
-        + sin_theta1 * t_gmx3d
+        + t_gmx3d * sin_theta1
         - t_f2ypg * t_3ndti;
     const real t_i5y5i = cos_phi2 * p[l2];
     const real t_i4qrx = p[h2] - t_i5y5i;
@@ -2725,34 +2512,34 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_3apnu = t_byoa6_2
         + (t_rkxmj + t_rkxmj)
         + t_m7bta * t_m32m4
-        + sin_theta2 * t_qy3i6
+        + t_qy3i6 * sin_theta2
         - t_f2ypg * t_m32m4;
     const real t_s2c4q = x[vz] + x[vz];
     const real t_afq4u = p[b] * x[wy];
     const real t_vghml = p[h0] * x[wy];
     const real t_ga5oq = t_5wsq6 * x[wy];
-    const real t_nifmf = sin_theta1 * t_uu25d;
+    const real t_nifmf = t_uu25d * sin_theta1;
     const real t_3pu7w = t_s2c4q
         + K(-2.0) * t_ga5oq
         + t_f2ypg * t_nifmf
-        + cos_theta1 * t_gmx3d
+        + t_gmx3d * cos_theta1
         - t_2zkgz * t_nifmf;
     const real t_wp7p4 = t_i4qrx * x[wy];
     const real t_z7gk4 = t_pgd7h * sin_theta2;
     const real t_lsqou = t_s2c4q
         + K(-2.0) * t_wp7p4
         + t_f2ypg * t_z7gk4
-        + cos_theta2 * t_qy3i6
+        + t_qy3i6 * cos_theta2
         - t_m7bta * t_z7gk4;
     const real t_ykayx = K(0.5) * p[I1];
     const real t_mjwqd = K(0.5) * p[I2];
     const real t_gmx3d_2 = t_4fh24 * x[phi1_dot];
-    const real t_3pu7w_2 = x[vz] - t_ga5oq + cos_theta1 * t_gmx3d_2 + t_nifmf * x[wx] - t_nifmf * x[theta1_dot];
-    const real t_5ppc7 = t_k43ez + x[vy] + sin_theta1 * t_gmx3d_2 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
+    const real t_3pu7w_2 = x[vz] - t_ga5oq + t_gmx3d_2 * cos_theta1 + t_nifmf * x[wx] - t_nifmf * x[theta1_dot];
+    const real t_5ppc7 = t_k43ez + x[vy] + t_gmx3d_2 * sin_theta1 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
     const real t_npl2t = t_3ndti + t_3ndti;
     const real t_qy3i6_2 = t_i5y5i * x[phi2_dot];
-    const real t_lsqou_2 = x[vz] - t_wp7p4 + t_z7gk4 * x[wx] + cos_theta2 * t_qy3i6_2 - t_z7gk4 * x[theta2_dot];
-    const real t_gcz5k = t_rkxmj + x[vy] + t_m32m4 * x[theta2_dot] + sin_theta2 * t_qy3i6_2 - t_m32m4 * x[wx];
+    const real t_lsqou_2 = x[vz] - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
+    const real t_gcz5k = t_rkxmj + x[vy] + t_qy3i6_2 * sin_theta2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
     const real t_hn6vs = t_m32m4 + t_m32m4;
     const real t_lgaky = p[b] * p[m];
     const real t_oslib = p[h0] * p[m0];
@@ -2776,8 +2563,8 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     momentum[3] = (p[I0] + p[J_x]) * x[wx]
         + t_ykayx * (t_hjux3 + t_f2ypg)
         + t_mjwqd * (t_mw75j + t_f2ypg)
-        + t_zig7f * ((sin_phi1 + sin_phi1) * sin_theta1 * t_3pu7w_2 * p[l1] - t_5ppc7 * t_npl2t)
-        + t_fha3f * ((sin_phi2 + sin_phi2) * sin_theta2 * t_lsqou_2 * p[l2] - t_gcz5k * t_hn6vs);
+        + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * p[l1] - t_5ppc7 * t_npl2t)
+        + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * p[l2] - t_gcz5k * t_hn6vs);
     momentum[4] = t_lgaky * (t_afq4u + x[vz])
         + t_oslib * (t_vghml + x[vz])
         + (p[I0] + p[J_y]) * x[wy]
@@ -2788,8 +2575,8 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     momentum[5] = (p[I0] + p[J_z]) * x[wz]
         + t_ykayx * (t_2zkgz + t_pzkfy)
         + t_mjwqd * (t_m7bta + t_pzkfy)
-        + t_zig7f * (t_5ppc7 * t_5wsq6_2 + K(-2.0) * t_nifmf * t_mpmd7)
-        + t_fha3f * (t_gcz5k * t_i4qrx_2 + K(-2.0) * t_z7gk4 * t_dctfb)
+        + t_zig7f * (t_5ppc7 * t_5wsq6_2 + K(-2.0) * t_mpmd7 * t_nifmf)
+        + t_fha3f * (t_gcz5k * t_i4qrx_2 + K(-2.0) * t_dctfb * t_z7gk4)
         - t_lgaky * (x[vy] - t_i435h)
         - t_oslib * (x[vy] - t_2pqsj);
 }
@@ -10093,4 +9880,218 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     w[0] = V_v2;
     w[1] = lateral_v2;
     w[2] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
+}
+
+/* points of the shapes of a picture; 191 operations. */
+void slosh_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
+{
+    (void)r;
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    real sin_att3, cos_att3; mv_sincos(x[att3], &sin_att3, &cos_att3);
+    const real t_ggxc7 = sin_att1 * sin_att3;
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    const real t_6x4uh = cos_att1 * cos_att3;
+    const real t_taeik = sin_att2 * t_6x4uh;
+    const real t_myqhz = K(0.36) * t_ggxc7 + K(0.36) * t_taeik;
+    const real t_lswnn = K(0.52) * cos_att2;
+    const real t_2c2og = cos_att3 * t_lswnn;
+    const real t_td2xz = t_myqhz - t_2c2og;
+    const real t_jwc4h = t_lswnn * sin_att3;
+    const real t_jtg6a = sin_att1 * cos_att3;
+    const real t_jtg6a_2 = K(0.36) * t_jtg6a;
+    const real t_z4mke = cos_att1 * sin_att3;
+    const real t_hksyc = sin_att2 * t_z4mke;
+    const real t_eqelh = K(0.36) * t_hksyc;
+    const real t_igi4c = t_jtg6a_2 - t_eqelh;
+    const real t_g4vbt = -(t_jwc4h + t_igi4c);
+    const real t_foa7g = K(0.52) * sin_att2;
+    const real t_3jsqk = cos_att2 * cos_att1;
+    const real t_3jsqk_2 = K(0.36) * t_3jsqk;
+    const real t_7vq4b = t_foa7g + t_3jsqk_2;
+    const real t_bvjqc = sin_att2 * t_jtg6a - t_z4mke;
+    const real t_qfree = K(0.3117691453623979) * t_bvjqc;
+    const real t_ggxc7_2 = K(0.18) * t_ggxc7;
+    const real t_l3pwi = K(0.18) * t_taeik;
+    const real t_wuuvj = t_ggxc7_2 + t_l3pwi;
+    const real t_xjgfc = t_qfree + t_wuuvj;
+    const real t_m65za = t_6x4uh + sin_att2 * t_ggxc7;
+    const real t_p5guo = K(0.3117691453623979) * t_m65za;
+    const real t_5cqv6 = t_p5guo - t_jwc4h;
+    const real t_eqelh_2 = K(0.18) * t_hksyc;
+    const real t_jtg6a_3 = K(0.18) * t_jtg6a;
+    const real t_igi4c_2 = t_eqelh_2 - t_jtg6a_3;
+    const real t_3jsqk_3 = K(0.18) * t_3jsqk;
+    const real t_ql6qw = cos_att2 * sin_att1;
+    const real t_ql6qw_2 = K(0.3117691453623979) * t_ql6qw;
+    const real t_tck5s = t_foa7g + t_ql6qw_2;
+    const real t_xjgfc_2 = t_wuuvj - t_qfree;
+    const real t_h6fgr = -(t_2c2og + t_xjgfc_2);
+    const real t_igi4c_3 = t_jtg6a_3 - t_eqelh_2;
+    const real t_c2ymk = t_5cqv6 + t_igi4c_3;
+    const real t_m4zc7 = t_tck5s - t_3jsqk_3;
+    const real t_igi4c_4 = t_eqelh - t_jtg6a_2;
+    const real t_h6fgr_2 = -(t_2c2og + t_xjgfc);
+    const real t_5cqv6_2 = t_jwc4h + t_p5guo;
+    const real t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2);
+    const real t_aqs57 = t_3jsqk_3 + t_ql6qw_2;
+    const real t_ydlzc = t_foa7g - t_aqs57;
+    const real t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi;
+    const real t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2;
+    const real t_lswnn_2 = K(1.2) * cos_att2;
+    const real t_2c2og_2 = cos_att3 * t_lswnn_2;
+    const real t_td2xz_2 = t_myqhz + t_2c2og_2;
+    const real t_jwc4h_2 = sin_att3 * t_lswnn_2;
+    const real t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2;
+    const real t_foa7g_2 = K(1.2) * sin_att2;
+    const real t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2;
+    const real t_5cqv6_3 = t_p5guo + t_jwc4h_2;
+    const real t_g63ud = t_a3hkn + t_2c2og_2;
+    const real t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3;
+    const real t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2);
+    const real t_lswnn_3 = K(-1.2) * cos_att2;
+    const real t_2c2og_3 = t_lswnn_3 * cos_att3;
+    const real t_h6fgr_3 = -(t_xjgfc + t_2c2og_3);
+    const real t_vysbl = t_p5guo + t_lswnn_3 * sin_att3;
+    const real t_srzvx = -(t_igi4c_2 + t_vysbl);
+    const real t_ydlzc_3 = -(t_aqs57 + t_foa7g_2);
+    const real t_yxxpc = p[b] + p[d];
+    const real t_qhzth = cos_att2 * t_yxxpc;
+    const real t_ekrfe = -(cos_att3 * t_qhzth);
+    const real t_x4t3h = -(sin_att3 * t_qhzth);
+    const real t_zqlio = sin_att2 * t_yxxpc;
+    const real t_myqhz_2 = t_ggxc7 + t_taeik;
+    const real t_gcu5g = K(0.0002) * (t_ruxs4 * sin_delta1);
+    const real t_d7gk5 = K(0.0002) * f_y;
+    const real t_zjt3u = K(-0.0002) * f_x - t_yxxpc;
+    const real t_t7mda = sin_att2 * cos_att1 * sin_att3 - t_jtg6a;
+    const real t_sol6l = cos_att2 * p[h1];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    const real t_uu25d = sin_phi1 * p[l1];
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real t_3ndti = t_uu25d * cos_theta1;
+    const real t_nifmf = t_uu25d * sin_theta1;
+    const real t_5wsq6 = p[h1] - cos_phi1 * p[l1];
+    const real t_6y7qf = cos_att2 * t_5wsq6;
+    const real t_xrqnz = t_3ndti * t_myqhz_2 + t_nifmf * t_bvjqc + cos_att3 * t_6y7qf;
+    const real t_zsjki = t_3ndti * t_t7mda + t_nifmf * t_m65za + sin_att3 * t_6y7qf;
+    const real t_ftbo4 = t_3ndti * t_3jsqk + t_nifmf * t_ql6qw - sin_att2 * t_5wsq6;
+    const real t_tlwev = cos_att2 * p[h2];
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    const real t_pgd7h = sin_phi2 * p[l2];
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_m32m4 = t_pgd7h * cos_theta2;
+    const real t_z7gk4 = t_pgd7h * sin_theta2;
+    const real t_i4qrx = p[h2] - cos_phi2 * p[l2];
+    const real t_ijx5f = cos_att2 * t_i4qrx;
+    const real t_ls65o = t_m32m4 * t_myqhz_2 + t_z7gk4 * t_bvjqc + cos_att3 * t_ijx5f;
+    const real t_pgu5q = t_m32m4 * t_t7mda + t_z7gk4 * t_m65za + sin_att3 * t_ijx5f;
+    const real t_5h2wc = t_m32m4 * t_3jsqk + t_z7gk4 * t_ql6qw - sin_att2 * t_i4qrx;
+    points[0] = t_td2xz;
+    points[1] = t_g4vbt;
+    points[2] = t_7vq4b;
+    points[3] = t_xjgfc - t_2c2og;
+    points[4] = t_5cqv6 + t_igi4c_2;
+    points[5] = t_3jsqk_3 + t_tck5s;
+    points[6] = t_h6fgr;
+    points[7] = t_c2ymk;
+    points[8] = t_m4zc7;
+    points[9] = -(t_2c2og + t_myqhz);
+    points[10] = -(t_jwc4h + t_igi4c_4);
+    points[11] = t_foa7g - t_3jsqk_2;
+    points[12] = t_h6fgr_2;
+    points[13] = t_c2ymk_2;
+    points[14] = t_ydlzc;
+    points[15] = -(t_2c2og + t_a3hkn);
+    points[16] = -(t_igi4c_3 + t_5cqv6_2);
+    points[17] = t_foa7g + t_aqs57_2;
+    points[18] = t_td2xz;
+    points[19] = t_g4vbt;
+    points[20] = t_7vq4b;
+    points[21] = t_td2xz_2;
+    points[22] = t_g4vbt_2;
+    points[23] = t_7vq4b_2;
+    points[24] = t_xjgfc + t_2c2og_2;
+    points[25] = t_igi4c_2 + t_5cqv6_3;
+    points[26] = t_aqs57 - t_foa7g_2;
+    points[27] = t_g63ud;
+    points[28] = t_c2ymk_3;
+    points[29] = t_ydlzc_2;
+    points[30] = -(t_myqhz + t_2c2og_3);
+    points[31] = t_igi4c + t_jwc4h_2;
+    points[32] = -(t_3jsqk_2 + t_foa7g_2);
+    points[33] = t_h6fgr_3;
+    points[34] = t_srzvx;
+    points[35] = t_ydlzc_3;
+    points[36] = t_xjgfc_2 + t_2c2og_2;
+    points[37] = -(t_igi4c_3 + t_vysbl);
+    points[38] = t_aqs57_2 - t_foa7g_2;
+    points[39] = t_td2xz_2;
+    points[40] = t_g4vbt_2;
+    points[41] = t_7vq4b_2;
+    points[42] = t_td2xz;
+    points[43] = t_g4vbt;
+    points[44] = t_7vq4b;
+    points[45] = t_td2xz_2;
+    points[46] = t_g4vbt_2;
+    points[47] = t_7vq4b_2;
+    points[48] = t_h6fgr;
+    points[49] = t_c2ymk;
+    points[50] = t_m4zc7;
+    points[51] = t_g63ud;
+    points[52] = t_c2ymk_3;
+    points[53] = t_ydlzc_2;
+    points[54] = t_h6fgr_2;
+    points[55] = t_c2ymk_2;
+    points[56] = t_ydlzc;
+    points[57] = t_h6fgr_3;
+    points[58] = t_srzvx;
+    points[59] = t_ydlzc_3;
+    points[60] = t_ekrfe;
+    points[61] = t_x4t3h;
+    points[62] = t_zqlio;
+    points[63] = t_ekrfe;
+    points[64] = t_x4t3h;
+    points[65] = t_zqlio;
+    points[66] = t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att2 * cos_att3 * t_zjt3u;
+    points[67] = t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u;
+    points[68] = t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5;
+    points[69] = cos_att3 * t_sol6l;
+    points[70] = sin_att3 * t_sol6l;
+    points[71] = -(sin_att2 * p[h1]);
+    points[72] = t_xrqnz;
+    points[73] = t_zsjki;
+    points[74] = t_ftbo4;
+    points[75] = t_xrqnz;
+    points[76] = t_zsjki;
+    points[77] = t_ftbo4;
+    points[78] = cos_att3 * t_tlwev;
+    points[79] = sin_att3 * t_tlwev;
+    points[80] = -(sin_att2 * p[h2]);
+    points[81] = t_ls65o;
+    points[82] = t_pgu5q;
+    points[83] = t_5h2wc;
+    points[84] = t_ls65o;
+    points[85] = t_pgu5q;
+    points[86] = t_5h2wc;
 }

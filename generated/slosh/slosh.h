@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "b34a004939ef5f9b47ad2d9038b6b40012178b7c041d3a0fc044b325324f6b06"
+#define SLOSH_HASH "ea22a0077ce2f68dc3042cb37d75e256e76e1c338253c58d960e2d19b797683a"
 
 /* state x */
 enum {
@@ -179,16 +179,6 @@ enum {
     SLOSH_LIMITS_NMARGIN = 0
 };
 void slosh_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
-
-/* points of the shapes of a picture */
-enum {
-    SLOSH_GEOMETRY_NX = 17,
-    SLOSH_GEOMETRY_NU = 5,
-    SLOSH_GEOMETRY_NR = 0,
-    SLOSH_GEOMETRY_NP = 22,
-    SLOSH_GEOMETRY_NPOINTS = 87
-};
-void slosh_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* state derivative, full, euler */
 enum {
@@ -473,6 +463,16 @@ enum {
     SLOSH_LYAPUNOV_V2_OUTPUTS_NW = 3
 };
 void slosh_lyapunov_v2_outputs(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *w);
+
+/* points of the shapes of a picture */
+enum {
+    SLOSH_GEOMETRY_NX = 17,
+    SLOSH_GEOMETRY_NU = 5,
+    SLOSH_GEOMETRY_NR = 0,
+    SLOSH_GEOMETRY_NP = 22,
+    SLOSH_GEOMETRY_NPOINTS = 87
+};
+void slosh_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

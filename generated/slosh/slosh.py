@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "b34a004939ef5f9b47ad2d9038b6b40012178b7c041d3a0fc044b325324f6b06"
+HASH = "ea22a0077ce2f68dc3042cb37d75e256e76e1c338253c58d960e2d19b797683a"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -20,7 +20,6 @@ SIZES = {
     "rhs": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "outputs": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'y': 7},
     "limits": {'x': 17, 'u': 5, 'p': 22, 'margin': 0},
-    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 87},
     "rhs_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
     "rhs_reduced_euler": {'x': 17, 'u': 5, 'p': 22, 'dx': 17},
@@ -51,6 +50,7 @@ SIZES = {
     "lyapunov_v2_loop_reduced_euler": {'q': 17, 'r': 0, 'p': 22, 'c': 13, 'dq': 17},
     "lyapunov_v2_constraints": {'p': 22, 'c': 13, 's': 17, 'margin': 1},
     "lyapunov_v2_outputs": {'x': 17, 'r': 0, 'p': 22, 'c': 13, 'w': 3},
+    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 87},
     "jac_x": {'x': 17, 'u': 5, 'p': 22, 'J': 289},
     "jac_u": {'x': 17, 'u': 5, 'p': 22, 'J': 85},
     "jvp": {'x': 17, 'u': 5, 'p': 22, 'along_x': 17, 'along_u': 5, 'change': 17},
@@ -937,221 +937,6 @@ def limits(x, u, p):
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
         return _vector()
-
-
-def geometry(x, u, r, p):
-    """Points of the shapes of a picture: (x, u, r, p) -> points."""
-    x, u, r, p = _arrays(x, u, r, p)
-    with np.errstate(all="ignore"):
-        att1 = x[..., 6]
-        att2 = x[..., 7]
-        att3 = x[..., 8]
-        phi1 = x[..., 9]
-        theta1 = x[..., 10]
-        phi2 = x[..., 11]
-        theta2 = x[..., 12]
-        delta1 = u[..., 3]
-        delta2 = u[..., 4]
-        b = p[..., 7]
-        d = p[..., 8]
-        F = p[..., 9]
-        l1 = p[..., 13]
-        h1 = p[..., 14]
-        l2 = p[..., 18]
-        h2 = p[..., 19]
-        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
-        t_ruxs4 = cos_delta2 * F
-        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
-        f_x = t_ruxs4 * cos_delta1
-        f_y = sin_delta2 * F
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
-        t_ggxc7 = sin_att1 * sin_att3
-        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        t_6x4uh = cos_att3 * cos_att1
-        t_taeik = sin_att2 * t_6x4uh
-        t_myqhz = 0.36 * t_ggxc7 + 0.36 * t_taeik
-        t_lswnn = 0.52 * cos_att2
-        t_2c2og = cos_att3 * t_lswnn
-        t_td2xz = t_myqhz - t_2c2og
-        t_jwc4h = t_lswnn * sin_att3
-        t_jtg6a = cos_att3 * sin_att1
-        t_jtg6a_2 = 0.36 * t_jtg6a
-        t_z4mke = sin_att3 * cos_att1
-        t_hksyc = sin_att2 * t_z4mke
-        t_eqelh = 0.36 * t_hksyc
-        t_igi4c = t_jtg6a_2 - t_eqelh
-        t_g4vbt = -(t_jwc4h + t_igi4c)
-        t_foa7g = 0.52 * sin_att2
-        t_3jsqk = cos_att2 * cos_att1
-        t_3jsqk_2 = 0.36 * t_3jsqk
-        t_7vq4b = t_foa7g + t_3jsqk_2
-        t_bvjqc = sin_att2 * t_jtg6a - t_z4mke
-        t_qfree = 0.3117691453623979 * t_bvjqc
-        t_ggxc7_2 = 0.18 * t_ggxc7
-        t_l3pwi = 0.18 * t_taeik
-        t_wuuvj = t_ggxc7_2 + t_l3pwi
-        t_xjgfc = t_qfree + t_wuuvj
-        t_m65za = t_6x4uh + t_ggxc7 * sin_att2
-        t_p5guo = 0.3117691453623979 * t_m65za
-        t_5cqv6 = t_p5guo - t_jwc4h
-        t_eqelh_2 = 0.18 * t_hksyc
-        t_jtg6a_3 = 0.18 * t_jtg6a
-        t_igi4c_2 = t_eqelh_2 - t_jtg6a_3
-        t_3jsqk_3 = 0.18 * t_3jsqk
-        t_ql6qw = cos_att2 * sin_att1
-        t_ql6qw_2 = 0.3117691453623979 * t_ql6qw
-        t_tck5s = t_foa7g + t_ql6qw_2
-        t_xjgfc_2 = t_wuuvj - t_qfree
-        t_h6fgr = -(t_2c2og + t_xjgfc_2)
-        t_igi4c_3 = t_jtg6a_3 - t_eqelh_2
-        t_c2ymk = t_5cqv6 + t_igi4c_3
-        t_m4zc7 = t_tck5s - t_3jsqk_3
-        t_igi4c_4 = t_eqelh - t_jtg6a_2
-        t_h6fgr_2 = -(t_2c2og + t_xjgfc)
-        t_5cqv6_2 = t_jwc4h + t_p5guo
-        t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2)
-        t_aqs57 = t_3jsqk_3 + t_ql6qw_2
-        t_ydlzc = t_foa7g - t_aqs57
-        t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi
-        t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2
-        t_lswnn_2 = 1.2 * cos_att2
-        t_2c2og_2 = cos_att3 * t_lswnn_2
-        t_td2xz_2 = t_myqhz + t_2c2og_2
-        t_jwc4h_2 = sin_att3 * t_lswnn_2
-        t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2
-        t_foa7g_2 = 1.2 * sin_att2
-        t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2
-        t_5cqv6_3 = t_p5guo + t_jwc4h_2
-        t_g63ud = t_a3hkn + t_2c2og_2
-        t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3
-        t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2)
-        t_2c2og_3 = -1.2 * cos_att3 * cos_att2
-        t_ohxxd = -(t_xjgfc + t_2c2og_3)
-        t_vysbl = t_p5guo + -1.2 * cos_att2 * sin_att3
-        t_42tn2 = -(t_igi4c_2 + t_vysbl)
-        t_ydlzc_3 = -(t_aqs57 + t_foa7g_2)
-        t_yxxpc = b + d
-        t_qhzth = cos_att2 * t_yxxpc
-        t_ekrfe = -(cos_att3 * t_qhzth)
-        t_x4t3h = -(sin_att3 * t_qhzth)
-        t_zqlio = sin_att2 * t_yxxpc
-        t_myqhz_2 = t_ggxc7 + t_taeik
-        t_gcu5g = 0.0002 * (t_ruxs4 * sin_delta1)
-        t_d7gk5 = 0.0002 * f_y
-        t_zjt3u = -0.0002 * f_x - t_yxxpc
-        t_t7mda = sin_att3 * sin_att2 * cos_att1 - t_jtg6a
-        t_sol6l = cos_att2 * h1
-        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        t_5wsq6 = h1 - cos_phi1 * l1
-        t_6y7qf = cos_att2 * t_5wsq6
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        t_uu25d = sin_phi1 * l1
-        t_nifmf = sin_theta1 * t_uu25d
-        t_3ndti = cos_theta1 * t_uu25d
-        t_xrqnz = cos_att3 * t_6y7qf + t_bvjqc * t_nifmf + t_myqhz_2 * t_3ndti
-        t_zsjki = sin_att3 * t_6y7qf + t_m65za * t_nifmf + t_t7mda * t_3ndti
-        t_ftbo4 = t_3jsqk * t_3ndti + t_ql6qw * t_nifmf - sin_att2 * t_5wsq6
-        t_tlwev = cos_att2 * h2
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        t_i4qrx = h2 - cos_phi2 * l2
-        t_ijx5f = cos_att2 * t_i4qrx
-        t_pgd7h = sin_phi2 * l2
-        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_z7gk4 = t_pgd7h * sin_theta2
-        t_m32m4 = t_pgd7h * cos_theta2
-        t_ls65o = cos_att3 * t_ijx5f + t_bvjqc * t_z7gk4 + t_myqhz_2 * t_m32m4
-        t_pgu5q = sin_att3 * t_ijx5f + t_m65za * t_z7gk4 + t_t7mda * t_m32m4
-        t_5h2wc = t_3jsqk * t_m32m4 + t_ql6qw * t_z7gk4 - sin_att2 * t_i4qrx
-        return _vector(
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_xjgfc - t_2c2og,
-            t_5cqv6 + t_igi4c_2,
-            t_3jsqk_3 + t_tck5s,
-            t_h6fgr,
-            t_c2ymk,
-            t_m4zc7,
-            -(t_2c2og + t_myqhz),
-            -(t_jwc4h + t_igi4c_4),
-            t_foa7g - t_3jsqk_2,
-            t_h6fgr_2,
-            t_c2ymk_2,
-            t_ydlzc,
-            -(t_2c2og + t_a3hkn),
-            -(t_igi4c_3 + t_5cqv6_2),
-            t_foa7g + t_aqs57_2,
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_xjgfc + t_2c2og_2,
-            t_igi4c_2 + t_5cqv6_3,
-            t_aqs57 - t_foa7g_2,
-            t_g63ud,
-            t_c2ymk_3,
-            t_ydlzc_2,
-            -(t_myqhz + t_2c2og_3),
-            t_igi4c + t_jwc4h_2,
-            -(t_3jsqk_2 + t_foa7g_2),
-            t_ohxxd,
-            t_42tn2,
-            t_ydlzc_3,
-            t_xjgfc_2 + t_2c2og_2,
-            -(t_igi4c_3 + t_vysbl),
-            t_aqs57_2 - t_foa7g_2,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_h6fgr,
-            t_c2ymk,
-            t_m4zc7,
-            t_g63ud,
-            t_c2ymk_3,
-            t_ydlzc_2,
-            t_h6fgr_2,
-            t_c2ymk_2,
-            t_ydlzc,
-            t_ohxxd,
-            t_42tn2,
-            t_ydlzc_3,
-            t_ekrfe,
-            t_x4t3h,
-            t_zqlio,
-            t_ekrfe,
-            t_x4t3h,
-            t_zqlio,
-            t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att3 * cos_att2 * t_zjt3u,
-            t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u,
-            t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5,
-            cos_att3 * t_sol6l,
-            sin_att3 * t_sol6l,
-            -(sin_att2 * h1),
-            t_xrqnz,
-            t_zsjki,
-            t_ftbo4,
-            t_xrqnz,
-            t_zsjki,
-            t_ftbo4,
-            cos_att3 * t_tlwev,
-            sin_att3 * t_tlwev,
-            -(sin_att2 * h2),
-            t_ls65o,
-            t_pgu5q,
-            t_5h2wc,
-            t_ls65o,
-            t_pgu5q,
-            t_5h2wc,
-        )
 
 
 def rhs_euler(x, u, p):
@@ -2929,19 +2714,19 @@ def energy(x, p):
         t_4fh24 = cos_phi1 * l1
         t_5wsq6 = h1 - t_4fh24
         t_gmx3d = t_4fh24 * phi1_dot
-        t_3ndti = cos_theta1 * t_uu25d
+        t_3ndti = t_uu25d * cos_theta1
         t_yjz75 = (
             t_5wsq6 * wz
             + vy
-            + sin_theta1 * t_gmx3d
+            + t_gmx3d * sin_theta1
             + t_3ndti * theta1_dot
             - t_3ndti * wx
         )
-        t_nifmf = sin_theta1 * t_uu25d
+        t_nifmf = t_uu25d * sin_theta1
         t_znexn = (
             vz
             - t_5wsq6 * wy
-            + cos_theta1 * t_gmx3d
+            + t_gmx3d * cos_theta1
             + t_nifmf * wx
             - t_nifmf * theta1_dot
         )
@@ -2956,21 +2741,21 @@ def energy(x, p):
         )
         t_i5y5i = cos_phi2 * l2
         t_i4qrx = h2 - t_i5y5i
-        t_m32m4 = t_pgd7h * cos_theta2
         t_qy3i6 = t_i5y5i * phi2_dot
+        t_m32m4 = t_pgd7h * cos_theta2
         t_yd4q2 = (
             t_i4qrx * wz
             + vy
+            + t_qy3i6 * sin_theta2
             + t_m32m4 * theta2_dot
-            + sin_theta2 * t_qy3i6
             - t_m32m4 * wx
         )
         t_z7gk4 = t_pgd7h * sin_theta2
         t_pxtje = (
             vz
             - t_i4qrx * wy
+            + t_qy3i6 * cos_theta2
             + t_z7gk4 * wx
-            + cos_theta2 * t_qy3i6
             - t_z7gk4 * theta2_dot
         )
         return np.asarray((I0 + J_x) * (0.5 * (wx * wx))
@@ -3043,14 +2828,14 @@ def momentum(x, p):
         t_5wsq6 = h1 - t_4fh24
         t_k43ez = t_5wsq6 * wz
         t_2zkgz = theta1_dot + theta1_dot
-        t_3ndti = cos_theta1 * t_uu25d
+        t_3ndti = t_uu25d * cos_theta1
         t_gmx3d = t_hjux3 * t_4fh24
         t_f2ypg = wx + wx
         t_crmmg = (
             t_byoa6_2
             + (t_k43ez + t_k43ez)
             + t_2zkgz * t_3ndti
-            + sin_theta1 * t_gmx3d
+            + t_gmx3d * sin_theta1
             - t_f2ypg * t_3ndti
         )
         t_i5y5i = cos_phi2 * l2
@@ -3063,19 +2848,19 @@ def momentum(x, p):
             t_byoa6_2
             + (t_rkxmj + t_rkxmj)
             + t_m7bta * t_m32m4
-            + sin_theta2 * t_qy3i6
+            + t_qy3i6 * sin_theta2
             - t_f2ypg * t_m32m4
         )
         t_s2c4q = vz + vz
         t_afq4u = b * wy
         t_vghml = h0 * wy
         t_ga5oq = t_5wsq6 * wy
-        t_nifmf = sin_theta1 * t_uu25d
+        t_nifmf = t_uu25d * sin_theta1
         t_3pu7w = (
             t_s2c4q
             + -2.0 * t_ga5oq
             + t_f2ypg * t_nifmf
-            + cos_theta1 * t_gmx3d
+            + t_gmx3d * cos_theta1
             - t_2zkgz * t_nifmf
         )
         t_wp7p4 = t_i4qrx * wy
@@ -3084,18 +2869,18 @@ def momentum(x, p):
             t_s2c4q
             + -2.0 * t_wp7p4
             + t_f2ypg * t_z7gk4
-            + cos_theta2 * t_qy3i6
+            + t_qy3i6 * cos_theta2
             - t_m7bta * t_z7gk4
         )
         t_ykayx = 0.5 * I1
         t_mjwqd = 0.5 * I2
         t_gmx3d_2 = t_4fh24 * phi1_dot
-        t_3pu7w_2 = vz - t_ga5oq + cos_theta1 * t_gmx3d_2 + t_nifmf * wx - t_nifmf * theta1_dot
-        t_5ppc7 = t_k43ez + vy + sin_theta1 * t_gmx3d_2 + t_3ndti * theta1_dot - t_3ndti * wx
+        t_3pu7w_2 = vz - t_ga5oq + t_gmx3d_2 * cos_theta1 + t_nifmf * wx - t_nifmf * theta1_dot
+        t_5ppc7 = t_k43ez + vy + t_gmx3d_2 * sin_theta1 + t_3ndti * theta1_dot - t_3ndti * wx
         t_npl2t = t_3ndti + t_3ndti
         t_qy3i6_2 = t_i5y5i * phi2_dot
-        t_lsqou_2 = vz - t_wp7p4 + t_z7gk4 * wx + cos_theta2 * t_qy3i6_2 - t_z7gk4 * theta2_dot
-        t_gcz5k = t_rkxmj + vy + t_m32m4 * theta2_dot + sin_theta2 * t_qy3i6_2 - t_m32m4 * wx
+        t_lsqou_2 = vz - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * wx - t_z7gk4 * theta2_dot
+        t_gcz5k = t_rkxmj + vy + t_qy3i6_2 * sin_theta2 + t_m32m4 * theta2_dot - t_m32m4 * wx
         t_hn6vs = t_m32m4 + t_m32m4
         t_lgaky = b * m
         t_oslib = h0 * m0
@@ -3120,8 +2905,8 @@ def momentum(x, p):
             (I0 + J_x) * wx
                 + t_ykayx * (t_hjux3 + t_f2ypg)
                 + t_mjwqd * (t_mw75j + t_f2ypg)
-                + t_zig7f * ((sin_phi1 + sin_phi1) * sin_theta1 * t_3pu7w_2 * l1 - t_5ppc7 * t_npl2t)
-                + t_fha3f * ((sin_phi2 + sin_phi2) * sin_theta2 * t_lsqou_2 * l2 - t_gcz5k * t_hn6vs),
+                + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * l1 - t_5ppc7 * t_npl2t)
+                + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * l2 - t_gcz5k * t_hn6vs),
             t_lgaky * (t_afq4u + vz)
                 + t_oslib * (t_vghml + vz)
                 + (I0 + J_y) * wy
@@ -3132,8 +2917,8 @@ def momentum(x, p):
             (I0 + J_z) * wz
                 + t_ykayx * (t_2zkgz + t_pzkfy)
                 + t_mjwqd * (t_m7bta + t_pzkfy)
-                + t_zig7f * (t_5ppc7 * t_5wsq6_2 + -2.0 * t_nifmf * t_mpmd7)
-                + t_fha3f * (t_gcz5k * t_i4qrx_2 + -2.0 * t_z7gk4 * t_dctfb)
+                + t_zig7f * (t_5ppc7 * t_5wsq6_2 + -2.0 * t_mpmd7 * t_nifmf)
+                + t_fha3f * (t_gcz5k * t_i4qrx_2 + -2.0 * t_dctfb * t_z7gk4)
                 - t_lgaky * (vy - t_i435h)
                 - t_oslib * (vy - t_2pqsj),
         )
@@ -11136,6 +10921,222 @@ def lyapunov_v2_outputs(x, r, p, c):
             V_v2,
             lateral_v2,
             np.fmax(0.0, lateral_v2 - F),
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        att1 = x[..., 6]
+        att2 = x[..., 7]
+        att3 = x[..., 8]
+        phi1 = x[..., 9]
+        theta1 = x[..., 10]
+        phi2 = x[..., 11]
+        theta2 = x[..., 12]
+        delta1 = u[..., 3]
+        delta2 = u[..., 4]
+        b = p[..., 7]
+        d = p[..., 8]
+        F = p[..., 9]
+        l1 = p[..., 13]
+        h1 = p[..., 14]
+        l2 = p[..., 18]
+        h2 = p[..., 19]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        t_ruxs4 = cos_delta2 * F
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        f_x = t_ruxs4 * cos_delta1
+        f_y = sin_delta2 * F
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
+        t_ggxc7 = sin_att1 * sin_att3
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        t_6x4uh = cos_att1 * cos_att3
+        t_taeik = sin_att2 * t_6x4uh
+        t_myqhz = 0.36 * t_ggxc7 + 0.36 * t_taeik
+        t_lswnn = 0.52 * cos_att2
+        t_2c2og = cos_att3 * t_lswnn
+        t_td2xz = t_myqhz - t_2c2og
+        t_jwc4h = t_lswnn * sin_att3
+        t_jtg6a = sin_att1 * cos_att3
+        t_jtg6a_2 = 0.36 * t_jtg6a
+        t_z4mke = cos_att1 * sin_att3
+        t_hksyc = sin_att2 * t_z4mke
+        t_eqelh = 0.36 * t_hksyc
+        t_igi4c = t_jtg6a_2 - t_eqelh
+        t_g4vbt = -(t_jwc4h + t_igi4c)
+        t_foa7g = 0.52 * sin_att2
+        t_3jsqk = cos_att2 * cos_att1
+        t_3jsqk_2 = 0.36 * t_3jsqk
+        t_7vq4b = t_foa7g + t_3jsqk_2
+        t_bvjqc = sin_att2 * t_jtg6a - t_z4mke
+        t_qfree = 0.3117691453623979 * t_bvjqc
+        t_ggxc7_2 = 0.18 * t_ggxc7
+        t_l3pwi = 0.18 * t_taeik
+        t_wuuvj = t_ggxc7_2 + t_l3pwi
+        t_xjgfc = t_qfree + t_wuuvj
+        t_m65za = t_6x4uh + sin_att2 * t_ggxc7
+        t_p5guo = 0.3117691453623979 * t_m65za
+        t_5cqv6 = t_p5guo - t_jwc4h
+        t_eqelh_2 = 0.18 * t_hksyc
+        t_jtg6a_3 = 0.18 * t_jtg6a
+        t_igi4c_2 = t_eqelh_2 - t_jtg6a_3
+        t_3jsqk_3 = 0.18 * t_3jsqk
+        t_ql6qw = cos_att2 * sin_att1
+        t_ql6qw_2 = 0.3117691453623979 * t_ql6qw
+        t_tck5s = t_foa7g + t_ql6qw_2
+        t_xjgfc_2 = t_wuuvj - t_qfree
+        t_h6fgr = -(t_2c2og + t_xjgfc_2)
+        t_igi4c_3 = t_jtg6a_3 - t_eqelh_2
+        t_c2ymk = t_5cqv6 + t_igi4c_3
+        t_m4zc7 = t_tck5s - t_3jsqk_3
+        t_igi4c_4 = t_eqelh - t_jtg6a_2
+        t_h6fgr_2 = -(t_2c2og + t_xjgfc)
+        t_5cqv6_2 = t_jwc4h + t_p5guo
+        t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2)
+        t_aqs57 = t_3jsqk_3 + t_ql6qw_2
+        t_ydlzc = t_foa7g - t_aqs57
+        t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi
+        t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2
+        t_lswnn_2 = 1.2 * cos_att2
+        t_2c2og_2 = cos_att3 * t_lswnn_2
+        t_td2xz_2 = t_myqhz + t_2c2og_2
+        t_jwc4h_2 = sin_att3 * t_lswnn_2
+        t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2
+        t_foa7g_2 = 1.2 * sin_att2
+        t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2
+        t_5cqv6_3 = t_p5guo + t_jwc4h_2
+        t_g63ud = t_a3hkn + t_2c2og_2
+        t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3
+        t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2)
+        t_lswnn_3 = -1.2 * cos_att2
+        t_2c2og_3 = t_lswnn_3 * cos_att3
+        t_h6fgr_3 = -(t_xjgfc + t_2c2og_3)
+        t_vysbl = t_p5guo + t_lswnn_3 * sin_att3
+        t_srzvx = -(t_igi4c_2 + t_vysbl)
+        t_ydlzc_3 = -(t_aqs57 + t_foa7g_2)
+        t_yxxpc = b + d
+        t_qhzth = cos_att2 * t_yxxpc
+        t_ekrfe = -(cos_att3 * t_qhzth)
+        t_x4t3h = -(sin_att3 * t_qhzth)
+        t_zqlio = sin_att2 * t_yxxpc
+        t_myqhz_2 = t_ggxc7 + t_taeik
+        t_gcu5g = 0.0002 * (t_ruxs4 * sin_delta1)
+        t_d7gk5 = 0.0002 * f_y
+        t_zjt3u = -0.0002 * f_x - t_yxxpc
+        t_t7mda = sin_att2 * cos_att1 * sin_att3 - t_jtg6a
+        t_sol6l = cos_att2 * h1
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        t_uu25d = sin_phi1 * l1
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        t_3ndti = t_uu25d * cos_theta1
+        t_nifmf = t_uu25d * sin_theta1
+        t_5wsq6 = h1 - cos_phi1 * l1
+        t_6y7qf = cos_att2 * t_5wsq6
+        t_xrqnz = t_3ndti * t_myqhz_2 + t_nifmf * t_bvjqc + cos_att3 * t_6y7qf
+        t_zsjki = t_3ndti * t_t7mda + t_nifmf * t_m65za + sin_att3 * t_6y7qf
+        t_ftbo4 = t_3ndti * t_3jsqk + t_nifmf * t_ql6qw - sin_att2 * t_5wsq6
+        t_tlwev = cos_att2 * h2
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        t_pgd7h = sin_phi2 * l2
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_m32m4 = t_pgd7h * cos_theta2
+        t_z7gk4 = t_pgd7h * sin_theta2
+        t_i4qrx = h2 - cos_phi2 * l2
+        t_ijx5f = cos_att2 * t_i4qrx
+        t_ls65o = t_m32m4 * t_myqhz_2 + t_z7gk4 * t_bvjqc + cos_att3 * t_ijx5f
+        t_pgu5q = t_m32m4 * t_t7mda + t_z7gk4 * t_m65za + sin_att3 * t_ijx5f
+        t_5h2wc = t_m32m4 * t_3jsqk + t_z7gk4 * t_ql6qw - sin_att2 * t_i4qrx
+        return _vector(
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_xjgfc - t_2c2og,
+            t_5cqv6 + t_igi4c_2,
+            t_3jsqk_3 + t_tck5s,
+            t_h6fgr,
+            t_c2ymk,
+            t_m4zc7,
+            -(t_2c2og + t_myqhz),
+            -(t_jwc4h + t_igi4c_4),
+            t_foa7g - t_3jsqk_2,
+            t_h6fgr_2,
+            t_c2ymk_2,
+            t_ydlzc,
+            -(t_2c2og + t_a3hkn),
+            -(t_igi4c_3 + t_5cqv6_2),
+            t_foa7g + t_aqs57_2,
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_xjgfc + t_2c2og_2,
+            t_igi4c_2 + t_5cqv6_3,
+            t_aqs57 - t_foa7g_2,
+            t_g63ud,
+            t_c2ymk_3,
+            t_ydlzc_2,
+            -(t_myqhz + t_2c2og_3),
+            t_igi4c + t_jwc4h_2,
+            -(t_3jsqk_2 + t_foa7g_2),
+            t_h6fgr_3,
+            t_srzvx,
+            t_ydlzc_3,
+            t_xjgfc_2 + t_2c2og_2,
+            -(t_igi4c_3 + t_vysbl),
+            t_aqs57_2 - t_foa7g_2,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_td2xz,
+            t_g4vbt,
+            t_7vq4b,
+            t_td2xz_2,
+            t_g4vbt_2,
+            t_7vq4b_2,
+            t_h6fgr,
+            t_c2ymk,
+            t_m4zc7,
+            t_g63ud,
+            t_c2ymk_3,
+            t_ydlzc_2,
+            t_h6fgr_2,
+            t_c2ymk_2,
+            t_ydlzc,
+            t_h6fgr_3,
+            t_srzvx,
+            t_ydlzc_3,
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att2 * cos_att3 * t_zjt3u,
+            t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u,
+            t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5,
+            cos_att3 * t_sol6l,
+            sin_att3 * t_sol6l,
+            -(sin_att2 * h1),
+            t_xrqnz,
+            t_zsjki,
+            t_ftbo4,
+            t_xrqnz,
+            t_zsjki,
+            t_ftbo4,
+            cos_att3 * t_tlwev,
+            sin_att3 * t_tlwev,
+            -(sin_att2 * h2),
+            t_ls65o,
+            t_pgu5q,
+            t_5h2wc,
+            t_ls65o,
+            t_pgu5q,
+            t_5h2wc,
         )
 
 

@@ -222,13 +222,13 @@ static const casadi_int casadi_s6[225] =
 static const casadi_int casadi_s7[3] = {1, 1, 1};
 static const casadi_int casadi_s8[3] = {7, 1, 1};
 static const casadi_int casadi_s9[3] = {0, 1, 1};
-static const casadi_int casadi_s10[3] = {87, 1, 1};
-static const casadi_int casadi_s11[3] = {8, 1, 1};
-static const casadi_int casadi_s12[3] = {6, 1, 1};
-static const casadi_int casadi_s13[3] = {15, 1, 1};
-static const casadi_int casadi_s14[3] = {13, 1, 1};
-static const casadi_int casadi_s15[3] = {2, 1, 1};
-static const casadi_int casadi_s16[3] = {3, 1, 1};
+static const casadi_int casadi_s10[3] = {8, 1, 1};
+static const casadi_int casadi_s11[3] = {6, 1, 1};
+static const casadi_int casadi_s12[3] = {15, 1, 1};
+static const casadi_int casadi_s13[3] = {13, 1, 1};
+static const casadi_int casadi_s14[3] = {2, 1, 1};
+static const casadi_int casadi_s15[3] = {3, 1, 1};
+static const casadi_int casadi_s16[3] = {87, 1, 1};
 static const casadi_int casadi_s17[3] = {289, 1, 1};
 static const casadi_int casadi_s18[3] = {85, 1, 1};
 static const casadi_int casadi_s19[3] = {119, 1, 1};
@@ -16928,416 +16928,8 @@ CASADI_SYMBOL_EXPORT int slosh_limits_work_bytes(casadi_int *sz_arg, casadi_int*
   return 0;
 }
 
-/* slosh_geometry:(arg_x[17],arg_u[5],arg_r,arg_p[22])->(res_points[87]) */
-static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
-  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
-  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
-  casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
-  casadi_real a36, a37, a38, a39, a40, a41;
-  a00=3.5999999999999999e-01;
-  a01=arg[0]? arg[0][6] : 0;
-  a02=sin(a01);
-  a03=arg[0]? arg[0][8] : 0;
-  a04=sin(a03);
-  a05=(a02*a04);
-  a06=(a00*a05);
-  a07=arg[0]? arg[0][7] : 0;
-  a08=sin(a07);
-  a03=cos(a03);
-  a01=cos(a01);
-  a09=(a03*a01);
-  a10=(a08*a09);
-  a11=(a00*a10);
-  a06=(a06+a11);
-  a11=5.2000000000000002e-01;
-  a07=cos(a07);
-  a12=(a11*a07);
-  a13=(a03*a12);
-  a14=(a06-a13);
-  if (res[0]!=0) res[0][0]=a14;
-  a12=(a12*a04);
-  a15=(a03*a02);
-  a16=(a00*a15);
-  a17=(a04*a01);
-  a18=(a08*a17);
-  a19=(a00*a18);
-  a20=(a16-a19);
-  a21=(a12+a20);
-  a21=(-a21);
-  if (res[0]!=0) res[0][1]=a21;
-  a11=(a11*a08);
-  a22=(a07*a01);
-  a00=(a00*a22);
-  a23=(a11+a00);
-  if (res[0]!=0) res[0][2]=a23;
-  a24=3.1176914536239791e-01;
-  a25=(a08*a15);
-  a25=(a25-a17);
-  a17=(a24*a25);
-  a26=1.7999999999999999e-01;
-  a27=(a26*a05);
-  a28=(a26*a10);
-  a29=(a27+a28);
-  a30=(a17+a29);
-  a31=(a30-a13);
-  if (res[0]!=0) res[0][3]=a31;
-  a31=(a05*a08);
-  a09=(a09+a31);
-  a31=(a24*a09);
-  a32=(a31-a12);
-  a18=(a26*a18);
-  a33=(a26*a15);
-  a34=(a18-a33);
-  a35=(a32+a34);
-  if (res[0]!=0) res[0][4]=a35;
-  a26=(a26*a22);
-  a02=(a07*a02);
-  a24=(a24*a02);
-  a35=(a11+a24);
-  a36=(a26+a35);
-  if (res[0]!=0) res[0][5]=a36;
-  a29=(a29-a17);
-  a36=(a13+a29);
-  a36=(-a36);
-  if (res[0]!=0) res[0][6]=a36;
-  a33=(a33-a18);
-  a32=(a32+a33);
-  if (res[0]!=0) res[0][7]=a32;
-  a35=(a35-a26);
-  if (res[0]!=0) res[0][8]=a35;
-  a18=(a13+a06);
-  a18=(-a18);
-  if (res[0]!=0) res[0][9]=a18;
-  a19=(a19-a16);
-  a16=(a12+a19);
-  a16=(-a16);
-  if (res[0]!=0) res[0][10]=a16;
-  a16=(a11-a00);
-  if (res[0]!=0) res[0][11]=a16;
-  a16=(a13+a30);
-  a16=(-a16);
-  if (res[0]!=0) res[0][12]=a16;
-  a12=(a12+a31);
-  a18=(a34+a12);
-  a18=(-a18);
-  if (res[0]!=0) res[0][13]=a18;
-  a37=(a26+a24);
-  a38=(a11-a37);
-  if (res[0]!=0) res[0][14]=a38;
-  a17=(a17-a27);
-  a17=(a17-a28);
-  a13=(a13+a17);
-  a13=(-a13);
-  if (res[0]!=0) res[0][15]=a13;
-  a12=(a33+a12);
-  a12=(-a12);
-  if (res[0]!=0) res[0][16]=a12;
-  a26=(a26-a24);
-  a11=(a11+a26);
-  if (res[0]!=0) res[0][17]=a11;
-  if (res[0]!=0) res[0][18]=a14;
-  if (res[0]!=0) res[0][19]=a21;
-  if (res[0]!=0) res[0][20]=a23;
-  a11=1.2000000000000000e+00;
-  a24=(a11*a07);
-  a12=(a03*a24);
-  a13=(a06+a12);
-  if (res[0]!=0) res[0][21]=a13;
-  a24=(a04*a24);
-  a19=(a19+a24);
-  if (res[0]!=0) res[0][22]=a19;
-  a11=(a11*a08);
-  a28=(a00-a11);
-  if (res[0]!=0) res[0][23]=a28;
-  a27=(a30+a12);
-  if (res[0]!=0) res[0][24]=a27;
-  a27=(a31+a24);
-  a39=(a34+a27);
-  if (res[0]!=0) res[0][25]=a39;
-  a39=(a37-a11);
-  if (res[0]!=0) res[0][26]=a39;
-  a17=(a17+a12);
-  if (res[0]!=0) res[0][27]=a17;
-  a27=(a33+a27);
-  if (res[0]!=0) res[0][28]=a27;
-  a39=(a26+a11);
-  a39=(-a39);
-  if (res[0]!=0) res[0][29]=a39;
-  a40=-1.2000000000000000e+00;
-  a41=(a40*a03);
-  a41=(a41*a07);
-  a06=(a06+a41);
-  a06=(-a06);
-  if (res[0]!=0) res[0][30]=a06;
-  a20=(a20+a24);
-  if (res[0]!=0) res[0][31]=a20;
-  a00=(a00+a11);
-  a00=(-a00);
-  if (res[0]!=0) res[0][32]=a00;
-  a30=(a30+a41);
-  a30=(-a30);
-  if (res[0]!=0) res[0][33]=a30;
-  a40=(a40*a07);
-  a40=(a40*a04);
-  a31=(a31+a40);
-  a34=(a34+a31);
-  a34=(-a34);
-  if (res[0]!=0) res[0][34]=a34;
-  a37=(a37+a11);
-  a37=(-a37);
-  if (res[0]!=0) res[0][35]=a37;
-  a29=(a29+a12);
-  if (res[0]!=0) res[0][36]=a29;
-  a33=(a33+a31);
-  a33=(-a33);
-  if (res[0]!=0) res[0][37]=a33;
-  a26=(a26-a11);
-  if (res[0]!=0) res[0][38]=a26;
-  if (res[0]!=0) res[0][39]=a13;
-  if (res[0]!=0) res[0][40]=a19;
-  if (res[0]!=0) res[0][41]=a28;
-  if (res[0]!=0) res[0][42]=a14;
-  if (res[0]!=0) res[0][43]=a21;
-  if (res[0]!=0) res[0][44]=a23;
-  if (res[0]!=0) res[0][45]=a13;
-  if (res[0]!=0) res[0][46]=a19;
-  if (res[0]!=0) res[0][47]=a28;
-  if (res[0]!=0) res[0][48]=a36;
-  if (res[0]!=0) res[0][49]=a32;
-  if (res[0]!=0) res[0][50]=a35;
-  if (res[0]!=0) res[0][51]=a17;
-  if (res[0]!=0) res[0][52]=a27;
-  if (res[0]!=0) res[0][53]=a39;
-  if (res[0]!=0) res[0][54]=a16;
-  if (res[0]!=0) res[0][55]=a18;
-  if (res[0]!=0) res[0][56]=a38;
-  if (res[0]!=0) res[0][57]=a30;
-  if (res[0]!=0) res[0][58]=a34;
-  if (res[0]!=0) res[0][59]=a37;
-  a37=arg[3]? arg[3][7] : 0;
-  a34=arg[3]? arg[3][8] : 0;
-  a37=(a37+a34);
-  a34=(a07*a37);
-  a30=(a03*a34);
-  a30=(-a30);
-  if (res[0]!=0) res[0][60]=a30;
-  a34=(a04*a34);
-  a34=(-a34);
-  if (res[0]!=0) res[0][61]=a34;
-  a38=(a08*a37);
-  if (res[0]!=0) res[0][62]=a38;
-  if (res[0]!=0) res[0][63]=a30;
-  if (res[0]!=0) res[0][64]=a34;
-  if (res[0]!=0) res[0][65]=a38;
-  a05=(a05+a10);
-  a10=2.0000000000000001e-04;
-  a38=arg[1]? arg[1][4] : 0;
-  a34=cos(a38);
-  a30=arg[3]? arg[3][9] : 0;
-  a34=(a34*a30);
-  a18=arg[1]? arg[1][3] : 0;
-  a16=sin(a18);
-  a16=(a34*a16);
-  a16=(a10*a16);
-  a39=(a05*a16);
-  a38=sin(a38);
-  a38=(a38*a30);
-  a10=(a10*a38);
-  a38=(a25*a10);
-  a39=(a39-a38);
-  a38=(a03*a07);
-  a30=-2.0000000000000001e-04;
-  a18=cos(a18);
-  a34=(a34*a18);
-  a30=(a30*a34);
-  a30=(a30-a37);
-  a38=(a38*a30);
-  a39=(a39+a38);
-  if (res[0]!=0) res[0][66]=a39;
-  a39=(a04*a08);
-  a39=(a39*a01);
-  a39=(a39-a15);
-  a15=(a16*a39);
-  a01=(a09*a10);
-  a15=(a15-a01);
-  a01=(a07*a04);
-  a01=(a01*a30);
-  a15=(a15+a01);
-  if (res[0]!=0) res[0][67]=a15;
-  a16=(a22*a16);
-  a30=(a08*a30);
-  a16=(a16-a30);
-  a10=(a02*a10);
-  a16=(a16-a10);
-  if (res[0]!=0) res[0][68]=a16;
-  a16=arg[3]? arg[3][14] : 0;
-  a10=(a07*a16);
-  a30=(a03*a10);
-  if (res[0]!=0) res[0][69]=a30;
-  a10=(a04*a10);
-  if (res[0]!=0) res[0][70]=a10;
-  a10=(a08*a16);
-  a10=(-a10);
-  if (res[0]!=0) res[0][71]=a10;
-  a10=arg[0]? arg[0][9] : 0;
-  a30=cos(a10);
-  a15=arg[3]? arg[3][13] : 0;
-  a30=(a30*a15);
-  a16=(a16-a30);
-  a30=(a07*a16);
-  a01=(a03*a30);
-  a38=arg[0]? arg[0][10] : 0;
-  a37=sin(a38);
-  a10=sin(a10);
-  a10=(a10*a15);
-  a37=(a37*a10);
-  a15=(a25*a37);
-  a01=(a01+a15);
-  a38=cos(a38);
-  a38=(a38*a10);
-  a10=(a05*a38);
-  a01=(a01+a10);
-  if (res[0]!=0) res[0][72]=a01;
-  a30=(a04*a30);
-  a10=(a09*a37);
-  a30=(a30+a10);
-  a10=(a39*a38);
-  a30=(a30+a10);
-  if (res[0]!=0) res[0][73]=a30;
-  a38=(a22*a38);
-  a37=(a02*a37);
-  a38=(a38+a37);
-  a16=(a08*a16);
-  a38=(a38-a16);
-  if (res[0]!=0) res[0][74]=a38;
-  if (res[0]!=0) res[0][75]=a01;
-  if (res[0]!=0) res[0][76]=a30;
-  if (res[0]!=0) res[0][77]=a38;
-  a38=arg[3]? arg[3][19] : 0;
-  a30=(a07*a38);
-  a01=(a03*a30);
-  if (res[0]!=0) res[0][78]=a01;
-  a30=(a04*a30);
-  if (res[0]!=0) res[0][79]=a30;
-  a30=(a08*a38);
-  a30=(-a30);
-  if (res[0]!=0) res[0][80]=a30;
-  a30=arg[0]? arg[0][11] : 0;
-  a01=cos(a30);
-  a16=arg[3]? arg[3][18] : 0;
-  a01=(a01*a16);
-  a38=(a38-a01);
-  a07=(a07*a38);
-  a03=(a03*a07);
-  a30=sin(a30);
-  a30=(a30*a16);
-  a16=arg[0]? arg[0][12] : 0;
-  a01=sin(a16);
-  a01=(a30*a01);
-  a25=(a25*a01);
-  a03=(a03+a25);
-  a16=cos(a16);
-  a30=(a30*a16);
-  a05=(a05*a30);
-  a03=(a03+a05);
-  if (res[0]!=0) res[0][81]=a03;
-  a04=(a04*a07);
-  a09=(a09*a01);
-  a04=(a04+a09);
-  a39=(a39*a30);
-  a04=(a04+a39);
-  if (res[0]!=0) res[0][82]=a04;
-  a22=(a22*a30);
-  a02=(a02*a01);
-  a22=(a22+a02);
-  a08=(a08*a38);
-  a22=(a22-a08);
-  if (res[0]!=0) res[0][83]=a22;
-  if (res[0]!=0) res[0][84]=a03;
-  if (res[0]!=0) res[0][85]=a04;
-  if (res[0]!=0) res[0][86]=a22;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int slosh_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f5(arg, res, iw, w, mem);
-}
-
-CASADI_SYMBOL_EXPORT int slosh_geometry_checkout(void) {
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT void slosh_geometry_release(int mem) {
-}
-
-CASADI_SYMBOL_EXPORT void slosh_geometry_incref(void) {
-}
-
-CASADI_SYMBOL_EXPORT void slosh_geometry_decref(void) {
-}
-
-CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_in(void) { return 4;}
-
-CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_out(void) { return 1;}
-
-CASADI_SYMBOL_EXPORT casadi_real slosh_geometry_default_in(casadi_int i) {
-  switch (i) {
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_in(casadi_int i) {
-  switch (i) {
-    case 0: return "arg_x";
-    case 1: return "arg_u";
-    case 2: return "arg_r";
-    case 3: return "arg_p";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_out(casadi_int i) {
-  switch (i) {
-    case 0: return "res_points";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_in(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s0;
-    case 1: return casadi_s1;
-    case 2: return casadi_s7;
-    case 3: return casadi_s2;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_out(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s10;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT int slosh_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4;
-  if (sz_res) *sz_res = 1;
-  if (sz_iw) *sz_iw = 0;
-  if (sz_w) *sz_w = 0;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int slosh_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
-  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
-  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
-  if (sz_w) *sz_w = 0*sizeof(casadi_real);
-  return 0;
-}
-
 /* slosh_rhs_euler:(arg_x[17],arg_u[5],arg_p[22])->(res_dx[17]) */
-static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -18116,7 +17708,7 @@ static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f6(arg, res, iw, w, mem);
+  return casadi_f5(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_euler_checkout(void) {
@@ -18191,7 +17783,7 @@ CASADI_SYMBOL_EXPORT int slosh_rhs_euler_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* slosh_rhs_reduced:(arg_x[17],arg_u[5],arg_p[22])->(res_dx[17]) */
-static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -19087,7 +18679,7 @@ static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_reduced(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f7(arg, res, iw, w, mem);
+  return casadi_f6(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_reduced_checkout(void) {
@@ -19162,7 +18754,7 @@ CASADI_SYMBOL_EXPORT int slosh_rhs_reduced_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_rhs_reduced_euler:(arg_x[17],arg_u[5],arg_p[22])->(res_dx[17]) */
-static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -20076,7 +19668,7 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_reduced_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f8(arg, res, iw, w, mem);
+  return casadi_f7(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_rhs_reduced_euler_checkout(void) {
@@ -20151,7 +19743,7 @@ CASADI_SYMBOL_EXPORT int slosh_rhs_reduced_euler_work_bytes(casadi_int *sz_arg, 
 }
 
 /* slosh_actuate:(arg_x[17],arg_u_cmd[5],arg_p[22])->(res_u[5]) */
-static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -20431,7 +20023,7 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int slosh_actuate(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f9(arg, res, iw, w, mem);
+  return casadi_f8(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_actuate_checkout(void) {
@@ -20506,7 +20098,7 @@ CASADI_SYMBOL_EXPORT int slosh_actuate_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* slosh_initial:(arg_p[22],arg_s[17])->(res_x[17]) */
-static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=arg[1]? arg[1][0] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -20546,7 +20138,7 @@ static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_initial(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f10(arg, res, iw, w, mem);
+  return casadi_f9(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_initial_checkout(void) {
@@ -20619,12 +20211,12 @@ CASADI_SYMBOL_EXPORT int slosh_initial_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* slosh_reference:(arg_t,arg_p[22],arg_s[17])->(res_r[0]) */
-static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   return 0;
 }
 
 CASADI_SYMBOL_EXPORT int slosh_reference(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f11(arg, res, iw, w, mem);
+  return casadi_f10(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_reference_checkout(void) {
@@ -20699,7 +20291,7 @@ CASADI_SYMBOL_EXPORT int slosh_reference_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* slosh_constraints:(arg_p[22],arg_s[17])->(res_margin[8]) */
-static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[0]? arg[0][4] : 0;
   a1=arg[0]? arg[0][5] : 0;
@@ -20746,7 +20338,7 @@ static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f12(arg, res, iw, w, mem);
+  return casadi_f11(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_constraints_checkout(void) {
@@ -20797,7 +20389,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_constraints_sparsity_in(casadi_int 
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
@@ -20819,7 +20411,7 @@ CASADI_SYMBOL_EXPORT int slosh_constraints_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_energy:(arg_x[17],arg_p[22])->(res_energy) */
-static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20;
   a00=arg[1]? arg[1][2] : 0;
@@ -20923,9 +20515,9 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a13=(a19*a05);
   a13=(a13+a12);
   a11=(a11*a00);
-  a00=(a16*a11);
+  a00=(a11*a16);
   a13=(a13+a00);
-  a00=(a17*a14);
+  a00=(a14*a17);
   a20=(a00*a09);
   a13=(a13+a20);
   a00=(a00*a03);
@@ -20934,13 +20526,13 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a18=(a18+a13);
   a19=(a19*a04);
   a19=(a15-a19);
-  a17=(a17*a11);
-  a19=(a19+a17);
-  a16=(a16*a14);
-  a14=(a16*a03);
-  a19=(a19+a14);
-  a16=(a16*a09);
-  a19=(a19-a16);
+  a11=(a11*a17);
+  a19=(a19+a11);
+  a14=(a14*a16);
+  a16=(a14*a03);
+  a19=(a19+a16);
+  a14=(a14*a09);
+  a19=(a19-a14);
   a19=casadi_sq(a19);
   a18=(a18+a19);
   a07=(a07*a18);
@@ -20950,10 +20542,10 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a07=arg[0]? arg[0][12] : 0;
   a18=cos(a07);
   a19=(a18*a04);
-  a16=arg[0]? arg[0][11] : 0;
-  a09=sin(a16);
-  a14=arg[1]? arg[1][18] : 0;
-  a09=(a09*a14);
+  a14=arg[0]? arg[0][11] : 0;
+  a09=sin(a14);
+  a16=arg[1]? arg[1][18] : 0;
+  a09=(a09*a16);
   a19=(a19*a09);
   a19=(a19+a06);
   a07=sin(a07);
@@ -20964,28 +20556,28 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a19=(a19+a06);
   a19=casadi_sq(a19);
   a06=arg[1]? arg[1][19] : 0;
-  a16=cos(a16);
-  a16=(a16*a14);
-  a06=(a06-a16);
+  a14=cos(a14);
+  a14=(a14*a16);
+  a06=(a06-a14);
   a05=(a06*a05);
   a05=(a05+a12);
-  a12=(a09*a18);
-  a14=(a12*a10);
-  a05=(a05+a14);
-  a16=(a16*a08);
-  a08=(a07*a16);
+  a14=(a14*a08);
+  a08=(a14*a07);
   a05=(a05+a08);
-  a12=(a12*a03);
-  a05=(a05-a12);
+  a08=(a09*a18);
+  a12=(a08*a10);
+  a05=(a05+a12);
+  a08=(a08*a03);
+  a05=(a05-a08);
   a05=casadi_sq(a05);
   a19=(a19+a05);
   a06=(a06*a04);
   a15=(a15-a06);
+  a14=(a14*a18);
+  a15=(a15+a14);
   a09=(a09*a07);
   a03=(a09*a03);
   a15=(a15+a03);
-  a18=(a18*a16);
-  a15=(a15+a18);
   a09=(a09*a10);
   a15=(a15-a09);
   a15=casadi_sq(a15);
@@ -20997,7 +20589,7 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_energy(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f13(arg, res, iw, w, mem);
+  return casadi_f12(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_energy_checkout(void) {
@@ -21070,7 +20662,7 @@ CASADI_SYMBOL_EXPORT int slosh_energy_work_bytes(casadi_int *sz_arg, casadi_int*
 }
 
 /* slosh_momentum:(arg_x[17],arg_p[22])->(res_momentum[6]) */
-static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -21159,11 +20751,11 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a42=(a38+a42);
   a43=arg[0]? arg[0][14] : 0;
   a44=(2.*a43);
-  a45=(a09*a08);
+  a45=(a08*a09);
   a46=(a44*a45);
   a42=(a42+a46);
   a46=(a17*a39);
-  a47=(a10*a46);
+  a47=(a46*a10);
   a42=(a42+a47);
   a47=arg[0]? arg[0][3] : 0;
   a48=(2.*a47);
@@ -21184,7 +20776,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a55=(a53*a54);
   a38=(a38+a55);
   a55=(a49*a28);
-  a56=(a20*a55);
+  a56=(a55*a20);
   a38=(a38+a56);
   a56=(a48*a54);
   a38=(a38-a56);
@@ -21205,10 +20797,10 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a40=(a40*a14);
   a35=(a04*a40);
   a35=(a38+a35);
-  a58=(a10*a08);
+  a58=(a08*a10);
   a59=(a48*a58);
   a35=(a35+a59);
-  a46=(a09*a46);
+  a46=(a46*a09);
   a35=(a35+a46);
   a46=(a44*a58);
   a35=(a35-a46);
@@ -21220,7 +20812,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a35=(a25*a20);
   a46=(a48*a35);
   a38=(a38+a46);
-  a55=(a19*a55);
+  a55=(a55*a19);
   a38=(a38+a55);
   a55=(a53*a35);
   a38=(a38-a55);
@@ -21241,54 +20833,54 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a28=(a28+a48);
   a28=(a00*a28);
   a38=(a38+a28);
-  a06=(2.*a06);
-  a06=(a06*a10);
   a40=(a32-a40);
   a39=(a39*a16);
-  a09=(a09*a39);
+  a09=(a39*a09);
   a40=(a40+a09);
   a09=(a58*a47);
   a40=(a40+a09);
   a09=(a58*a43);
   a40=(a40-a09);
-  a06=(a06*a40);
-  a06=(a06*a07);
+  a09=(2.*a40);
+  a09=(a09*a06);
+  a09=(a09*a10);
+  a09=(a09*a07);
   a41=(a41+a33);
-  a10=(a10*a39);
-  a41=(a41+a10);
+  a39=(a39*a10);
+  a41=(a41+a39);
   a43=(a45*a43);
   a41=(a41+a43);
   a43=(a45*a47);
   a41=(a41-a43);
   a45=(2.*a45);
   a43=(a41*a45);
-  a06=(a06-a43);
-  a06=(a01*a06);
-  a38=(a38+a06);
-  a23=(2.*a23);
-  a23=(a23*a20);
+  a09=(a09-a43);
+  a09=(a01*a09);
+  a38=(a38+a09);
   a50=(a32-a50);
-  a06=(a35*a47);
-  a50=(a50+a06);
   a49=(a49*a27);
-  a19=(a19*a49);
+  a19=(a49*a19);
+  a50=(a50+a19);
+  a19=(a35*a47);
   a50=(a50+a19);
   a19=(a35*a52);
   a50=(a50-a19);
-  a23=(a23*a50);
-  a23=(a23*a24);
+  a19=(2.*a50);
+  a19=(a19*a23);
+  a19=(a19*a20);
+  a19=(a19*a24);
   a51=(a51+a33);
+  a49=(a49*a20);
+  a51=(a51+a49);
   a52=(a54*a52);
   a51=(a51+a52);
-  a20=(a20*a49);
-  a51=(a51+a20);
   a47=(a54*a47);
   a51=(a51-a47);
   a54=(2.*a54);
   a47=(a51*a54);
-  a23=(a23-a47);
-  a23=(a18*a23);
-  a38=(a38+a23);
+  a19=(a19-a47);
+  a19=(a18*a19);
+  a38=(a38+a19);
   if (res[0]!=0) res[0][3]=a38;
   a30=(a30*a03);
   a56=(a56+a32);
@@ -21343,14 +20935,14 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
   a00=(a00*a53);
   a13=(a13+a00);
   a41=(a41*a34);
-  a58=(a04*a58);
-  a58=(a58*a15);
-  a41=(a41+a58);
+  a15=(a04*a15);
+  a15=(a15*a58);
+  a41=(a41+a15);
   a01=(a01*a41);
   a13=(a13+a01);
   a51=(a51*a42);
-  a04=(a04*a35);
   a04=(a04*a26);
+  a04=(a04*a35);
   a51=(a51+a04);
   a18=(a18*a51);
   a13=(a13+a18);
@@ -21365,7 +20957,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_momentum(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f14(arg, res, iw, w, mem);
+  return casadi_f13(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_momentum_checkout(void) {
@@ -21416,7 +21008,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_momentum_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_momentum_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
+    case 0: return casadi_s11;
     default: return 0;
   }
 }
@@ -21438,7 +21030,7 @@ CASADI_SYMBOL_EXPORT int slosh_momentum_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* slosh_to_physical:(arg_x[17],arg_reduced[5],arg_p[22])->(res_u[5]) */
-static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -22097,7 +21689,7 @@ static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_to_physical(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f15(arg, res, iw, w, mem);
+  return casadi_f14(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_to_physical_checkout(void) {
@@ -22172,7 +21764,7 @@ CASADI_SYMBOL_EXPORT int slosh_to_physical_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_lyapunov_v1_value:(arg_x[17],arg_p[22],arg_c[15])->(res_V) */
-static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30;
@@ -22371,7 +21963,7 @@ static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_value(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f16(arg, res, iw, w, mem);
+  return casadi_f15(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_value_checkout(void) {
@@ -22417,7 +22009,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_value_sparsity_in(casad
   switch (i) {
     case 0: return casadi_s0;
     case 1: return casadi_s2;
-    case 2: return casadi_s13;
+    case 2: return casadi_s12;
     default: return 0;
   }
 }
@@ -22446,7 +22038,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_value_work_bytes(casadi_int *sz_arg, 
 }
 
 /* slosh_lyapunov_v1_demand:(arg_x[17],arg_p[22],arg_c[15])->(res_demand[7]) */
-static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -23328,7 +22920,7 @@ static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_demand(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f17(arg, res, iw, w, mem);
+  return casadi_f16(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_demand_checkout(void) {
@@ -23374,7 +22966,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_demand_sparsity_in(casa
   switch (i) {
     case 0: return casadi_s0;
     case 1: return casadi_s2;
-    case 2: return casadi_s13;
+    case 2: return casadi_s12;
     default: return 0;
   }
 }
@@ -23403,7 +22995,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_demand_work_bytes(casadi_int *sz_arg,
 }
 
 /* slosh_lyapunov_v2_value:(arg_x[17],arg_p[22],arg_c[13])->(res_V) */
-static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=5.0000000000000000e-01;
   a1=arg[0]? arg[0][3] : 0;
@@ -23458,7 +23050,7 @@ static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_value(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f18(arg, res, iw, w, mem);
+  return casadi_f17(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_value_checkout(void) {
@@ -23504,7 +23096,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_value_sparsity_in(casad
   switch (i) {
     case 0: return casadi_s0;
     case 1: return casadi_s2;
-    case 2: return casadi_s14;
+    case 2: return casadi_s13;
     default: return 0;
   }
 }
@@ -23533,7 +23125,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_value_work_bytes(casadi_int *sz_arg, 
 }
 
 /* slosh_lyapunov_v2_demand:(arg_x[17],arg_p[22],arg_c[13])->(res_demand[7]) */
-static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -23962,7 +23554,7 @@ static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_demand(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f19(arg, res, iw, w, mem);
+  return casadi_f18(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_demand_checkout(void) {
@@ -24008,7 +23600,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_demand_sparsity_in(casa
   switch (i) {
     case 0: return casadi_s0;
     case 1: return casadi_s2;
-    case 2: return casadi_s14;
+    case 2: return casadi_s13;
     default: return 0;
   }
 }
@@ -24037,7 +23629,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_demand_work_bytes(casadi_int *sz_arg,
 }
 
 /* slosh_lyapunov_v1:(arg_x[17],arg_r,arg_p[22],arg_c[15])->(res_u[5]) */
-static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -25188,7 +24780,7 @@ static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f20(arg, res, iw, w, mem);
+  return casadi_f19(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_checkout(void) {
@@ -25236,7 +24828,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_sparsity_in(casadi_int 
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -25265,7 +24857,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_lyapunov_v1_loop:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_dq[17]) */
-static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -26749,7 +26341,7 @@ static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f21(arg, res, iw, w, mem);
+  return casadi_f20(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_checkout(void) {
@@ -26797,7 +26389,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -26826,7 +26418,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_work_bytes(casadi_int *sz_arg, c
 }
 
 /* slosh_lyapunov_v1_observe:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_x[17],res_u[5],res_u_cmd[5]) */
-static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -28070,7 +27662,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f21(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_observe_checkout(void) {
@@ -28120,7 +27712,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_observe_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -28151,7 +27743,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_observe_work_bytes(casadi_int *sz_arg
 }
 
 /* slosh_lyapunov_v1_loop_euler:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_dq[17]) */
-static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -29651,7 +29243,7 @@ static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f23(arg, res, iw, w, mem);
+  return casadi_f22(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_euler_checkout(void) {
@@ -29699,7 +29291,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_euler_sparsity_in(
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -29728,7 +29320,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_euler_work_bytes(casadi_int *sz_
 }
 
 /* slosh_lyapunov_v1_loop_reduced:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_dq[17]) */
-static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -30368,7 +29960,7 @@ static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f24(arg, res, iw, w, mem);
+  return casadi_f23(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced_checkout(void) {
@@ -30416,7 +30008,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_reduced_sparsity_i
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -30445,7 +30037,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced_work_bytes(casadi_int *s
 }
 
 /* slosh_lyapunov_v1_loop_reduced_euler:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_dq[17]) */
-static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -31102,7 +30694,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f24(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced_euler_checkout(void) {
@@ -31150,7 +30742,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_reduced_euler_spar
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -31179,7 +30771,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_reduced_euler_work_bytes(casadi_
 }
 
 /* slosh_lyapunov_v1_constraints:(arg_p[22],arg_c[15],arg_s[17])->(res_margin[2]) */
-static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10;
   a00=arg[0]? arg[0][9] : 0;
   if (res[0]!=0) res[0][0]=a00;
@@ -31243,7 +30835,7 @@ static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f26(arg, res, iw, w, mem);
+  return casadi_f25(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_constraints_checkout(void) {
@@ -31288,7 +30880,7 @@ CASADI_SYMBOL_EXPORT const char* slosh_lyapunov_v1_constraints_name_out(casadi_i
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s13;
+    case 1: return casadi_s12;
     case 2: return casadi_s0;
     default: return 0;
   }
@@ -31296,7 +30888,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_constraints_sparsity_in
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s15;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -31318,7 +30910,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_constraints_work_bytes(casadi_int *sz
 }
 
 /* slosh_lyapunov_v1_outputs:(arg_x[17],arg_r,arg_p[22],arg_c[15])->(res_w[3]) */
-static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -32252,7 +31844,7 @@ static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_outputs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f27(arg, res, iw, w, mem);
+  return casadi_f26(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_outputs_checkout(void) {
@@ -32300,14 +31892,14 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_outputs_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_outputs_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s15;
     default: return 0;
   }
 }
@@ -32329,7 +31921,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_outputs_work_bytes(casadi_int *sz_arg
 }
 
 /* slosh_lyapunov_v2:(arg_x[17],arg_r,arg_p[22],arg_c[13])->(res_u[5]) */
-static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -33026,7 +32618,7 @@ static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f28(arg, res, iw, w, mem);
+  return casadi_f27(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_checkout(void) {
@@ -33074,7 +32666,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_sparsity_in(casadi_int 
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -33103,7 +32695,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_lyapunov_v2_loop:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_dq[17]) */
-static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -34136,7 +33728,7 @@ static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f29(arg, res, iw, w, mem);
+  return casadi_f28(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_checkout(void) {
@@ -34184,7 +33776,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -34213,7 +33805,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_work_bytes(casadi_int *sz_arg, c
 }
 
 /* slosh_lyapunov_v2_observe:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_x[17],res_u[5],res_u_cmd[5]) */
-static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -35003,7 +34595,7 @@ static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f30(arg, res, iw, w, mem);
+  return casadi_f29(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_observe_checkout(void) {
@@ -35053,7 +34645,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_observe_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -35084,7 +34676,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_observe_work_bytes(casadi_int *sz_arg
 }
 
 /* slosh_lyapunov_v2_loop_euler:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_dq[17]) */
-static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -36133,7 +35725,7 @@ static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f31(arg, res, iw, w, mem);
+  return casadi_f30(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_euler_checkout(void) {
@@ -36181,7 +35773,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_euler_sparsity_in(
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -36210,7 +35802,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_euler_work_bytes(casadi_int *sz_
 }
 
 /* slosh_lyapunov_v2_loop_reduced:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_dq[17]) */
-static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -36574,7 +36166,7 @@ static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f32(arg, res, iw, w, mem);
+  return casadi_f31(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced_checkout(void) {
@@ -36622,7 +36214,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_reduced_sparsity_i
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -36651,7 +36243,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced_work_bytes(casadi_int *s
 }
 
 /* slosh_lyapunov_v2_loop_reduced_euler:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_dq[17]) */
-static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -37031,7 +36623,7 @@ static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced_euler(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f33(arg, res, iw, w, mem);
+  return casadi_f32(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced_euler_checkout(void) {
@@ -37079,7 +36671,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_reduced_euler_spar
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
@@ -37108,7 +36700,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_reduced_euler_work_bytes(casadi_
 }
 
 /* slosh_lyapunov_v2_constraints:(arg_p[22],arg_c[13],arg_s[17])->(res_margin) */
-static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=arg[0]? arg[0][9] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -37116,7 +36708,7 @@ static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f34(arg, res, iw, w, mem);
+  return casadi_f33(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_constraints_checkout(void) {
@@ -37161,7 +36753,7 @@ CASADI_SYMBOL_EXPORT const char* slosh_lyapunov_v2_constraints_name_out(casadi_i
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s2;
-    case 1: return casadi_s14;
+    case 1: return casadi_s13;
     case 2: return casadi_s0;
     default: return 0;
   }
@@ -37191,7 +36783,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_constraints_work_bytes(casadi_int *sz
 }
 
 /* slosh_lyapunov_v2_outputs:(arg_x[17],arg_r,arg_p[22],arg_c[13])->(res_w[3]) */
-static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -37642,7 +37234,7 @@ static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_outputs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f35(arg, res, iw, w, mem);
+  return casadi_f34(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_outputs_checkout(void) {
@@ -37690,14 +37282,14 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_outputs_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_outputs_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s15;
     default: return 0;
   }
 }
@@ -37711,6 +37303,413 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_outputs_work(casadi_int *sz_arg, casa
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_outputs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* slosh_geometry:(arg_x[17],arg_u[5],arg_r,arg_p[22])->(res_points[87]) */
+static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
+  casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
+  casadi_real a36, a37, a38, a39, a40, a41;
+  a00=3.5999999999999999e-01;
+  a01=arg[0]? arg[0][6] : 0;
+  a02=sin(a01);
+  a03=arg[0]? arg[0][8] : 0;
+  a04=sin(a03);
+  a05=(a02*a04);
+  a06=(a00*a05);
+  a07=arg[0]? arg[0][7] : 0;
+  a08=sin(a07);
+  a01=cos(a01);
+  a03=cos(a03);
+  a09=(a01*a03);
+  a10=(a08*a09);
+  a11=(a00*a10);
+  a06=(a06+a11);
+  a11=5.2000000000000002e-01;
+  a07=cos(a07);
+  a12=(a11*a07);
+  a13=(a03*a12);
+  a14=(a06-a13);
+  if (res[0]!=0) res[0][0]=a14;
+  a12=(a12*a04);
+  a15=(a02*a03);
+  a16=(a00*a15);
+  a17=(a01*a04);
+  a18=(a08*a17);
+  a19=(a00*a18);
+  a20=(a16-a19);
+  a21=(a12+a20);
+  a21=(-a21);
+  if (res[0]!=0) res[0][1]=a21;
+  a11=(a11*a08);
+  a22=(a07*a01);
+  a00=(a00*a22);
+  a23=(a11+a00);
+  if (res[0]!=0) res[0][2]=a23;
+  a24=3.1176914536239791e-01;
+  a25=(a08*a15);
+  a25=(a25-a17);
+  a17=(a24*a25);
+  a26=1.7999999999999999e-01;
+  a27=(a26*a05);
+  a28=(a26*a10);
+  a29=(a27+a28);
+  a30=(a17+a29);
+  a31=(a30-a13);
+  if (res[0]!=0) res[0][3]=a31;
+  a31=(a08*a05);
+  a09=(a09+a31);
+  a31=(a24*a09);
+  a32=(a31-a12);
+  a18=(a26*a18);
+  a33=(a26*a15);
+  a34=(a18-a33);
+  a35=(a32+a34);
+  if (res[0]!=0) res[0][4]=a35;
+  a26=(a26*a22);
+  a02=(a07*a02);
+  a24=(a24*a02);
+  a35=(a11+a24);
+  a36=(a26+a35);
+  if (res[0]!=0) res[0][5]=a36;
+  a29=(a29-a17);
+  a36=(a13+a29);
+  a36=(-a36);
+  if (res[0]!=0) res[0][6]=a36;
+  a33=(a33-a18);
+  a32=(a32+a33);
+  if (res[0]!=0) res[0][7]=a32;
+  a35=(a35-a26);
+  if (res[0]!=0) res[0][8]=a35;
+  a18=(a13+a06);
+  a18=(-a18);
+  if (res[0]!=0) res[0][9]=a18;
+  a19=(a19-a16);
+  a16=(a12+a19);
+  a16=(-a16);
+  if (res[0]!=0) res[0][10]=a16;
+  a16=(a11-a00);
+  if (res[0]!=0) res[0][11]=a16;
+  a16=(a13+a30);
+  a16=(-a16);
+  if (res[0]!=0) res[0][12]=a16;
+  a12=(a12+a31);
+  a18=(a34+a12);
+  a18=(-a18);
+  if (res[0]!=0) res[0][13]=a18;
+  a37=(a26+a24);
+  a38=(a11-a37);
+  if (res[0]!=0) res[0][14]=a38;
+  a17=(a17-a27);
+  a17=(a17-a28);
+  a13=(a13+a17);
+  a13=(-a13);
+  if (res[0]!=0) res[0][15]=a13;
+  a12=(a33+a12);
+  a12=(-a12);
+  if (res[0]!=0) res[0][16]=a12;
+  a26=(a26-a24);
+  a11=(a11+a26);
+  if (res[0]!=0) res[0][17]=a11;
+  if (res[0]!=0) res[0][18]=a14;
+  if (res[0]!=0) res[0][19]=a21;
+  if (res[0]!=0) res[0][20]=a23;
+  a11=1.2000000000000000e+00;
+  a24=(a11*a07);
+  a12=(a03*a24);
+  a13=(a06+a12);
+  if (res[0]!=0) res[0][21]=a13;
+  a24=(a04*a24);
+  a19=(a19+a24);
+  if (res[0]!=0) res[0][22]=a19;
+  a11=(a11*a08);
+  a28=(a00-a11);
+  if (res[0]!=0) res[0][23]=a28;
+  a27=(a30+a12);
+  if (res[0]!=0) res[0][24]=a27;
+  a27=(a31+a24);
+  a39=(a34+a27);
+  if (res[0]!=0) res[0][25]=a39;
+  a39=(a37-a11);
+  if (res[0]!=0) res[0][26]=a39;
+  a17=(a17+a12);
+  if (res[0]!=0) res[0][27]=a17;
+  a27=(a33+a27);
+  if (res[0]!=0) res[0][28]=a27;
+  a39=(a26+a11);
+  a39=(-a39);
+  if (res[0]!=0) res[0][29]=a39;
+  a40=-1.2000000000000000e+00;
+  a40=(a40*a07);
+  a41=(a40*a03);
+  a06=(a06+a41);
+  a06=(-a06);
+  if (res[0]!=0) res[0][30]=a06;
+  a20=(a20+a24);
+  if (res[0]!=0) res[0][31]=a20;
+  a00=(a00+a11);
+  a00=(-a00);
+  if (res[0]!=0) res[0][32]=a00;
+  a30=(a30+a41);
+  a30=(-a30);
+  if (res[0]!=0) res[0][33]=a30;
+  a40=(a40*a04);
+  a31=(a31+a40);
+  a34=(a34+a31);
+  a34=(-a34);
+  if (res[0]!=0) res[0][34]=a34;
+  a37=(a37+a11);
+  a37=(-a37);
+  if (res[0]!=0) res[0][35]=a37;
+  a29=(a29+a12);
+  if (res[0]!=0) res[0][36]=a29;
+  a33=(a33+a31);
+  a33=(-a33);
+  if (res[0]!=0) res[0][37]=a33;
+  a26=(a26-a11);
+  if (res[0]!=0) res[0][38]=a26;
+  if (res[0]!=0) res[0][39]=a13;
+  if (res[0]!=0) res[0][40]=a19;
+  if (res[0]!=0) res[0][41]=a28;
+  if (res[0]!=0) res[0][42]=a14;
+  if (res[0]!=0) res[0][43]=a21;
+  if (res[0]!=0) res[0][44]=a23;
+  if (res[0]!=0) res[0][45]=a13;
+  if (res[0]!=0) res[0][46]=a19;
+  if (res[0]!=0) res[0][47]=a28;
+  if (res[0]!=0) res[0][48]=a36;
+  if (res[0]!=0) res[0][49]=a32;
+  if (res[0]!=0) res[0][50]=a35;
+  if (res[0]!=0) res[0][51]=a17;
+  if (res[0]!=0) res[0][52]=a27;
+  if (res[0]!=0) res[0][53]=a39;
+  if (res[0]!=0) res[0][54]=a16;
+  if (res[0]!=0) res[0][55]=a18;
+  if (res[0]!=0) res[0][56]=a38;
+  if (res[0]!=0) res[0][57]=a30;
+  if (res[0]!=0) res[0][58]=a34;
+  if (res[0]!=0) res[0][59]=a37;
+  a37=arg[3]? arg[3][7] : 0;
+  a34=arg[3]? arg[3][8] : 0;
+  a37=(a37+a34);
+  a34=(a07*a37);
+  a30=(a03*a34);
+  a30=(-a30);
+  if (res[0]!=0) res[0][60]=a30;
+  a34=(a04*a34);
+  a34=(-a34);
+  if (res[0]!=0) res[0][61]=a34;
+  a38=(a08*a37);
+  if (res[0]!=0) res[0][62]=a38;
+  if (res[0]!=0) res[0][63]=a30;
+  if (res[0]!=0) res[0][64]=a34;
+  if (res[0]!=0) res[0][65]=a38;
+  a05=(a05+a10);
+  a10=2.0000000000000001e-04;
+  a38=arg[1]? arg[1][4] : 0;
+  a34=cos(a38);
+  a30=arg[3]? arg[3][9] : 0;
+  a34=(a34*a30);
+  a18=arg[1]? arg[1][3] : 0;
+  a16=sin(a18);
+  a16=(a34*a16);
+  a16=(a10*a16);
+  a39=(a05*a16);
+  a38=sin(a38);
+  a38=(a38*a30);
+  a10=(a10*a38);
+  a38=(a25*a10);
+  a39=(a39-a38);
+  a38=(a07*a03);
+  a30=-2.0000000000000001e-04;
+  a18=cos(a18);
+  a34=(a34*a18);
+  a30=(a30*a34);
+  a30=(a30-a37);
+  a38=(a38*a30);
+  a39=(a39+a38);
+  if (res[0]!=0) res[0][66]=a39;
+  a01=(a08*a01);
+  a01=(a01*a04);
+  a01=(a01-a15);
+  a15=(a16*a01);
+  a39=(a09*a10);
+  a15=(a15-a39);
+  a39=(a07*a04);
+  a39=(a39*a30);
+  a15=(a15+a39);
+  if (res[0]!=0) res[0][67]=a15;
+  a16=(a22*a16);
+  a30=(a08*a30);
+  a16=(a16-a30);
+  a10=(a02*a10);
+  a16=(a16-a10);
+  if (res[0]!=0) res[0][68]=a16;
+  a16=arg[3]? arg[3][14] : 0;
+  a10=(a07*a16);
+  a30=(a03*a10);
+  if (res[0]!=0) res[0][69]=a30;
+  a10=(a04*a10);
+  if (res[0]!=0) res[0][70]=a10;
+  a10=(a08*a16);
+  a10=(-a10);
+  if (res[0]!=0) res[0][71]=a10;
+  a10=arg[0]? arg[0][9] : 0;
+  a30=sin(a10);
+  a15=arg[3]? arg[3][13] : 0;
+  a30=(a30*a15);
+  a39=arg[0]? arg[0][10] : 0;
+  a38=cos(a39);
+  a38=(a30*a38);
+  a37=(a38*a05);
+  a39=sin(a39);
+  a30=(a30*a39);
+  a39=(a30*a25);
+  a37=(a37+a39);
+  a10=cos(a10);
+  a10=(a10*a15);
+  a16=(a16-a10);
+  a10=(a07*a16);
+  a15=(a03*a10);
+  a37=(a37+a15);
+  if (res[0]!=0) res[0][72]=a37;
+  a15=(a38*a01);
+  a39=(a30*a09);
+  a15=(a15+a39);
+  a10=(a04*a10);
+  a15=(a15+a10);
+  if (res[0]!=0) res[0][73]=a15;
+  a38=(a38*a22);
+  a30=(a30*a02);
+  a38=(a38+a30);
+  a16=(a08*a16);
+  a38=(a38-a16);
+  if (res[0]!=0) res[0][74]=a38;
+  if (res[0]!=0) res[0][75]=a37;
+  if (res[0]!=0) res[0][76]=a15;
+  if (res[0]!=0) res[0][77]=a38;
+  a38=arg[3]? arg[3][19] : 0;
+  a15=(a07*a38);
+  a37=(a03*a15);
+  if (res[0]!=0) res[0][78]=a37;
+  a15=(a04*a15);
+  if (res[0]!=0) res[0][79]=a15;
+  a15=(a08*a38);
+  a15=(-a15);
+  if (res[0]!=0) res[0][80]=a15;
+  a15=arg[0]? arg[0][11] : 0;
+  a37=sin(a15);
+  a16=arg[3]? arg[3][18] : 0;
+  a37=(a37*a16);
+  a30=arg[0]? arg[0][12] : 0;
+  a10=cos(a30);
+  a10=(a37*a10);
+  a05=(a10*a05);
+  a30=sin(a30);
+  a37=(a37*a30);
+  a25=(a37*a25);
+  a05=(a05+a25);
+  a15=cos(a15);
+  a15=(a15*a16);
+  a38=(a38-a15);
+  a07=(a07*a38);
+  a03=(a03*a07);
+  a05=(a05+a03);
+  if (res[0]!=0) res[0][81]=a05;
+  a01=(a10*a01);
+  a09=(a37*a09);
+  a01=(a01+a09);
+  a04=(a04*a07);
+  a01=(a01+a04);
+  if (res[0]!=0) res[0][82]=a01;
+  a10=(a10*a22);
+  a37=(a37*a02);
+  a10=(a10+a37);
+  a08=(a08*a38);
+  a10=(a10-a08);
+  if (res[0]!=0) res[0][83]=a10;
+  if (res[0]!=0) res[0][84]=a05;
+  if (res[0]!=0) res[0][85]=a01;
+  if (res[0]!=0) res[0][86]=a10;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f35(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real slosh_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s7;
+    case 3: return casadi_s2;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s16;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
   if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
   if (sz_res) *sz_res = 1*sizeof(casadi_real*);
   if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
@@ -67075,7 +67074,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_jvp_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     case 4: return casadi_s0;
     default: return 0;
   }
@@ -80099,7 +80098,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_jac_sparsity_in(ca
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s13;
+    case 3: return casadi_s12;
     default: return 0;
   }
 }
@@ -81833,7 +81832,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_jvp_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     case 4: return casadi_s0;
     default: return 0;
   }
@@ -91980,7 +91979,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_jac_sparsity_in(ca
     case 0: return casadi_s0;
     case 1: return casadi_s7;
     case 2: return casadi_s2;
-    case 3: return casadi_s14;
+    case 3: return casadi_s13;
     default: return 0;
   }
 }

@@ -115,84 +115,6 @@ void triangle_limits(const real *x, const real *u, const real *p, real *margin)
     margin[1] = x[mu];
 }
 
-/* points of the shapes of a picture; 57 operations. */
-void triangle_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
-{
-    (void)u;
-    (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
-    const real zeta1 = x[rho] * cos_phi;
-    const real zeta2 = x[rho] * sin_phi;
-    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
-    const real t_thb5i = mv_sqrt(x[mu]);
-    const real sigma_mu = K(0.5773502691896257) * t_thb5i;  /* (18) */
-    const real t_thb5i_2 = K(0.28867513459481287) * t_thb5i;
-    const real t_t6be4 = t_thb5i_2 * (zeta1 + n);
-    const real t_thb5i_3 = K(0.09622504486493762) * t_thb5i;
-    const real t_j3ubh = K(1.7320508075688772) * zeta2 * t_thb5i_3;
-    const real t_77wnq = t_t6be4 + t_j3ubh;
-    real sin_theta, cos_theta; mv_sincos(x[theta], &sin_theta, &cos_theta);
-    const real t_j3ubh_2 = t_thb5i_2 * zeta2;
-    const real t_ku2of = n - zeta1;
-    const real t_t6be4_2 = K(1.7320508075688772) * t_ku2of * t_thb5i_3;
-    const real t_77wnq_2 = t_j3ubh_2 + t_t6be4_2;
-    const real t_xbemn = t_77wnq * cos_theta + t_77wnq_2 * sin_theta;
-    const real t_ylwtt = t_77wnq * sin_theta - cos_theta * t_77wnq_2;
-    const real t_t5kjx = K(0.5773502691896257) * zeta2;
-    const real t_zktlz = sin_theta * sigma_mu;
-    const real t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + K(0.5773502691896257) * t_zktlz * t_ku2of);
-    const real t_ox3tu = K(0.5773502691896257) * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz;
-    const real t_77wnq_3 = t_j3ubh - t_t6be4;
-    const real t_77wnq_4 = t_j3ubh_2 - t_t6be4_2;
-    const real t_xbemn_2 = cos_theta * t_77wnq_3 - t_77wnq_4 * sin_theta;
-    const real t_ylwtt_2 = cos_theta * t_77wnq_4 + t_77wnq_3 * sin_theta;
-    real sin_theta_ref, cos_theta_ref; mv_sincos(r[theta_ref], &sin_theta_ref, &cos_theta_ref);
-    points[0] = t_xbemn;
-    points[1] = SPLAT(K(0.0));
-    points[2] = t_ylwtt;
-    points[3] = t_pqb3g;
-    points[4] = SPLAT(K(0.0));
-    points[5] = t_ox3tu;
-    points[6] = t_pqb3g;
-    points[7] = SPLAT(K(0.0));
-    points[8] = t_ox3tu;
-    points[9] = t_xbemn_2;
-    points[10] = SPLAT(K(0.0));
-    points[11] = t_ylwtt_2;
-    points[12] = t_xbemn_2;
-    points[13] = SPLAT(K(0.0));
-    points[14] = t_ylwtt_2;
-    points[15] = t_xbemn;
-    points[16] = SPLAT(K(0.0));
-    points[17] = t_ylwtt;
-    points[18] = t_xbemn_2;
-    points[19] = SPLAT(K(0.0));
-    points[20] = t_ylwtt_2;
-    points[21] = t_xbemn;
-    points[22] = SPLAT(K(0.0));
-    points[23] = t_ylwtt;
-    points[24] = t_pqb3g;
-    points[25] = SPLAT(K(0.0));
-    points[26] = t_ox3tu;
-    points[27] = SPLAT(K(0.0));
-    points[28] = SPLAT(K(0.0));
-    points[29] = SPLAT(K(0.0));
-    points[30] = K(0.3) * cos_theta;
-    points[31] = SPLAT(K(0.0));
-    points[32] = K(0.3) * sin_theta;
-    points[33] = SPLAT(K(0.0));
-    points[34] = SPLAT(K(0.0));
-    points[35] = SPLAT(K(0.0));
-    points[36] = K(0.3) * cos_theta_ref;
-    points[37] = SPLAT(K(0.0));
-    points[38] = K(0.3) * sin_theta_ref;
-}
-
 /* regular coordinates of a state; 4 operations. */
 void triangle_to_coordinates(const real *x, real *q)
 {
@@ -977,4 +899,82 @@ void triangle_path_constraints(const real *p, const real *c, const real *s, real
     const real rho_ref = mv_sqrt(t_aclmj + t_vsouu) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
     margin[0] = c[R] - rho_ref;
     margin[1] = c[R] - mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
+}
+
+/* points of the shapes of a picture; 57 operations. */
+void triangle_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
+{
+    (void)u;
+    (void)p;
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_thb5i = mv_sqrt(x[mu]);
+    const real sigma_mu = K(0.5773502691896257) * t_thb5i;  /* (18) */
+    const real t_thb5i_2 = K(0.28867513459481287) * t_thb5i;
+    const real t_t6be4 = t_thb5i_2 * (zeta1 + n);
+    const real t_thb5i_3 = K(0.09622504486493762) * t_thb5i;
+    const real t_j3ubh = K(1.7320508075688772) * zeta2 * t_thb5i_3;
+    const real t_77wnq = t_t6be4 + t_j3ubh;
+    real sin_theta, cos_theta; mv_sincos(x[theta], &sin_theta, &cos_theta);
+    const real t_j3ubh_2 = t_thb5i_2 * zeta2;
+    const real t_ku2of = n - zeta1;
+    const real t_t6be4_2 = K(1.7320508075688772) * t_ku2of * t_thb5i_3;
+    const real t_77wnq_2 = t_j3ubh_2 + t_t6be4_2;
+    const real t_xbemn = t_77wnq * cos_theta + sin_theta * t_77wnq_2;
+    const real t_ylwtt = sin_theta * t_77wnq - cos_theta * t_77wnq_2;
+    const real t_t5kjx = K(0.5773502691896257) * zeta2;
+    const real t_zktlz = sin_theta * sigma_mu;
+    const real t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + K(0.5773502691896257) * t_zktlz * t_ku2of);
+    const real t_ox3tu = K(0.5773502691896257) * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz;
+    const real t_77wnq_3 = t_j3ubh - t_t6be4;
+    const real t_77wnq_4 = t_j3ubh_2 - t_t6be4_2;
+    const real t_xbemn_2 = cos_theta * t_77wnq_3 - sin_theta * t_77wnq_4;
+    const real t_ylwtt_2 = sin_theta * t_77wnq_3 + cos_theta * t_77wnq_4;
+    real sin_theta_ref, cos_theta_ref; mv_sincos(r[theta_ref], &sin_theta_ref, &cos_theta_ref);
+    points[0] = t_xbemn;
+    points[1] = SPLAT(K(0.0));
+    points[2] = t_ylwtt;
+    points[3] = t_pqb3g;
+    points[4] = SPLAT(K(0.0));
+    points[5] = t_ox3tu;
+    points[6] = t_pqb3g;
+    points[7] = SPLAT(K(0.0));
+    points[8] = t_ox3tu;
+    points[9] = t_xbemn_2;
+    points[10] = SPLAT(K(0.0));
+    points[11] = t_ylwtt_2;
+    points[12] = t_xbemn_2;
+    points[13] = SPLAT(K(0.0));
+    points[14] = t_ylwtt_2;
+    points[15] = t_xbemn;
+    points[16] = SPLAT(K(0.0));
+    points[17] = t_ylwtt;
+    points[18] = t_xbemn_2;
+    points[19] = SPLAT(K(0.0));
+    points[20] = t_ylwtt_2;
+    points[21] = t_xbemn;
+    points[22] = SPLAT(K(0.0));
+    points[23] = t_ylwtt;
+    points[24] = t_pqb3g;
+    points[25] = SPLAT(K(0.0));
+    points[26] = t_ox3tu;
+    points[27] = SPLAT(K(0.0));
+    points[28] = SPLAT(K(0.0));
+    points[29] = SPLAT(K(0.0));
+    points[30] = K(0.3) * cos_theta;
+    points[31] = SPLAT(K(0.0));
+    points[32] = K(0.3) * sin_theta;
+    points[33] = SPLAT(K(0.0));
+    points[34] = SPLAT(K(0.0));
+    points[35] = SPLAT(K(0.0));
+    points[36] = K(0.3) * cos_theta_ref;
+    points[37] = SPLAT(K(0.0));
+    points[38] = K(0.3) * sin_theta_ref;
 }

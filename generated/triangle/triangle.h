@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "bae0f0f35028af671fb461163f2e57729d01a9d4c5474de3d6b7729af2a9c958"
+#define TRIANGLE_HASH "67d41f23cd8b84204bbcaf557c66c66d0bbea1a50b5313dca538e0ea4672241c"
 
 /* state x */
 enum {
@@ -141,16 +141,6 @@ enum {
     TRIANGLE_LIMITS_NMARGIN = 2
 };
 void triangle_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
-
-/* points of the shapes of a picture */
-enum {
-    TRIANGLE_GEOMETRY_NX = 4,
-    TRIANGLE_GEOMETRY_NU = 3,
-    TRIANGLE_GEOMETRY_NR = 4,
-    TRIANGLE_GEOMETRY_NP = 3,
-    TRIANGLE_GEOMETRY_NPOINTS = 39
-};
-void triangle_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* regular coordinates of a state */
 enum {
@@ -307,6 +297,16 @@ enum {
     TRIANGLE_PATH_CONSTRAINTS_NMARGIN = 2
 };
 void triangle_path_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
+
+/* points of the shapes of a picture */
+enum {
+    TRIANGLE_GEOMETRY_NX = 4,
+    TRIANGLE_GEOMETRY_NU = 3,
+    TRIANGLE_GEOMETRY_NR = 4,
+    TRIANGLE_GEOMETRY_NP = 3,
+    TRIANGLE_GEOMETRY_NPOINTS = 39
+};
+void triangle_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

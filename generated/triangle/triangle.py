@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "bae0f0f35028af671fb461163f2e57729d01a9d4c5474de3d6b7729af2a9c958"
+HASH = "67d41f23cd8b84204bbcaf557c66c66d0bbea1a50b5313dca538e0ea4672241c"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -21,7 +21,6 @@ SIZES = {
     "rhs": {'x': 4, 'u': 3, 'p': 3, 'dx': 4},
     "outputs": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'y': 11},
     "limits": {'x': 4, 'u': 3, 'p': 3, 'margin': 2},
-    "geometry": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'points': 39},
     "to_coordinates": {'x': 4, 'q': 4},
     "from_coordinates": {'q': 4, 'x': 4},
     "initial": {'p': 3, 's': 8, 'x': 4},
@@ -39,6 +38,7 @@ SIZES = {
     "path_loop": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'dq': 4},
     "path_observe": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'x': 4, 'u': 3},
     "path_constraints": {'p': 3, 'c': 6, 's': 8, 'margin': 2},
+    "geometry": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'points': 39},
     "jac_x": {'x': 4, 'u': 3, 'p': 3, 'J': 16},
     "jac_u": {'x': 4, 'u': 3, 'p': 3, 'J': 12},
     "jvp": {'x': 4, 'u': 3, 'p': 3, 'along_x': 4, 'along_u': 3, 'change': 4},
@@ -194,85 +194,6 @@ def limits(x, u, p):
         return _vector(
             0.5 - rho * rho,
             mu,
-        )
-
-
-def geometry(x, u, r, p):
-    """Points of the shapes of a picture: (x, u, r, p) -> points."""
-    x, u, r, p = _arrays(x, u, r, p)
-    with np.errstate(all="ignore"):
-        rho = x[..., 0]
-        phi = x[..., 1]
-        mu = x[..., 2]
-        theta = x[..., 3]
-        theta_ref = r[..., 3]
-        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
-        zeta1 = rho * cos_phi
-        zeta2 = rho * sin_phi
-        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
-        t_thb5i = np.sqrt(mu)
-        sigma_mu = 0.5773502691896257 * t_thb5i  # (18)
-        t_thb5i_2 = 0.28867513459481287 * t_thb5i
-        t_t6be4 = t_thb5i_2 * (zeta1 + n)
-        t_thb5i_3 = 0.09622504486493762 * t_thb5i
-        t_j3ubh = 1.7320508075688772 * zeta2 * t_thb5i_3
-        t_77wnq = t_t6be4 + t_j3ubh
-        sin_theta, cos_theta = np.sin(theta), np.cos(theta)
-        t_j3ubh_2 = t_thb5i_2 * zeta2
-        t_ku2of = n - zeta1
-        t_t6be4_2 = 1.7320508075688772 * t_ku2of * t_thb5i_3
-        t_77wnq_2 = t_j3ubh_2 + t_t6be4_2
-        t_xbemn = t_77wnq * cos_theta + t_77wnq_2 * sin_theta
-        t_ylwtt = t_77wnq * sin_theta - cos_theta * t_77wnq_2
-        t_t5kjx = 0.5773502691896257 * zeta2
-        t_zktlz = sin_theta * sigma_mu
-        t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + 0.5773502691896257 * t_zktlz * t_ku2of)
-        t_ox3tu = 0.5773502691896257 * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz
-        t_77wnq_3 = t_j3ubh - t_t6be4
-        t_77wnq_4 = t_j3ubh_2 - t_t6be4_2
-        t_xbemn_2 = cos_theta * t_77wnq_3 - t_77wnq_4 * sin_theta
-        t_ylwtt_2 = cos_theta * t_77wnq_4 + t_77wnq_3 * sin_theta
-        sin_theta_ref, cos_theta_ref = np.sin(theta_ref), np.cos(theta_ref)
-        return _vector(
-            t_xbemn,
-            0.0,
-            t_ylwtt,
-            t_pqb3g,
-            0.0,
-            t_ox3tu,
-            t_pqb3g,
-            0.0,
-            t_ox3tu,
-            t_xbemn_2,
-            0.0,
-            t_ylwtt_2,
-            t_xbemn_2,
-            0.0,
-            t_ylwtt_2,
-            t_xbemn,
-            0.0,
-            t_ylwtt,
-            t_xbemn_2,
-            0.0,
-            t_ylwtt_2,
-            t_xbemn,
-            0.0,
-            t_ylwtt,
-            t_pqb3g,
-            0.0,
-            t_ox3tu,
-            0.0,
-            0.0,
-            0.0,
-            0.3 * cos_theta,
-            0.0,
-            0.3 * sin_theta,
-            0.0,
-            0.0,
-            0.0,
-            0.3 * cos_theta_ref,
-            0.0,
-            0.3 * sin_theta_ref,
         )
 
 
@@ -1130,6 +1051,85 @@ def path_constraints(p, c, s):
         return _vector(
             R - rho_ref,
             R - np.sqrt(t_ncrup + t_sbeph) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        theta_ref = r[..., 3]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = np.sqrt(mu)
+        sigma_mu = 0.5773502691896257 * t_thb5i  # (18)
+        t_thb5i_2 = 0.28867513459481287 * t_thb5i
+        t_t6be4 = t_thb5i_2 * (zeta1 + n)
+        t_thb5i_3 = 0.09622504486493762 * t_thb5i
+        t_j3ubh = 1.7320508075688772 * zeta2 * t_thb5i_3
+        t_77wnq = t_t6be4 + t_j3ubh
+        sin_theta, cos_theta = np.sin(theta), np.cos(theta)
+        t_j3ubh_2 = t_thb5i_2 * zeta2
+        t_ku2of = n - zeta1
+        t_t6be4_2 = 1.7320508075688772 * t_ku2of * t_thb5i_3
+        t_77wnq_2 = t_j3ubh_2 + t_t6be4_2
+        t_xbemn = t_77wnq * cos_theta + sin_theta * t_77wnq_2
+        t_ylwtt = sin_theta * t_77wnq - cos_theta * t_77wnq_2
+        t_t5kjx = 0.5773502691896257 * zeta2
+        t_zktlz = sin_theta * sigma_mu
+        t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + 0.5773502691896257 * t_zktlz * t_ku2of)
+        t_ox3tu = 0.5773502691896257 * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz
+        t_77wnq_3 = t_j3ubh - t_t6be4
+        t_77wnq_4 = t_j3ubh_2 - t_t6be4_2
+        t_xbemn_2 = cos_theta * t_77wnq_3 - sin_theta * t_77wnq_4
+        t_ylwtt_2 = sin_theta * t_77wnq_3 + cos_theta * t_77wnq_4
+        sin_theta_ref, cos_theta_ref = np.sin(theta_ref), np.cos(theta_ref)
+        return _vector(
+            t_xbemn,
+            0.0,
+            t_ylwtt,
+            t_pqb3g,
+            0.0,
+            t_ox3tu,
+            t_pqb3g,
+            0.0,
+            t_ox3tu,
+            t_xbemn_2,
+            0.0,
+            t_ylwtt_2,
+            t_xbemn_2,
+            0.0,
+            t_ylwtt_2,
+            t_xbemn,
+            0.0,
+            t_ylwtt,
+            t_xbemn_2,
+            0.0,
+            t_ylwtt_2,
+            t_xbemn,
+            0.0,
+            t_ylwtt,
+            t_pqb3g,
+            0.0,
+            t_ox3tu,
+            0.0,
+            0.0,
+            0.0,
+            0.3 * cos_theta,
+            0.0,
+            0.3 * sin_theta,
+            0.0,
+            0.0,
+            0.0,
+            0.3 * cos_theta_ref,
+            0.0,
+            0.3 * sin_theta_ref,
         )
 
 

@@ -154,11 +154,11 @@ static const casadi_int casadi_s5[9] =
   3};
 static const casadi_int casadi_s6[3] = {11, 1, 1};
 static const casadi_int casadi_s7[3] = {2, 1, 1};
-static const casadi_int casadi_s8[3] = {39, 1, 1};
-static const casadi_int casadi_s9[3] = {8, 1, 1};
-static const casadi_int casadi_s10[3] = {1, 1, 1};
-static const casadi_int casadi_s11[3] = {10, 1, 1};
-static const casadi_int casadi_s12[3] = {6, 1, 1};
+static const casadi_int casadi_s8[3] = {8, 1, 1};
+static const casadi_int casadi_s9[3] = {1, 1, 1};
+static const casadi_int casadi_s10[3] = {10, 1, 1};
+static const casadi_int casadi_s11[3] = {6, 1, 1};
+static const casadi_int casadi_s12[3] = {39, 1, 1};
 static const casadi_int casadi_s13[3] = {16, 1, 1};
 static const casadi_int casadi_s14[3] = {12, 1, 1};
 static const casadi_int casadi_s15[3] = {44, 1, 1};
@@ -844,201 +844,8 @@ CASADI_SYMBOL_EXPORT int triangle_limits_work_bytes(casadi_int *sz_arg, casadi_i
   return 0;
 }
 
-/* triangle_geometry:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_points[39]) */
-static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
-  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
-  casadi_real a12, a13, a14, a15;
-  a00=2.8867513459481287e-01;
-  a01=arg[0]? arg[0][2] : 0;
-  a01=sqrt(a01);
-  a00=(a00*a01);
-  a02=arg[0]? arg[0][0] : 0;
-  a03=arg[0]? arg[0][1] : 0;
-  a04=cos(a03);
-  a04=(a02*a04);
-  a05=1.;
-  a06=casadi_sq(a04);
-  a03=sin(a03);
-  a02=(a02*a03);
-  a03=casadi_sq(a02);
-  a06=(a06+a03);
-  a05=(a05-a06);
-  a05=sqrt(a05);
-  a06=(a04+a05);
-  a06=(a00*a06);
-  a03=1.7320508075688772e+00;
-  a07=(a03*a02);
-  a08=9.6225044864937617e-02;
-  a08=(a08*a01);
-  a07=(a07*a08);
-  a09=(a06+a07);
-  a10=arg[0]? arg[0][3] : 0;
-  a11=cos(a10);
-  a12=(a09*a11);
-  a00=(a00*a02);
-  a05=(a05-a04);
-  a03=(a03*a05);
-  a03=(a03*a08);
-  a08=(a00+a03);
-  a10=sin(a10);
-  a04=(a08*a10);
-  a12=(a12+a04);
-  if (res[0]!=0) res[0][0]=a12;
-  a04=0.;
-  if (res[0]!=0) res[0][1]=a04;
-  a09=(a09*a10);
-  a08=(a11*a08);
-  a09=(a09-a08);
-  if (res[0]!=0) res[0][2]=a09;
-  a08=5.7735026918962573e-01;
-  a02=(a08*a02);
-  a13=(a11*a02);
-  a01=(a08*a01);
-  a13=(a13*a01);
-  a14=(a10*a01);
-  a15=(a08*a14);
-  a15=(a15*a05);
-  a13=(a13+a15);
-  a13=(-a13);
-  if (res[0]!=0) res[0][3]=a13;
-  if (res[0]!=0) res[0][4]=a04;
-  a08=(a08*a11);
-  a08=(a08*a05);
-  a08=(a08*a01);
-  a02=(a02*a14);
-  a08=(a08-a02);
-  if (res[0]!=0) res[0][5]=a08;
-  if (res[0]!=0) res[0][6]=a13;
-  if (res[0]!=0) res[0][7]=a04;
-  if (res[0]!=0) res[0][8]=a08;
-  a07=(a07-a06);
-  a06=(a11*a07);
-  a00=(a00-a03);
-  a03=(a00*a10);
-  a06=(a06-a03);
-  if (res[0]!=0) res[0][9]=a06;
-  if (res[0]!=0) res[0][10]=a04;
-  a00=(a11*a00);
-  a07=(a07*a10);
-  a00=(a00+a07);
-  if (res[0]!=0) res[0][11]=a00;
-  if (res[0]!=0) res[0][12]=a06;
-  if (res[0]!=0) res[0][13]=a04;
-  if (res[0]!=0) res[0][14]=a00;
-  if (res[0]!=0) res[0][15]=a12;
-  if (res[0]!=0) res[0][16]=a04;
-  if (res[0]!=0) res[0][17]=a09;
-  if (res[0]!=0) res[0][18]=a06;
-  if (res[0]!=0) res[0][19]=a04;
-  if (res[0]!=0) res[0][20]=a00;
-  if (res[0]!=0) res[0][21]=a12;
-  if (res[0]!=0) res[0][22]=a04;
-  if (res[0]!=0) res[0][23]=a09;
-  if (res[0]!=0) res[0][24]=a13;
-  if (res[0]!=0) res[0][25]=a04;
-  if (res[0]!=0) res[0][26]=a08;
-  if (res[0]!=0) res[0][27]=a04;
-  if (res[0]!=0) res[0][28]=a04;
-  if (res[0]!=0) res[0][29]=a04;
-  a08=2.9999999999999999e-01;
-  a11=(a08*a11);
-  if (res[0]!=0) res[0][30]=a11;
-  if (res[0]!=0) res[0][31]=a04;
-  a10=(a08*a10);
-  if (res[0]!=0) res[0][32]=a10;
-  if (res[0]!=0) res[0][33]=a04;
-  if (res[0]!=0) res[0][34]=a04;
-  if (res[0]!=0) res[0][35]=a04;
-  a10=arg[2]? arg[2][3] : 0;
-  a11=cos(a10);
-  a11=(a08*a11);
-  if (res[0]!=0) res[0][36]=a11;
-  if (res[0]!=0) res[0][37]=a04;
-  a10=sin(a10);
-  a08=(a08*a10);
-  if (res[0]!=0) res[0][38]=a08;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int triangle_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f5(arg, res, iw, w, mem);
-}
-
-CASADI_SYMBOL_EXPORT int triangle_geometry_checkout(void) {
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT void triangle_geometry_release(int mem) {
-}
-
-CASADI_SYMBOL_EXPORT void triangle_geometry_incref(void) {
-}
-
-CASADI_SYMBOL_EXPORT void triangle_geometry_decref(void) {
-}
-
-CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_in(void) { return 4;}
-
-CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_out(void) { return 1;}
-
-CASADI_SYMBOL_EXPORT casadi_real triangle_geometry_default_in(casadi_int i) {
-  switch (i) {
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_in(casadi_int i) {
-  switch (i) {
-    case 0: return "arg_x";
-    case 1: return "arg_u";
-    case 2: return "arg_r";
-    case 3: return "arg_p";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_out(casadi_int i) {
-  switch (i) {
-    case 0: return "res_points";
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_in(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s0;
-    case 1: return casadi_s1;
-    case 2: return casadi_s0;
-    case 3: return casadi_s1;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_out(casadi_int i) {
-  switch (i) {
-    case 0: return casadi_s8;
-    default: return 0;
-  }
-}
-
-CASADI_SYMBOL_EXPORT int triangle_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4;
-  if (sz_res) *sz_res = 1;
-  if (sz_iw) *sz_iw = 0;
-  if (sz_w) *sz_w = 0;
-  return 0;
-}
-
-CASADI_SYMBOL_EXPORT int triangle_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
-  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
-  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
-  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
-  if (sz_w) *sz_w = 0*sizeof(casadi_real);
-  return 0;
-}
-
 /* triangle_to_coordinates:(arg_x[4])->(res_q[4]) */
-static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=arg[0]? arg[0][0] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -1056,7 +863,7 @@ static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f6(arg, res, iw, w, mem);
+  return casadi_f5(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates_checkout(void) {
@@ -1127,7 +934,7 @@ CASADI_SYMBOL_EXPORT int triangle_to_coordinates_work_bytes(casadi_int *sz_arg, 
 }
 
 /* triangle_from_coordinates:(arg_q[4])->(res_x[4]) */
-static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=arg[0]? arg[0][0] : 0;
   a1=casadi_sq(a0);
@@ -1146,7 +953,7 @@ static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f7(arg, res, iw, w, mem);
+  return casadi_f6(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates_checkout(void) {
@@ -1217,7 +1024,7 @@ CASADI_SYMBOL_EXPORT int triangle_from_coordinates_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_initial:(arg_p[3],arg_s[8])->(res_x[4]) */
-static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[1]? arg[1][2] : 0;
@@ -1267,7 +1074,7 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f8(arg, res, iw, w, mem);
+  return casadi_f7(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial_checkout(void) {
@@ -1311,7 +1118,7 @@ CASADI_SYMBOL_EXPORT const char* triangle_initial_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_initial_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s9;
+    case 1: return casadi_s8;
     default: return 0;
   }
 }
@@ -1340,7 +1147,7 @@ CASADI_SYMBOL_EXPORT int triangle_initial_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_reference:(arg_t,arg_p[3],arg_s[8])->(res_r[4]) */
-static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][6] : 0;
@@ -1390,7 +1197,7 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f9(arg, res, iw, w, mem);
+  return casadi_f8(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference_checkout(void) {
@@ -1434,9 +1241,9 @@ CASADI_SYMBOL_EXPORT const char* triangle_reference_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_reference_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
+    case 0: return casadi_s9;
     case 1: return casadi_s1;
-    case 2: return casadi_s9;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
@@ -1465,7 +1272,7 @@ CASADI_SYMBOL_EXPORT int triangle_reference_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_constraints:(arg_p[3],arg_s[8])->(res_margin[2]) */
-static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[1]? arg[1][0] : 0;
   a1=arg[1]? arg[1][1] : 0;
@@ -1495,7 +1302,7 @@ static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f10(arg, res, iw, w, mem);
+  return casadi_f9(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints_checkout(void) {
@@ -1539,7 +1346,7 @@ CASADI_SYMBOL_EXPORT const char* triangle_constraints_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s9;
+    case 1: return casadi_s8;
     default: return 0;
   }
 }
@@ -1568,7 +1375,7 @@ CASADI_SYMBOL_EXPORT int triangle_constraints_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_lengths:(arg_rho,arg_phi,arg_mu)->(res_l1,res_l2,res_l3) */
-static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5;
   a0=5.7735026918962573e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1609,7 +1416,7 @@ static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f11(arg, res, iw, w, mem);
+  return casadi_f10(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths_checkout(void) {
@@ -1655,18 +1462,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_lengths_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -1688,7 +1495,7 @@ CASADI_SYMBOL_EXPORT int triangle_lengths_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_shape:(arg_l1,arg_l2,arg_l3)->(res_rho,res_phi,res_mu) */
-static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1736,7 +1543,7 @@ static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f12(arg, res, iw, w, mem);
+  return casadi_f11(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape_checkout(void) {
@@ -1782,18 +1589,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_shape_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
-    case 1: return casadi_s10;
-    case 2: return casadi_s10;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -1815,7 +1622,7 @@ CASADI_SYMBOL_EXPORT int triangle_shape_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_length_rates:(arg_x[4],arg_u[3])->(res_u_l[3]) */
-static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21;
   a00=5.0000000000000000e-01;
@@ -1916,7 +1723,7 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f13(arg, res, iw, w, mem);
+  return casadi_f12(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates_checkout(void) {
@@ -1989,7 +1796,7 @@ CASADI_SYMBOL_EXPORT int triangle_length_rates_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding:(arg_x[4],arg_r[4],arg_p[3],arg_c[10])->(res_u[3]) */
-static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27;
@@ -2169,7 +1976,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f14(arg, res, iw, w, mem);
+  return casadi_f13(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_checkout(void) {
@@ -2217,7 +2024,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_sparsity_in(casadi_int i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -2246,7 +2053,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_sliding_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_dq[4]) */
-static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24;
@@ -2421,7 +2228,7 @@ static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f15(arg, res, iw, w, mem);
+  return casadi_f14(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_checkout(void) {
@@ -2469,7 +2276,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -2498,7 +2305,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_x[4],res_u[3]) */
-static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -2679,7 +2486,7 @@ static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f16(arg, res, iw, w, mem);
+  return casadi_f15(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe_checkout(void) {
@@ -2728,7 +2535,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_observe_sparsity_in(casa
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -2758,7 +2565,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_observe_work_bytes(casadi_int *sz_arg,
 }
 
 /* triangle_sliding_constraints:(arg_p[3],arg_c[10],arg_s[8])->(res_margin[2]) */
-static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][6] : 0;
   a01=5.0000000000000000e-01;
@@ -2837,7 +2644,7 @@ static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f17(arg, res, iw, w, mem);
+  return casadi_f16(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_checkout(void) {
@@ -2882,8 +2689,8 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_constraints_name_out(casadi_in
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s11;
-    case 2: return casadi_s9;
+    case 1: return casadi_s10;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
@@ -2912,7 +2719,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_work_bytes(casadi_int *sz_
 }
 
 /* triangle_sliding_defaults:(arg_c[10])->(res_derived) */
-static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=arg[0]? arg[0][6] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -2924,7 +2731,7 @@ static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f18(arg, res, iw, w, mem);
+  return casadi_f17(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_checkout(void) {
@@ -2966,14 +2773,14 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_defaults_name_out(casadi_int i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
+    case 0: return casadi_s9;
     default: return 0;
   }
 }
@@ -2995,7 +2802,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path:(arg_x[4],arg_r[4],arg_p[3],arg_c[6])->(res_u[3]) */
-static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32;
@@ -3280,7 +3087,7 @@ static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f19(arg, res, iw, w, mem);
+  return casadi_f18(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_checkout(void) {
@@ -3328,7 +3135,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_sparsity_in(casadi_int i) {
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s12;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -3357,7 +3164,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* triangle_path_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_dq[4]) */
-static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -3637,7 +3444,7 @@ static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f20(arg, res, iw, w, mem);
+  return casadi_f19(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_checkout(void) {
@@ -3685,7 +3492,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_sparsity_in(casadi_int
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s12;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -3714,7 +3521,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_loop_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_path_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_x[4],res_u[3]) */
-static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33;
@@ -4000,7 +3807,7 @@ static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f21(arg, res, iw, w, mem);
+  return casadi_f20(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe_checkout(void) {
@@ -4049,7 +3856,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_observe_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s12;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -4079,7 +3886,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_observe_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_path_constraints:(arg_p[3],arg_c[6],arg_s[8])->(res_margin[2]) */
-static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][2] : 0;
   a01=5.0000000000000000e-01;
@@ -4158,7 +3965,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f21(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints_checkout(void) {
@@ -4203,8 +4010,8 @@ CASADI_SYMBOL_EXPORT const char* triangle_path_constraints_name_out(casadi_int i
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s12;
-    case 2: return casadi_s9;
+    case 1: return casadi_s11;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
@@ -4226,6 +4033,199 @@ CASADI_SYMBOL_EXPORT int triangle_path_constraints_work(casadi_int *sz_arg, casa
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
   if (sz_arg) *sz_arg = 3*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* triangle_geometry:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_points[39]) */
+static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15;
+  a00=2.8867513459481287e-01;
+  a01=arg[0]? arg[0][2] : 0;
+  a01=sqrt(a01);
+  a00=(a00*a01);
+  a02=arg[0]? arg[0][0] : 0;
+  a03=arg[0]? arg[0][1] : 0;
+  a04=cos(a03);
+  a04=(a02*a04);
+  a05=1.;
+  a06=casadi_sq(a04);
+  a03=sin(a03);
+  a02=(a02*a03);
+  a03=casadi_sq(a02);
+  a06=(a06+a03);
+  a05=(a05-a06);
+  a05=sqrt(a05);
+  a06=(a04+a05);
+  a06=(a00*a06);
+  a03=1.7320508075688772e+00;
+  a07=(a03*a02);
+  a08=9.6225044864937617e-02;
+  a08=(a08*a01);
+  a07=(a07*a08);
+  a09=(a06+a07);
+  a10=arg[0]? arg[0][3] : 0;
+  a11=cos(a10);
+  a12=(a09*a11);
+  a10=sin(a10);
+  a00=(a00*a02);
+  a05=(a05-a04);
+  a03=(a03*a05);
+  a03=(a03*a08);
+  a08=(a00+a03);
+  a04=(a10*a08);
+  a12=(a12+a04);
+  if (res[0]!=0) res[0][0]=a12;
+  a04=0.;
+  if (res[0]!=0) res[0][1]=a04;
+  a09=(a10*a09);
+  a08=(a11*a08);
+  a09=(a09-a08);
+  if (res[0]!=0) res[0][2]=a09;
+  a08=5.7735026918962573e-01;
+  a02=(a08*a02);
+  a13=(a11*a02);
+  a01=(a08*a01);
+  a13=(a13*a01);
+  a14=(a10*a01);
+  a15=(a08*a14);
+  a15=(a15*a05);
+  a13=(a13+a15);
+  a13=(-a13);
+  if (res[0]!=0) res[0][3]=a13;
+  if (res[0]!=0) res[0][4]=a04;
+  a08=(a08*a11);
+  a08=(a08*a05);
+  a08=(a08*a01);
+  a02=(a02*a14);
+  a08=(a08-a02);
+  if (res[0]!=0) res[0][5]=a08;
+  if (res[0]!=0) res[0][6]=a13;
+  if (res[0]!=0) res[0][7]=a04;
+  if (res[0]!=0) res[0][8]=a08;
+  a07=(a07-a06);
+  a06=(a11*a07);
+  a00=(a00-a03);
+  a03=(a10*a00);
+  a06=(a06-a03);
+  if (res[0]!=0) res[0][9]=a06;
+  if (res[0]!=0) res[0][10]=a04;
+  a07=(a10*a07);
+  a00=(a11*a00);
+  a07=(a07+a00);
+  if (res[0]!=0) res[0][11]=a07;
+  if (res[0]!=0) res[0][12]=a06;
+  if (res[0]!=0) res[0][13]=a04;
+  if (res[0]!=0) res[0][14]=a07;
+  if (res[0]!=0) res[0][15]=a12;
+  if (res[0]!=0) res[0][16]=a04;
+  if (res[0]!=0) res[0][17]=a09;
+  if (res[0]!=0) res[0][18]=a06;
+  if (res[0]!=0) res[0][19]=a04;
+  if (res[0]!=0) res[0][20]=a07;
+  if (res[0]!=0) res[0][21]=a12;
+  if (res[0]!=0) res[0][22]=a04;
+  if (res[0]!=0) res[0][23]=a09;
+  if (res[0]!=0) res[0][24]=a13;
+  if (res[0]!=0) res[0][25]=a04;
+  if (res[0]!=0) res[0][26]=a08;
+  if (res[0]!=0) res[0][27]=a04;
+  if (res[0]!=0) res[0][28]=a04;
+  if (res[0]!=0) res[0][29]=a04;
+  a08=2.9999999999999999e-01;
+  a11=(a08*a11);
+  if (res[0]!=0) res[0][30]=a11;
+  if (res[0]!=0) res[0][31]=a04;
+  a10=(a08*a10);
+  if (res[0]!=0) res[0][32]=a10;
+  if (res[0]!=0) res[0][33]=a04;
+  if (res[0]!=0) res[0][34]=a04;
+  if (res[0]!=0) res[0][35]=a04;
+  a10=arg[2]? arg[2][3] : 0;
+  a11=cos(a10);
+  a11=(a08*a11);
+  if (res[0]!=0) res[0][36]=a11;
+  if (res[0]!=0) res[0][37]=a04;
+  a10=sin(a10);
+  a08=(a08*a10);
+  if (res[0]!=0) res[0][38]=a08;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f22(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real triangle_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s0;
+    case 3: return casadi_s1;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s12;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
   if (sz_res) *sz_res = 1*sizeof(casadi_real*);
   if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
   if (sz_w) *sz_w = 0*sizeof(casadi_real);
@@ -6116,7 +6116,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_jvp_sparsity_in(casadi_i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s10;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -7162,7 +7162,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s11;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -7992,7 +7992,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_jvp_sparsity_in(casadi_int 
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s12;
+    case 3: return casadi_s11;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -9990,7 +9990,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s12;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
