@@ -32,6 +32,8 @@ class Request:
         The law that gives the input where the function does not receive it.
     repeated : bool
         Whether a run calls it again and again with the same parameters.
+    alone : bool
+        Whether no subexpression is shared with other functions, whose sums would be in another order without it.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Request:
     scalars: bool = False
     law: Controller | None = None
     repeated: bool = False
+    alone: bool = False
 
 
 def requests(system: System) -> list[Request]:
@@ -51,12 +54,12 @@ def requests(system: System) -> list[Request]:
 
 
 def _picture(system: System) -> list[Request]:
-    """Return what places a picture's points: last, or the order of sums in the other functions would hang on it."""
+    """Return what places a picture's points; a run has the same bits with a picture and without."""
     if not system.geometry:
         return []
     arguments = (system.states, system.inputs, system.references, system.parameters)
     points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
-    return [Request("geometry", "points of the shapes of a picture", arguments, (("points", points),))]
+    return [Request("geometry", "points of the shapes of a picture", arguments, (("points", points),), alone=True)]
 
 
 def _plant(system: System) -> list[Request]:

@@ -25,7 +25,23 @@ from mehvar.report.board import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
-from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
+from tests.mehvar.pages import (
+    TOLERANCE,
+    WIDTHS,
+    contents,
+    in_approved_font,
+    misses,
+    opened,
+    printed_pages,
+    resize,
+    settled,
+    unlabelled_canvases,
+    unlike,
+    violations,
+)
+
+APPROVED = Path(__file__).parents[1] / "report" / "approved"
+"""Of the overview and of one paper's page, by name, width and colour."""
 
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
@@ -63,6 +79,11 @@ def read(out):
     return {path.stem: Page(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.html"))}
 
 
+def written(page):
+    page.parent.mkdir(exist_ok=True)
+    page.write_text("", encoding="utf-8")
+
+
 def small(monkeypatch):
     """Make batches and runs on the board small: everything else is as the command does it."""
 
@@ -72,6 +93,7 @@ def small(monkeypatch):
 
     monkeypatch.setattr(content, "load_reproduction", reduced)
     monkeypatch.setattr("mehvar.papers.runs._MOST_SAMPLES", 120)
+    monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))  # tested on its own
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +130,9 @@ def test_pages_need_nothing_else(report):
         assert not page.elements & {"iframe", "object"}
         assert all(source.startswith("data:image/png;base64,") for source in page.sources)
         for link in page.links:
+            if link.startswith("live/"):
+                assert (report.out / link).is_file()
+                continue
             file, _, anchor = link.partition("#")
             target = report.pages[file.removesuffix(".html")] if file and link != "data:," else page
             assert link == "data:," or not anchor or anchor in target.ids, link
@@ -431,6 +456,16 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
     assert chip.get_attribute("aria-pressed") == "false"
     hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off .u-label")
     assert [name.text for name in hidden] == ["V2", "V2"]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("color", ["light", "dark"])
+@pytest.mark.parametrize("name", ["index", "triangle"])
+def test_a_page_looks_as_approved(browser, report, name, color, width):
+    look = in_approved_font(report.out / f"{name}.html", report.out.with_name(f"look-{name}.html"))
+    opened(browser, look, width, color)
+    picture = browser.get_screenshot_as_png()
+    assert unlike(picture, APPROVED / f"{name}-{width}-{color}.png") < TOLERANCE
 
 
 def test_static_pictures_can_be_had_and_claims_filtered(open_page):
