@@ -2151,7 +2151,7 @@ void satellite_pd_defaults(const real *c, real *derived)
     derived[0] = c[delay];
 }
 
-/* points of the shapes of a picture; 99 operations. */
+/* points of the shapes of a picture; 130 operations. */
 void satellite_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
 {
     (void)p;
@@ -2179,36 +2179,28 @@ void satellite_geometry(const real *x, const real *u, const real *r, const real 
     const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
     const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
     const real C33 = cos_pitch * cos_roll;  /* (3) */
-    const real t_vhkt2 = K(0.24) * C11;
+    const real t_vhkt2 = K(-0.24) * C11;
     const real t_7zrce = K(0.42) * C21;
-    const real t_5ybpv = t_vhkt2 - t_7zrce;
+    const real t_7zrce_2 = K(-0.42) * C22;
     const real t_vhkt2_2 = K(0.24) * C12;
-    const real t_7zrce_2 = K(0.42) * C22;
-    const real t_5ybpv_2 = t_vhkt2_2 - t_7zrce_2;
+    const real t_dvg7v = K(-0.42) * C23;
     const real t_e3fob = K(0.24) * sin_pitch;
-    const real t_dvg7v = K(0.42) * C23;
-    const real t_kexc3 = t_e3fob + t_dvg7v;
-    const real t_5ybpv_3 = t_7zrce + t_vhkt2;
-    const real t_5ybpv_4 = t_7zrce_2 + t_vhkt2_2;
-    const real t_kexc3_2 = t_dvg7v - t_e3fob;
+    const real t_vhkt2_3 = K(0.24) * C11;
+    const real t_vhkt2_4 = K(-0.24) * C12;
+    const real t_e3fob_2 = K(-0.24) * sin_pitch;
     const real t_7zrce_3 = K(1.25) * C21;
-    const real t_5ybpv_5 = t_vhkt2 + t_7zrce_3;
-    const real t_7zrce_4 = K(1.25) * C22;
-    const real t_5ybpv_6 = t_vhkt2_2 + t_7zrce_4;
-    const real t_dvg7v_2 = K(1.25) * C23;
-    const real t_kexc3_3 = t_dvg7v_2 - t_e3fob;
-    const real t_5ybpv_7 = t_vhkt2 - t_7zrce_3;
-    const real t_5ybpv_8 = t_vhkt2_2 - t_7zrce_4;
-    const real t_kexc3_4 = t_e3fob + t_dvg7v_2;
-    real sin_ref_yaw, cos_ref_yaw; mv_sincos(r[ref_yaw], &sin_ref_yaw, &cos_ref_yaw);
+    const real t_7zrce_4 = K(-1.25) * C22;
+    const real t_dvg7v_2 = K(-1.25) * C23;
+    const real t_7zrce_5 = K(-0.42) * C21;
+    const real t_7zrce_6 = K(0.42) * C22;
+    const real t_dvg7v_3 = K(0.42) * C23;
+    const real t_7zrce_7 = K(-1.25) * C21;
+    const real t_7zrce_8 = K(1.25) * C22;
+    const real t_dvg7v_4 = K(1.25) * C23;
     real sin_ref_pitch, cos_ref_pitch; mv_sincos(r[ref_pitch], &sin_ref_pitch, &cos_ref_pitch);
-    const real t_2a5ti = K(0.95) * cos_ref_pitch;
-    const real t_k5one = K(0.95) * sin_ref_pitch;
+    real sin_ref_yaw, cos_ref_yaw; mv_sincos(r[ref_yaw], &sin_ref_yaw, &cos_ref_yaw);
+    const real t_2a5ti = K(-0.95) * cos_ref_pitch;
     real sin_ref_roll, cos_ref_roll; mv_sincos(r[ref_roll], &sin_ref_roll, &cos_ref_roll);
-    const real t_got5e = t_k5one * cos_ref_roll;
-    const real t_lopi2 = K(30.0) * u[Tx];
-    const real t_prmw7 = K(30.0) * u[Ty];
-    const real t_lgass = K(30.0) * u[Tz];
     points[0] = SPLAT(K(0.0));
     points[1] = SPLAT(K(0.0));
     points[2] = SPLAT(K(0.0));
@@ -2221,30 +2213,30 @@ void satellite_geometry(const real *x, const real *u, const real *r, const real 
     points[9] = K(0.38) * C31;
     points[10] = K(-0.38) * C32;
     points[11] = K(-0.38) * C33;
-    points[12] = -t_5ybpv;
-    points[13] = t_5ybpv_2;
-    points[14] = -t_kexc3;
-    points[15] = t_5ybpv_3;
-    points[16] = -t_5ybpv_4;
-    points[17] = -t_kexc3_2;
-    points[18] = t_5ybpv_5;
-    points[19] = -t_5ybpv_6;
-    points[20] = -t_kexc3_3;
-    points[21] = -t_5ybpv_7;
-    points[22] = t_5ybpv_8;
-    points[23] = -t_kexc3_4;
-    points[24] = -t_5ybpv_3;
-    points[25] = t_5ybpv_4;
-    points[26] = t_kexc3_2;
-    points[27] = t_5ybpv;
-    points[28] = -t_5ybpv_2;
-    points[29] = t_kexc3;
-    points[30] = t_5ybpv_7;
-    points[31] = -t_5ybpv_8;
-    points[32] = t_kexc3_4;
-    points[33] = -t_5ybpv_5;
-    points[34] = t_5ybpv_6;
-    points[35] = t_kexc3_3;
+    points[12] = t_vhkt2 + t_7zrce;
+    points[13] = t_7zrce_2 + t_vhkt2_2;
+    points[14] = t_dvg7v - t_e3fob;
+    points[15] = t_vhkt2_3 + t_7zrce;
+    points[16] = t_7zrce_2 + t_vhkt2_4;
+    points[17] = t_dvg7v - t_e3fob_2;
+    points[18] = t_7zrce_3 + t_vhkt2_3;
+    points[19] = t_vhkt2_4 + t_7zrce_4;
+    points[20] = t_dvg7v_2 - t_e3fob_2;
+    points[21] = t_vhkt2 + t_7zrce_3;
+    points[22] = t_7zrce_4 + t_vhkt2_2;
+    points[23] = t_dvg7v_2 - t_e3fob;
+    points[24] = t_7zrce_5 + t_vhkt2;
+    points[25] = t_vhkt2_2 + t_7zrce_6;
+    points[26] = t_dvg7v_3 - t_e3fob;
+    points[27] = t_7zrce_5 + t_vhkt2_3;
+    points[28] = t_vhkt2_4 + t_7zrce_6;
+    points[29] = t_dvg7v_3 - t_e3fob_2;
+    points[30] = t_7zrce_7 + t_vhkt2_3;
+    points[31] = t_vhkt2_4 + t_7zrce_8;
+    points[32] = t_dvg7v_4 - t_e3fob_2;
+    points[33] = t_vhkt2 + t_7zrce_7;
+    points[34] = t_7zrce_8 + t_vhkt2_2;
+    points[35] = t_dvg7v_4 - t_e3fob;
     points[36] = SPLAT(K(0.0));
     points[37] = SPLAT(K(0.0));
     points[38] = SPLAT(K(0.0));
@@ -2266,19 +2258,25 @@ void satellite_geometry(const real *x, const real *u, const real *r, const real 
     points[54] = SPLAT(K(0.0));
     points[55] = SPLAT(K(0.0));
     points[56] = SPLAT(K(0.0));
-    points[57] = cos_ref_yaw * t_2a5ti;
-    points[58] = -(t_2a5ti * sin_ref_yaw);
-    points[59] = t_k5one;
+    points[57] = K(0.95) * cos_ref_pitch * cos_ref_yaw;
+    points[58] = t_2a5ti * sin_ref_yaw;
+    points[59] = K(0.95) * sin_ref_pitch;
     points[60] = SPLAT(K(0.0));
     points[61] = SPLAT(K(0.0));
     points[62] = SPLAT(K(0.0));
-    points[63] = cos_ref_yaw * t_got5e + K(0.95) * sin_ref_yaw * sin_ref_roll;
-    points[64] = K(0.95) * cos_ref_yaw * sin_ref_roll - sin_ref_yaw * t_got5e;
-    points[65] = -(t_2a5ti * cos_ref_roll);
+    points[63] = K(0.95) * sin_ref_roll * sin_ref_yaw + K(0.95) * cos_ref_roll * cos_ref_yaw * sin_ref_pitch;
+    points[64] = K(0.95) * cos_ref_yaw * sin_ref_roll + K(-0.95) * cos_ref_roll * sin_ref_pitch * sin_ref_yaw;
+    points[65] = t_2a5ti * cos_ref_roll;
     points[66] = SPLAT(K(0.0));
     points[67] = SPLAT(K(0.0));
     points[68] = SPLAT(K(0.0));
-    points[69] = t_lopi2 * C11 + t_prmw7 * C21 + t_lgass * C31;
-    points[70] = -(t_lopi2 * C12 + t_prmw7 * C22 + t_lgass * C32);
-    points[71] = t_lopi2 * sin_pitch - t_prmw7 * C23 - t_lgass * C33;
+    points[69] = K(30.0) * C11 * u[Tx]
+        + K(30.0) * C21 * u[Ty]
+        + K(30.0) * C31 * u[Tz];
+    points[70] = K(-30.0) * C12 * u[Tx]
+        + K(-30.0) * C22 * u[Ty]
+        + K(-30.0) * C32 * u[Tz];
+    points[71] = K(-30.0) * C23 * u[Ty]
+        - K(-30.0) * sin_pitch * u[Tx]
+        + K(-30.0) * C33 * u[Tz];
 }

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "ab90a66ed4b3e6fc819c1d2ae7721422926521055b82f8d6fee22ad6d10e3151"
+#define SATELLITE_HASH "7e9897052e59cc936850f3ecf28eee9231634c77dc36db4d0651ade570967626"
 
 /* state x */
 enum {

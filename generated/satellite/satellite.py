@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "ab90a66ed4b3e6fc819c1d2ae7721422926521055b82f8d6fee22ad6d10e3151"
+HASH = "7e9897052e59cc936850f3ecf28eee9231634c77dc36db4d0651ade570967626"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -2379,36 +2379,28 @@ def geometry(x, u, r, p):
         C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
         C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
         C33 = cos_pitch * cos_roll  # (3)
-        t_vhkt2 = 0.24 * C11
+        t_vhkt2 = -0.24 * C11
         t_7zrce = 0.42 * C21
-        t_5ybpv = t_vhkt2 - t_7zrce
+        t_7zrce_2 = -0.42 * C22
         t_vhkt2_2 = 0.24 * C12
-        t_7zrce_2 = 0.42 * C22
-        t_5ybpv_2 = t_vhkt2_2 - t_7zrce_2
+        t_dvg7v = -0.42 * C23
         t_e3fob = 0.24 * sin_pitch
-        t_dvg7v = 0.42 * C23
-        t_kexc3 = t_e3fob + t_dvg7v
-        t_5ybpv_3 = t_7zrce + t_vhkt2
-        t_5ybpv_4 = t_7zrce_2 + t_vhkt2_2
-        t_kexc3_2 = t_dvg7v - t_e3fob
+        t_vhkt2_3 = 0.24 * C11
+        t_vhkt2_4 = -0.24 * C12
+        t_e3fob_2 = -0.24 * sin_pitch
         t_7zrce_3 = 1.25 * C21
-        t_5ybpv_5 = t_vhkt2 + t_7zrce_3
-        t_7zrce_4 = 1.25 * C22
-        t_5ybpv_6 = t_vhkt2_2 + t_7zrce_4
-        t_dvg7v_2 = 1.25 * C23
-        t_kexc3_3 = t_dvg7v_2 - t_e3fob
-        t_5ybpv_7 = t_vhkt2 - t_7zrce_3
-        t_5ybpv_8 = t_vhkt2_2 - t_7zrce_4
-        t_kexc3_4 = t_e3fob + t_dvg7v_2
-        sin_ref_yaw, cos_ref_yaw = np.sin(ref_yaw), np.cos(ref_yaw)
+        t_7zrce_4 = -1.25 * C22
+        t_dvg7v_2 = -1.25 * C23
+        t_7zrce_5 = -0.42 * C21
+        t_7zrce_6 = 0.42 * C22
+        t_dvg7v_3 = 0.42 * C23
+        t_7zrce_7 = -1.25 * C21
+        t_7zrce_8 = 1.25 * C22
+        t_dvg7v_4 = 1.25 * C23
         sin_ref_pitch, cos_ref_pitch = np.sin(ref_pitch), np.cos(ref_pitch)
-        t_2a5ti = 0.95 * cos_ref_pitch
-        t_k5one = 0.95 * sin_ref_pitch
+        sin_ref_yaw, cos_ref_yaw = np.sin(ref_yaw), np.cos(ref_yaw)
+        t_2a5ti = -0.95 * cos_ref_pitch
         sin_ref_roll, cos_ref_roll = np.sin(ref_roll), np.cos(ref_roll)
-        t_got5e = t_k5one * cos_ref_roll
-        t_lopi2 = 30.0 * Tx
-        t_prmw7 = 30.0 * Ty
-        t_lgass = 30.0 * Tz
         return _vector(
             0.0,
             0.0,
@@ -2422,30 +2414,30 @@ def geometry(x, u, r, p):
             0.38 * C31,
             -0.38 * C32,
             -0.38 * C33,
-            -t_5ybpv,
-            t_5ybpv_2,
-            -t_kexc3,
-            t_5ybpv_3,
-            -t_5ybpv_4,
-            -t_kexc3_2,
-            t_5ybpv_5,
-            -t_5ybpv_6,
-            -t_kexc3_3,
-            -t_5ybpv_7,
-            t_5ybpv_8,
-            -t_kexc3_4,
-            -t_5ybpv_3,
-            t_5ybpv_4,
-            t_kexc3_2,
-            t_5ybpv,
-            -t_5ybpv_2,
-            t_kexc3,
-            t_5ybpv_7,
-            -t_5ybpv_8,
-            t_kexc3_4,
-            -t_5ybpv_5,
-            t_5ybpv_6,
-            t_kexc3_3,
+            t_vhkt2 + t_7zrce,
+            t_7zrce_2 + t_vhkt2_2,
+            t_dvg7v - t_e3fob,
+            t_vhkt2_3 + t_7zrce,
+            t_7zrce_2 + t_vhkt2_4,
+            t_dvg7v - t_e3fob_2,
+            t_7zrce_3 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_4,
+            t_dvg7v_2 - t_e3fob_2,
+            t_vhkt2 + t_7zrce_3,
+            t_7zrce_4 + t_vhkt2_2,
+            t_dvg7v_2 - t_e3fob,
+            t_7zrce_5 + t_vhkt2,
+            t_vhkt2_2 + t_7zrce_6,
+            t_dvg7v_3 - t_e3fob,
+            t_7zrce_5 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_6,
+            t_dvg7v_3 - t_e3fob_2,
+            t_7zrce_7 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_8,
+            t_dvg7v_4 - t_e3fob_2,
+            t_vhkt2 + t_7zrce_7,
+            t_7zrce_8 + t_vhkt2_2,
+            t_dvg7v_4 - t_e3fob,
             0.0,
             0.0,
             0.0,
@@ -2467,21 +2459,27 @@ def geometry(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            cos_ref_yaw * t_2a5ti,
-            -(t_2a5ti * sin_ref_yaw),
-            t_k5one,
+            0.95 * cos_ref_pitch * cos_ref_yaw,
+            t_2a5ti * sin_ref_yaw,
+            0.95 * sin_ref_pitch,
             0.0,
             0.0,
             0.0,
-            cos_ref_yaw * t_got5e + 0.95 * sin_ref_yaw * sin_ref_roll,
-            0.95 * cos_ref_yaw * sin_ref_roll - sin_ref_yaw * t_got5e,
-            -(t_2a5ti * cos_ref_roll),
+            0.95 * sin_ref_roll * sin_ref_yaw + 0.95 * cos_ref_roll * cos_ref_yaw * sin_ref_pitch,
+            0.95 * cos_ref_yaw * sin_ref_roll + -0.95 * cos_ref_roll * sin_ref_pitch * sin_ref_yaw,
+            t_2a5ti * cos_ref_roll,
             0.0,
             0.0,
             0.0,
-            t_lopi2 * C11 + t_prmw7 * C21 + t_lgass * C31,
-            -(t_lopi2 * C12 + t_prmw7 * C22 + t_lgass * C32),
-            t_lopi2 * sin_pitch - t_prmw7 * C23 - t_lgass * C33,
+            30.0 * C11 * Tx
+                + 30.0 * C21 * Ty
+                + 30.0 * C31 * Tz,
+            -30.0 * C12 * Tx
+                + -30.0 * C22 * Ty
+                + -30.0 * C32 * Tz,
+            -30.0 * C23 * Ty
+                - -30.0 * sin_pitch * Tx
+                + -30.0 * C33 * Tz,
         )
 
 

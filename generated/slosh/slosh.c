@@ -1548,9 +1548,9 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_cqyvk = t_lgf4h * t_hjux3;
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_cqyvk * x[theta1_dot]
         - t_lgf4h * t_prfqf
         - t_cqyvk * x[wx];  /* (26) */
@@ -2025,9 +2025,9 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_cqyvk = t_lgf4h * t_hjux3;
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_cqyvk * x[theta1_dot]
         - t_lgf4h * t_prfqf
         - t_cqyvk * x[wx];  /* (26) */
@@ -3243,9 +3243,9 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_y2jy5
         + t_sxxxk * t_prfqf
         + t_y2jy5 * t_hjux3
+        + t_y2jy5 * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -4028,9 +4028,9 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -4521,9 +4521,9 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real t_7xuxq = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5324,9 +5324,9 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5866,9 +5866,9 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real t_7xuxq = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -6444,9 +6444,9 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real Dd_theta1 = t_brgbu * t_hjux3;
     const real t_awntx = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_3mjf5
         + t_2bctd * t_ybskz
         + t_3mjf5 * t_hjux3
+        + t_3mjf5 * t_d3hip
         + t_awntx
         - t_brgbu * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -6742,9 +6742,9 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real Dd_theta1 = t_brgbu * t_hjux3;
     const real t_awntx = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_3mjf5
         + t_2bctd * t_ybskz
         + t_3mjf5 * t_hjux3
+        + t_3mjf5 * t_d3hip
         + t_awntx
         - t_brgbu * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -7205,9 +7205,9 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -9345,9 +9345,9 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_w7e46 = t_brgbu * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_3mjf5
         + t_2bctd * t_ybskz
         + t_3mjf5 * t_hjux3
+        + t_3mjf5 * t_d3hip
         + t_w7e46 * q[theta1_dot]
         - t_brgbu * t_ybskz
         - t_w7e46 * q[wx];  /* (26) */
@@ -9540,9 +9540,9 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_w7e46 = t_brgbu * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_3mjf5
         + t_2bctd * t_ybskz
         + t_3mjf5 * t_hjux3
+        + t_3mjf5 * t_d3hip
         + t_w7e46 * q[theta1_dot]
         - t_brgbu * t_ybskz
         - t_w7e46 * q[wx];  /* (26) */
@@ -9882,7 +9882,7 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     w[2] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
 }
 
-/* points of the shapes of a picture; 191 operations. */
+/* points of the shapes of a picture; 269 operations. */
 void slosh_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
 {
     (void)r;
@@ -9907,191 +9907,199 @@ void slosh_geometry(const real *x, const real *u, const real *r, const real *p, 
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
-    real sin_att3, cos_att3; mv_sincos(x[att3], &sin_att3, &cos_att3);
-    const real t_ggxc7 = sin_att1 * sin_att3;
     real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
-    const real t_6x4uh = cos_att1 * cos_att3;
-    const real t_taeik = sin_att2 * t_6x4uh;
-    const real t_myqhz = K(0.36) * t_ggxc7 + K(0.36) * t_taeik;
-    const real t_lswnn = K(0.52) * cos_att2;
-    const real t_2c2og = cos_att3 * t_lswnn;
-    const real t_td2xz = t_myqhz - t_2c2og;
+    const real t_lswnn = K(-0.52) * cos_att2;
+    real sin_att3, cos_att3; mv_sincos(x[att3], &sin_att3, &cos_att3);
+    const real t_2c2og = t_lswnn * cos_att3;
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real t_ggxc7 = K(0.36) * sin_att1 * sin_att3;
+    const real t_agou4 = K(0.36) * cos_att1;
+    const real t_l7ybt = t_agou4 * cos_att3 * sin_att2;
+    const real t_cbgkr = t_2c2og + t_ggxc7 + t_l7ybt;
     const real t_jwc4h = t_lswnn * sin_att3;
-    const real t_jtg6a = sin_att1 * cos_att3;
-    const real t_jtg6a_2 = K(0.36) * t_jtg6a;
-    const real t_z4mke = cos_att1 * sin_att3;
-    const real t_hksyc = sin_att2 * t_z4mke;
-    const real t_eqelh = K(0.36) * t_hksyc;
-    const real t_igi4c = t_jtg6a_2 - t_eqelh;
-    const real t_g4vbt = -(t_jwc4h + t_igi4c);
+    const real t_jtg6a = K(-0.36) * cos_att3 * sin_att1;
+    const real t_gsde3 = t_agou4 * sin_att2 * sin_att3;
+    const real t_jxyup = t_jwc4h + t_jtg6a + t_gsde3;
     const real t_foa7g = K(0.52) * sin_att2;
-    const real t_3jsqk = cos_att2 * cos_att1;
-    const real t_3jsqk_2 = K(0.36) * t_3jsqk;
-    const real t_7vq4b = t_foa7g + t_3jsqk_2;
-    const real t_bvjqc = sin_att2 * t_jtg6a - t_z4mke;
-    const real t_qfree = K(0.3117691453623979) * t_bvjqc;
-    const real t_ggxc7_2 = K(0.18) * t_ggxc7;
-    const real t_l3pwi = K(0.18) * t_taeik;
-    const real t_wuuvj = t_ggxc7_2 + t_l3pwi;
-    const real t_xjgfc = t_qfree + t_wuuvj;
-    const real t_m65za = t_6x4uh + sin_att2 * t_ggxc7;
-    const real t_p5guo = K(0.3117691453623979) * t_m65za;
-    const real t_5cqv6 = t_p5guo - t_jwc4h;
-    const real t_eqelh_2 = K(0.18) * t_hksyc;
-    const real t_jtg6a_3 = K(0.18) * t_jtg6a;
-    const real t_igi4c_2 = t_eqelh_2 - t_jtg6a_3;
-    const real t_3jsqk_3 = K(0.18) * t_3jsqk;
-    const real t_ql6qw = cos_att2 * sin_att1;
-    const real t_ql6qw_2 = K(0.3117691453623979) * t_ql6qw;
-    const real t_tck5s = t_foa7g + t_ql6qw_2;
-    const real t_xjgfc_2 = t_wuuvj - t_qfree;
-    const real t_h6fgr = -(t_2c2og + t_xjgfc_2);
-    const real t_igi4c_3 = t_jtg6a_3 - t_eqelh_2;
-    const real t_c2ymk = t_5cqv6 + t_igi4c_3;
-    const real t_m4zc7 = t_tck5s - t_3jsqk_3;
-    const real t_igi4c_4 = t_eqelh - t_jtg6a_2;
-    const real t_h6fgr_2 = -(t_2c2og + t_xjgfc);
-    const real t_5cqv6_2 = t_jwc4h + t_p5guo;
-    const real t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2);
-    const real t_aqs57 = t_3jsqk_3 + t_ql6qw_2;
-    const real t_ydlzc = t_foa7g - t_aqs57;
-    const real t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi;
-    const real t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2;
+    const real t_3jsqk = t_agou4 * cos_att2;
+    const real t_iykj5 = t_foa7g + t_3jsqk;
+    const real t_jtg6a_2 = cos_att3 * sin_att1;
+    const real t_bvjqc = t_jtg6a_2 * sin_att2 - cos_att1 * sin_att3;
+    const real t_ncmei = K(0.31176914536239786) * t_bvjqc;
+    const real t_ggxc7_2 = K(0.18) * sin_att1 * sin_att3;
+    const real t_agou4_2 = K(0.18) * cos_att1;
+    const real t_l7ybt_2 = t_agou4_2 * cos_att3 * sin_att2;
+    const real t_jtg6a_3 = K(-0.18) * cos_att3 * sin_att1;
+    const real t_6x4uh = cos_att1 * cos_att3;
+    const real t_fmbhe = t_6x4uh + sin_att1 * sin_att2 * sin_att3;
+    const real t_unvo7 = K(0.31176914536239786) * t_fmbhe;
+    const real t_gsde3_2 = t_agou4_2 * sin_att2 * sin_att3;
+    const real t_3jsqk_2 = t_agou4_2 * cos_att2;
+    const real t_iykj5_2 = t_foa7g + t_3jsqk_2;
+    const real t_ql6qw = K(0.31176914536239786) * cos_att2 * sin_att1;
+    const real t_ggxc7_3 = K(-0.18) * sin_att1 * sin_att3;
+    const real t_agou4_3 = K(-0.18) * cos_att1;
+    const real t_l7ybt_3 = t_agou4_3 * cos_att3 * sin_att2;
+    const real t_invi5 = t_2c2og + t_ggxc7_3 + t_ncmei + t_l7ybt_3;
+    const real t_jtg6a_4 = K(0.18) * cos_att3 * sin_att1;
+    const real t_gsde3_3 = t_agou4_3 * sin_att2 * sin_att3;
+    const real t_wcell = t_jwc4h + t_unvo7 + t_jtg6a_4 + t_gsde3_3;
+    const real t_3jsqk_3 = t_agou4_3 * cos_att2;
+    const real t_iykj5_3 = t_foa7g + t_3jsqk_3;
+    const real t_k4pxz = t_iykj5_3 + t_ql6qw;
+    const real t_ggxc7_4 = K(-0.36) * sin_att1 * sin_att3;
+    const real t_agou4_4 = K(-0.36) * cos_att1;
+    const real t_l7ybt_4 = t_agou4_4 * cos_att3 * sin_att2;
+    const real t_jtg6a_5 = K(0.36) * cos_att3 * sin_att1;
+    const real t_gsde3_4 = t_agou4_4 * sin_att2 * sin_att3;
+    const real t_3jsqk_4 = t_agou4_4 * cos_att2;
+    const real t_ncmei_2 = K(-0.31176914536239786) * t_bvjqc;
+    const real t_sgvyg = t_2c2og + t_ncmei_2;
+    const real t_bxunv = t_sgvyg + t_ggxc7_3 + t_l7ybt_3;
+    const real t_unvo7_2 = K(-0.31176914536239786) * t_fmbhe;
+    const real t_5bv4u = t_jwc4h + t_unvo7_2;
+    const real t_pijla = t_5bv4u + t_jtg6a_4 + t_gsde3_3;
+    const real t_ql6qw_2 = K(-0.31176914536239786) * cos_att2 * sin_att1;
+    const real t_k4pxz_2 = t_iykj5_3 + t_ql6qw_2;
     const real t_lswnn_2 = K(1.2) * cos_att2;
-    const real t_2c2og_2 = cos_att3 * t_lswnn_2;
-    const real t_td2xz_2 = t_myqhz + t_2c2og_2;
-    const real t_jwc4h_2 = sin_att3 * t_lswnn_2;
-    const real t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2;
-    const real t_foa7g_2 = K(1.2) * sin_att2;
-    const real t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2;
-    const real t_5cqv6_3 = t_p5guo + t_jwc4h_2;
-    const real t_g63ud = t_a3hkn + t_2c2og_2;
-    const real t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3;
-    const real t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2);
-    const real t_lswnn_3 = K(-1.2) * cos_att2;
-    const real t_2c2og_3 = t_lswnn_3 * cos_att3;
-    const real t_h6fgr_3 = -(t_xjgfc + t_2c2og_3);
-    const real t_vysbl = t_p5guo + t_lswnn_3 * sin_att3;
-    const real t_srzvx = -(t_igi4c_2 + t_vysbl);
-    const real t_ydlzc_3 = -(t_aqs57 + t_foa7g_2);
+    const real t_2c2og_2 = t_lswnn_2 * cos_att3;
+    const real t_cbgkr_2 = t_2c2og_2 + t_ggxc7 + t_l7ybt;
+    const real t_jwc4h_2 = t_lswnn_2 * sin_att3;
+    const real t_jxyup_2 = t_jtg6a + t_jwc4h_2 + t_gsde3;
+    const real t_foa7g_2 = K(-1.2) * sin_att2;
+    const real t_iykj5_4 = t_foa7g_2 + t_3jsqk;
+    const real t_iykj5_5 = t_foa7g_2 + t_3jsqk_2;
+    const real t_invi5_2 = t_ggxc7_3 + t_2c2og_2 + t_ncmei + t_l7ybt_3;
+    const real t_wcell_2 = t_jwc4h_2 + t_unvo7 + t_jtg6a_4 + t_gsde3_3;
+    const real t_iykj5_6 = t_foa7g_2 + t_3jsqk_3;
+    const real t_k4pxz_3 = t_iykj5_6 + t_ql6qw;
+    const real t_invi5_3 = t_ncmei_2 + t_ggxc7_3 + t_2c2og_2 + t_l7ybt_3;
+    const real t_wcell_3 = t_unvo7_2 + t_jwc4h_2 + t_jtg6a_4 + t_gsde3_3;
+    const real t_k4pxz_4 = t_iykj5_6 + t_ql6qw_2;
     const real t_yxxpc = p[b] + p[d];
-    const real t_qhzth = cos_att2 * t_yxxpc;
-    const real t_ekrfe = -(cos_att3 * t_qhzth);
-    const real t_x4t3h = -(sin_att3 * t_qhzth);
-    const real t_zqlio = sin_att2 * t_yxxpc;
-    const real t_myqhz_2 = t_ggxc7 + t_taeik;
-    const real t_gcu5g = K(0.0002) * (t_ruxs4 * sin_delta1);
-    const real t_d7gk5 = K(0.0002) * f_y;
+    const real t_qhzth = t_yxxpc * cos_att2;
+    const real t_ekrfe = -(t_qhzth * cos_att3);
+    const real t_x4t3h = -(t_qhzth * sin_att3);
+    const real t_zqlio = t_yxxpc * sin_att2;
+    const real t_d7gk5 = K(-0.0002) * f_y;
+    const real t_gcu5g = K(-0.0002) * (t_ruxs4 * sin_delta1);
+    const real t_mzfzu = sin_att1 * sin_att3 + t_6x4uh * sin_att2;
     const real t_zjt3u = K(-0.0002) * f_x - t_yxxpc;
-    const real t_t7mda = sin_att2 * cos_att1 * sin_att3 - t_jtg6a;
-    const real t_sol6l = cos_att2 * p[h1];
+    const real t_hcylm = t_zjt3u * cos_att2;
+    const real t_t7mda = cos_att1 * sin_att2 * sin_att3 - t_jtg6a_2;
+    const real t_sol6l = p[h1] * cos_att2;
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    const real t_uu25d = sin_phi1 * p[l1];
+    const real t_5wsq6 = p[h1] - p[l1] * cos_phi1;
+    const real t_6y7qf = t_5wsq6 * cos_att2;
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
-    const real t_3ndti = t_uu25d * cos_theta1;
-    const real t_nifmf = t_uu25d * sin_theta1;
-    const real t_5wsq6 = p[h1] - cos_phi1 * p[l1];
-    const real t_6y7qf = cos_att2 * t_5wsq6;
-    const real t_xrqnz = t_3ndti * t_myqhz_2 + t_nifmf * t_bvjqc + cos_att3 * t_6y7qf;
-    const real t_zsjki = t_3ndti * t_t7mda + t_nifmf * t_m65za + sin_att3 * t_6y7qf;
-    const real t_ftbo4 = t_3ndti * t_3jsqk + t_nifmf * t_ql6qw - sin_att2 * t_5wsq6;
-    const real t_tlwev = cos_att2 * p[h2];
+    const real t_4aobb = t_6y7qf * cos_att3
+        + p[l1] * t_mzfzu * cos_theta1 * sin_phi1
+        + p[l1] * t_bvjqc * sin_phi1 * sin_theta1;
+    const real t_yesoj = t_6y7qf * sin_att3
+        + p[l1] * t_fmbhe * sin_phi1 * sin_theta1
+        + p[l1] * t_t7mda * cos_theta1 * sin_phi1;
+    const real t_7xpnn = p[l1] * cos_att1 * cos_att2 * cos_theta1 * sin_phi1
+        - t_5wsq6 * sin_att2
+        + p[l1] * cos_att2 * sin_att1 * sin_phi1 * sin_theta1;
+    const real t_tlwev = p[h2] * cos_att2;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
-    const real t_pgd7h = sin_phi2 * p[l2];
+    const real t_i4qrx = p[h2] - p[l2] * cos_phi2;
+    const real t_ijx5f = t_i4qrx * cos_att2;
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_m32m4 = t_pgd7h * cos_theta2;
-    const real t_z7gk4 = t_pgd7h * sin_theta2;
-    const real t_i4qrx = p[h2] - cos_phi2 * p[l2];
-    const real t_ijx5f = cos_att2 * t_i4qrx;
-    const real t_ls65o = t_m32m4 * t_myqhz_2 + t_z7gk4 * t_bvjqc + cos_att3 * t_ijx5f;
-    const real t_pgu5q = t_m32m4 * t_t7mda + t_z7gk4 * t_m65za + sin_att3 * t_ijx5f;
-    const real t_5h2wc = t_m32m4 * t_3jsqk + t_z7gk4 * t_ql6qw - sin_att2 * t_i4qrx;
-    points[0] = t_td2xz;
-    points[1] = t_g4vbt;
-    points[2] = t_7vq4b;
-    points[3] = t_xjgfc - t_2c2og;
-    points[4] = t_5cqv6 + t_igi4c_2;
-    points[5] = t_3jsqk_3 + t_tck5s;
-    points[6] = t_h6fgr;
-    points[7] = t_c2ymk;
-    points[8] = t_m4zc7;
-    points[9] = -(t_2c2og + t_myqhz);
-    points[10] = -(t_jwc4h + t_igi4c_4);
-    points[11] = t_foa7g - t_3jsqk_2;
-    points[12] = t_h6fgr_2;
-    points[13] = t_c2ymk_2;
-    points[14] = t_ydlzc;
-    points[15] = -(t_2c2og + t_a3hkn);
-    points[16] = -(t_igi4c_3 + t_5cqv6_2);
-    points[17] = t_foa7g + t_aqs57_2;
-    points[18] = t_td2xz;
-    points[19] = t_g4vbt;
-    points[20] = t_7vq4b;
-    points[21] = t_td2xz_2;
-    points[22] = t_g4vbt_2;
-    points[23] = t_7vq4b_2;
-    points[24] = t_xjgfc + t_2c2og_2;
-    points[25] = t_igi4c_2 + t_5cqv6_3;
-    points[26] = t_aqs57 - t_foa7g_2;
-    points[27] = t_g63ud;
-    points[28] = t_c2ymk_3;
-    points[29] = t_ydlzc_2;
-    points[30] = -(t_myqhz + t_2c2og_3);
-    points[31] = t_igi4c + t_jwc4h_2;
-    points[32] = -(t_3jsqk_2 + t_foa7g_2);
-    points[33] = t_h6fgr_3;
-    points[34] = t_srzvx;
-    points[35] = t_ydlzc_3;
-    points[36] = t_xjgfc_2 + t_2c2og_2;
-    points[37] = -(t_igi4c_3 + t_vysbl);
-    points[38] = t_aqs57_2 - t_foa7g_2;
-    points[39] = t_td2xz_2;
-    points[40] = t_g4vbt_2;
-    points[41] = t_7vq4b_2;
-    points[42] = t_td2xz;
-    points[43] = t_g4vbt;
-    points[44] = t_7vq4b;
-    points[45] = t_td2xz_2;
-    points[46] = t_g4vbt_2;
-    points[47] = t_7vq4b_2;
-    points[48] = t_h6fgr;
-    points[49] = t_c2ymk;
-    points[50] = t_m4zc7;
-    points[51] = t_g63ud;
-    points[52] = t_c2ymk_3;
-    points[53] = t_ydlzc_2;
-    points[54] = t_h6fgr_2;
-    points[55] = t_c2ymk_2;
-    points[56] = t_ydlzc;
-    points[57] = t_h6fgr_3;
-    points[58] = t_srzvx;
-    points[59] = t_ydlzc_3;
+    const real t_az6ui = t_ijx5f * cos_att3
+        + p[l2] * t_mzfzu * cos_theta2 * sin_phi2
+        + p[l2] * t_bvjqc * sin_phi2 * sin_theta2;
+    const real t_4ycs6 = t_ijx5f * sin_att3
+        + p[l2] * t_fmbhe * sin_phi2 * sin_theta2
+        + p[l2] * t_t7mda * cos_theta2 * sin_phi2;
+    const real t_eilto = p[l2] * cos_att1 * cos_att2 * cos_theta2 * sin_phi2
+        - t_i4qrx * sin_att2
+        + p[l2] * cos_att2 * sin_att1 * sin_phi2 * sin_theta2;
+    points[0] = t_cbgkr;
+    points[1] = t_jxyup;
+    points[2] = t_iykj5;
+    points[3] = t_2c2og + t_ncmei + t_ggxc7_2 + t_l7ybt_2;
+    points[4] = t_jwc4h + t_jtg6a_3 + t_unvo7 + t_gsde3_2;
+    points[5] = t_iykj5_2 + t_ql6qw;
+    points[6] = t_invi5;
+    points[7] = t_wcell;
+    points[8] = t_k4pxz;
+    points[9] = t_2c2og + t_ggxc7_4 + t_l7ybt_4;
+    points[10] = t_jwc4h + t_jtg6a_5 + t_gsde3_4;
+    points[11] = t_foa7g + t_3jsqk_4;
+    points[12] = t_bxunv;
+    points[13] = t_pijla;
+    points[14] = t_k4pxz_2;
+    points[15] = t_sgvyg + t_ggxc7_2 + t_l7ybt_2;
+    points[16] = t_5bv4u + t_jtg6a_3 + t_gsde3_2;
+    points[17] = t_iykj5_2 + t_ql6qw_2;
+    points[18] = t_cbgkr;
+    points[19] = t_jxyup;
+    points[20] = t_iykj5;
+    points[21] = t_cbgkr_2;
+    points[22] = t_jxyup_2;
+    points[23] = t_iykj5_4;
+    points[24] = t_2c2og_2 + t_ncmei + t_ggxc7_2 + t_l7ybt_2;
+    points[25] = t_jtg6a_3 + t_jwc4h_2 + t_unvo7 + t_gsde3_2;
+    points[26] = t_iykj5_5 + t_ql6qw;
+    points[27] = t_invi5_2;
+    points[28] = t_wcell_2;
+    points[29] = t_k4pxz_3;
+    points[30] = t_ggxc7_4 + t_2c2og_2 + t_l7ybt_4;
+    points[31] = t_jwc4h_2 + t_jtg6a_5 + t_gsde3_4;
+    points[32] = t_foa7g_2 + t_3jsqk_4;
+    points[33] = t_invi5_3;
+    points[34] = t_wcell_3;
+    points[35] = t_k4pxz_4;
+    points[36] = t_ncmei_2 + t_2c2og_2 + t_ggxc7_2 + t_l7ybt_2;
+    points[37] = t_unvo7_2 + t_jtg6a_3 + t_jwc4h_2 + t_gsde3_2;
+    points[38] = t_iykj5_5 + t_ql6qw_2;
+    points[39] = t_cbgkr_2;
+    points[40] = t_jxyup_2;
+    points[41] = t_iykj5_4;
+    points[42] = t_cbgkr;
+    points[43] = t_jxyup;
+    points[44] = t_iykj5;
+    points[45] = t_cbgkr_2;
+    points[46] = t_jxyup_2;
+    points[47] = t_iykj5_4;
+    points[48] = t_invi5;
+    points[49] = t_wcell;
+    points[50] = t_k4pxz;
+    points[51] = t_invi5_2;
+    points[52] = t_wcell_2;
+    points[53] = t_k4pxz_3;
+    points[54] = t_bxunv;
+    points[55] = t_pijla;
+    points[56] = t_k4pxz_2;
+    points[57] = t_invi5_3;
+    points[58] = t_wcell_3;
+    points[59] = t_k4pxz_4;
     points[60] = t_ekrfe;
     points[61] = t_x4t3h;
     points[62] = t_zqlio;
     points[63] = t_ekrfe;
     points[64] = t_x4t3h;
     points[65] = t_zqlio;
-    points[66] = t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att2 * cos_att3 * t_zjt3u;
-    points[67] = t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u;
-    points[68] = t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5;
-    points[69] = cos_att3 * t_sol6l;
-    points[70] = sin_att3 * t_sol6l;
-    points[71] = -(sin_att2 * p[h1]);
-    points[72] = t_xrqnz;
-    points[73] = t_zsjki;
-    points[74] = t_ftbo4;
-    points[75] = t_xrqnz;
-    points[76] = t_zsjki;
-    points[77] = t_ftbo4;
-    points[78] = cos_att3 * t_tlwev;
-    points[79] = sin_att3 * t_tlwev;
-    points[80] = -(sin_att2 * p[h2]);
-    points[81] = t_ls65o;
-    points[82] = t_pgu5q;
-    points[83] = t_5h2wc;
-    points[84] = t_ls65o;
-    points[85] = t_pgu5q;
-    points[86] = t_5h2wc;
+    points[66] = t_d7gk5 * t_bvjqc - t_gcu5g * t_mzfzu + t_hcylm * cos_att3;
+    points[67] = t_d7gk5 * t_fmbhe - t_gcu5g * t_t7mda + t_hcylm * sin_att3;
+    points[68] = t_d7gk5 * cos_att2 * sin_att1 - t_zjt3u * sin_att2 - t_gcu5g * cos_att1 * cos_att2;
+    points[69] = t_sol6l * cos_att3;
+    points[70] = t_sol6l * sin_att3;
+    points[71] = -(p[h1] * sin_att2);
+    points[72] = t_4aobb;
+    points[73] = t_yesoj;
+    points[74] = t_7xpnn;
+    points[75] = t_4aobb;
+    points[76] = t_yesoj;
+    points[77] = t_7xpnn;
+    points[78] = t_tlwev * cos_att3;
+    points[79] = t_tlwev * sin_att3;
+    points[80] = -(p[h2] * sin_att2);
+    points[81] = t_az6ui;
+    points[82] = t_4ycs6;
+    points[83] = t_eilto;
+    points[84] = t_az6ui;
+    points[85] = t_4ycs6;
+    points[86] = t_eilto;
 }

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "ea22a0077ce2f68dc3042cb37d75e256e76e1c338253c58d960e2d19b797683a"
+#define SLOSH_HASH "c72f97b060432689b6e2b878b93fdc8d6dc36e241560a60ba635229811e7926e"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "ea22a0077ce2f68dc3042cb37d75e256e76e1c338253c58d960e2d19b797683a"
+HASH = "c72f97b060432689b6e2b878b93fdc8d6dc36e241560a60ba635229811e7926e"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -1799,9 +1799,9 @@ def rhs_reduced(x, u, p):
         t_cqyvk = t_lgf4h * t_hjux3
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_cqyvk * theta1_dot
             - t_lgf4h * t_prfqf
             - t_cqyvk * wx
@@ -2323,9 +2323,9 @@ def rhs_reduced_euler(x, u, p):
         t_cqyvk = t_lgf4h * t_hjux3
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_cqyvk * theta1_dot
             - t_lgf4h * t_prfqf
             - t_cqyvk * wx
@@ -3630,9 +3630,9 @@ def lyapunov_v1_demand(x, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_y2jy5
             + t_sxxxk * t_prfqf
             + t_y2jy5 * t_hjux3
+            + t_y2jy5 * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -4478,9 +4478,9 @@ def lyapunov_v1(x, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -5021,9 +5021,9 @@ def lyapunov_v1_loop(q, r, p, c):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h_2 * t_prfqf
             - Dd_theta1 * wx
@@ -5908,9 +5908,9 @@ def lyapunov_v1_observe(q, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -6506,9 +6506,9 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h_2 * t_prfqf
             - Dd_theta1 * wx
@@ -7154,9 +7154,9 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_awntx = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
+            + t_3mjf5 * t_d3hip
             + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
@@ -7488,9 +7488,9 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_awntx = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
+            + t_3mjf5 * t_d3hip
             + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
@@ -7993,9 +7993,9 @@ def lyapunov_v1_outputs(x, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -10339,9 +10339,9 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         t_w7e46 = t_brgbu * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
+            + t_3mjf5 * t_d3hip
             + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
             - t_w7e46 * wx
@@ -10552,9 +10552,9 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         t_w7e46 = t_brgbu * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
             + t_3mjf5 * t_hjux3
+            + t_3mjf5 * t_d3hip
             + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
             - t_w7e46 * wx
@@ -10949,194 +10949,214 @@ def geometry(x, u, r, p):
         sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
-        t_ggxc7 = sin_att1 * sin_att3
         sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
-        t_6x4uh = cos_att1 * cos_att3
-        t_taeik = sin_att2 * t_6x4uh
-        t_myqhz = 0.36 * t_ggxc7 + 0.36 * t_taeik
-        t_lswnn = 0.52 * cos_att2
-        t_2c2og = cos_att3 * t_lswnn
-        t_td2xz = t_myqhz - t_2c2og
+        t_lswnn = -0.52 * cos_att2
+        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
+        t_2c2og = t_lswnn * cos_att3
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        t_ggxc7 = 0.36 * sin_att1 * sin_att3
+        t_agou4 = 0.36 * cos_att1
+        t_l7ybt = t_agou4 * cos_att3 * sin_att2
+        t_cbgkr = t_2c2og + t_ggxc7 + t_l7ybt
         t_jwc4h = t_lswnn * sin_att3
-        t_jtg6a = sin_att1 * cos_att3
-        t_jtg6a_2 = 0.36 * t_jtg6a
-        t_z4mke = cos_att1 * sin_att3
-        t_hksyc = sin_att2 * t_z4mke
-        t_eqelh = 0.36 * t_hksyc
-        t_igi4c = t_jtg6a_2 - t_eqelh
-        t_g4vbt = -(t_jwc4h + t_igi4c)
+        t_jtg6a = -0.36 * cos_att3 * sin_att1
+        t_gsde3 = t_agou4 * sin_att2 * sin_att3
+        t_jxyup = t_jwc4h + t_jtg6a + t_gsde3
         t_foa7g = 0.52 * sin_att2
-        t_3jsqk = cos_att2 * cos_att1
-        t_3jsqk_2 = 0.36 * t_3jsqk
-        t_7vq4b = t_foa7g + t_3jsqk_2
-        t_bvjqc = sin_att2 * t_jtg6a - t_z4mke
-        t_qfree = 0.3117691453623979 * t_bvjqc
-        t_ggxc7_2 = 0.18 * t_ggxc7
-        t_l3pwi = 0.18 * t_taeik
-        t_wuuvj = t_ggxc7_2 + t_l3pwi
-        t_xjgfc = t_qfree + t_wuuvj
-        t_m65za = t_6x4uh + sin_att2 * t_ggxc7
-        t_p5guo = 0.3117691453623979 * t_m65za
-        t_5cqv6 = t_p5guo - t_jwc4h
-        t_eqelh_2 = 0.18 * t_hksyc
-        t_jtg6a_3 = 0.18 * t_jtg6a
-        t_igi4c_2 = t_eqelh_2 - t_jtg6a_3
-        t_3jsqk_3 = 0.18 * t_3jsqk
-        t_ql6qw = cos_att2 * sin_att1
-        t_ql6qw_2 = 0.3117691453623979 * t_ql6qw
-        t_tck5s = t_foa7g + t_ql6qw_2
-        t_xjgfc_2 = t_wuuvj - t_qfree
-        t_h6fgr = -(t_2c2og + t_xjgfc_2)
-        t_igi4c_3 = t_jtg6a_3 - t_eqelh_2
-        t_c2ymk = t_5cqv6 + t_igi4c_3
-        t_m4zc7 = t_tck5s - t_3jsqk_3
-        t_igi4c_4 = t_eqelh - t_jtg6a_2
-        t_h6fgr_2 = -(t_2c2og + t_xjgfc)
-        t_5cqv6_2 = t_jwc4h + t_p5guo
-        t_c2ymk_2 = -(t_igi4c_2 + t_5cqv6_2)
-        t_aqs57 = t_3jsqk_3 + t_ql6qw_2
-        t_ydlzc = t_foa7g - t_aqs57
-        t_a3hkn = t_qfree - t_ggxc7_2 - t_l3pwi
-        t_aqs57_2 = t_3jsqk_3 - t_ql6qw_2
+        t_3jsqk = t_agou4 * cos_att2
+        t_iykj5 = t_foa7g + t_3jsqk
+        t_jtg6a_2 = cos_att3 * sin_att1
+        t_bvjqc = t_jtg6a_2 * sin_att2 - cos_att1 * sin_att3
+        t_ncmei = 0.31176914536239786 * t_bvjqc
+        t_ggxc7_2 = 0.18 * sin_att1 * sin_att3
+        t_agou4_2 = 0.18 * cos_att1
+        t_l7ybt_2 = t_agou4_2 * cos_att3 * sin_att2
+        t_jtg6a_3 = -0.18 * cos_att3 * sin_att1
+        t_6x4uh = cos_att1 * cos_att3
+        t_fmbhe = t_6x4uh + sin_att1 * sin_att2 * sin_att3
+        t_unvo7 = 0.31176914536239786 * t_fmbhe
+        t_gsde3_2 = t_agou4_2 * sin_att2 * sin_att3
+        t_3jsqk_2 = t_agou4_2 * cos_att2
+        t_iykj5_2 = t_foa7g + t_3jsqk_2
+        t_ql6qw = 0.31176914536239786 * cos_att2 * sin_att1
+        t_ggxc7_3 = -0.18 * sin_att1 * sin_att3
+        t_agou4_3 = -0.18 * cos_att1
+        t_l7ybt_3 = t_agou4_3 * cos_att3 * sin_att2
+        t_invi5 = t_2c2og + t_ggxc7_3 + t_ncmei + t_l7ybt_3
+        t_jtg6a_4 = 0.18 * cos_att3 * sin_att1
+        t_gsde3_3 = t_agou4_3 * sin_att2 * sin_att3
+        t_wcell = t_jwc4h + t_unvo7 + t_jtg6a_4 + t_gsde3_3
+        t_3jsqk_3 = t_agou4_3 * cos_att2
+        t_iykj5_3 = t_foa7g + t_3jsqk_3
+        t_k4pxz = t_iykj5_3 + t_ql6qw
+        t_ggxc7_4 = -0.36 * sin_att1 * sin_att3
+        t_agou4_4 = -0.36 * cos_att1
+        t_l7ybt_4 = t_agou4_4 * cos_att3 * sin_att2
+        t_jtg6a_5 = 0.36 * cos_att3 * sin_att1
+        t_gsde3_4 = t_agou4_4 * sin_att2 * sin_att3
+        t_3jsqk_4 = t_agou4_4 * cos_att2
+        t_ncmei_2 = -0.31176914536239786 * t_bvjqc
+        t_sgvyg = t_2c2og + t_ncmei_2
+        t_bxunv = t_sgvyg + t_ggxc7_3 + t_l7ybt_3
+        t_unvo7_2 = -0.31176914536239786 * t_fmbhe
+        t_5bv4u = t_jwc4h + t_unvo7_2
+        t_pijla = t_5bv4u + t_jtg6a_4 + t_gsde3_3
+        t_ql6qw_2 = -0.31176914536239786 * cos_att2 * sin_att1
+        t_k4pxz_2 = t_iykj5_3 + t_ql6qw_2
         t_lswnn_2 = 1.2 * cos_att2
-        t_2c2og_2 = cos_att3 * t_lswnn_2
-        t_td2xz_2 = t_myqhz + t_2c2og_2
-        t_jwc4h_2 = sin_att3 * t_lswnn_2
-        t_g4vbt_2 = t_igi4c_4 + t_jwc4h_2
-        t_foa7g_2 = 1.2 * sin_att2
-        t_7vq4b_2 = t_3jsqk_2 - t_foa7g_2
-        t_5cqv6_3 = t_p5guo + t_jwc4h_2
-        t_g63ud = t_a3hkn + t_2c2og_2
-        t_c2ymk_3 = t_igi4c_3 + t_5cqv6_3
-        t_ydlzc_2 = -(t_aqs57_2 + t_foa7g_2)
-        t_lswnn_3 = -1.2 * cos_att2
-        t_2c2og_3 = t_lswnn_3 * cos_att3
-        t_h6fgr_3 = -(t_xjgfc + t_2c2og_3)
-        t_vysbl = t_p5guo + t_lswnn_3 * sin_att3
-        t_srzvx = -(t_igi4c_2 + t_vysbl)
-        t_ydlzc_3 = -(t_aqs57 + t_foa7g_2)
+        t_2c2og_2 = t_lswnn_2 * cos_att3
+        t_cbgkr_2 = t_2c2og_2 + t_ggxc7 + t_l7ybt
+        t_jwc4h_2 = t_lswnn_2 * sin_att3
+        t_jxyup_2 = t_jtg6a + t_jwc4h_2 + t_gsde3
+        t_foa7g_2 = -1.2 * sin_att2
+        t_iykj5_4 = t_foa7g_2 + t_3jsqk
+        t_iykj5_5 = t_foa7g_2 + t_3jsqk_2
+        t_invi5_2 = t_ggxc7_3 + t_2c2og_2 + t_ncmei + t_l7ybt_3
+        t_wcell_2 = t_jwc4h_2 + t_unvo7 + t_jtg6a_4 + t_gsde3_3
+        t_iykj5_6 = t_foa7g_2 + t_3jsqk_3
+        t_k4pxz_3 = t_iykj5_6 + t_ql6qw
+        t_invi5_3 = t_ncmei_2 + t_ggxc7_3 + t_2c2og_2 + t_l7ybt_3
+        t_wcell_3 = t_unvo7_2 + t_jwc4h_2 + t_jtg6a_4 + t_gsde3_3
+        t_k4pxz_4 = t_iykj5_6 + t_ql6qw_2
         t_yxxpc = b + d
-        t_qhzth = cos_att2 * t_yxxpc
-        t_ekrfe = -(cos_att3 * t_qhzth)
-        t_x4t3h = -(sin_att3 * t_qhzth)
-        t_zqlio = sin_att2 * t_yxxpc
-        t_myqhz_2 = t_ggxc7 + t_taeik
-        t_gcu5g = 0.0002 * (t_ruxs4 * sin_delta1)
-        t_d7gk5 = 0.0002 * f_y
+        t_qhzth = t_yxxpc * cos_att2
+        t_ekrfe = -(t_qhzth * cos_att3)
+        t_x4t3h = -(t_qhzth * sin_att3)
+        t_zqlio = t_yxxpc * sin_att2
+        t_d7gk5 = -0.0002 * f_y
+        t_gcu5g = -0.0002 * (t_ruxs4 * sin_delta1)
+        t_mzfzu = sin_att1 * sin_att3 + t_6x4uh * sin_att2
         t_zjt3u = -0.0002 * f_x - t_yxxpc
-        t_t7mda = sin_att2 * cos_att1 * sin_att3 - t_jtg6a
-        t_sol6l = cos_att2 * h1
+        t_hcylm = t_zjt3u * cos_att2
+        t_t7mda = cos_att1 * sin_att2 * sin_att3 - t_jtg6a_2
+        t_sol6l = h1 * cos_att2
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        t_uu25d = sin_phi1 * l1
+        t_5wsq6 = h1 - l1 * cos_phi1
+        t_6y7qf = t_5wsq6 * cos_att2
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
-        t_3ndti = t_uu25d * cos_theta1
-        t_nifmf = t_uu25d * sin_theta1
-        t_5wsq6 = h1 - cos_phi1 * l1
-        t_6y7qf = cos_att2 * t_5wsq6
-        t_xrqnz = t_3ndti * t_myqhz_2 + t_nifmf * t_bvjqc + cos_att3 * t_6y7qf
-        t_zsjki = t_3ndti * t_t7mda + t_nifmf * t_m65za + sin_att3 * t_6y7qf
-        t_ftbo4 = t_3ndti * t_3jsqk + t_nifmf * t_ql6qw - sin_att2 * t_5wsq6
-        t_tlwev = cos_att2 * h2
+        t_4aobb = (
+            t_6y7qf * cos_att3
+            + l1 * t_mzfzu * cos_theta1 * sin_phi1
+            + l1 * t_bvjqc * sin_phi1 * sin_theta1
+        )
+        t_yesoj = (
+            t_6y7qf * sin_att3
+            + l1 * t_fmbhe * sin_phi1 * sin_theta1
+            + l1 * t_t7mda * cos_theta1 * sin_phi1
+        )
+        t_7xpnn = (
+            l1 * cos_att1 * cos_att2 * cos_theta1 * sin_phi1
+            - t_5wsq6 * sin_att2
+            + l1 * cos_att2 * sin_att1 * sin_phi1 * sin_theta1
+        )
+        t_tlwev = h2 * cos_att2
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
-        t_pgd7h = sin_phi2 * l2
+        t_i4qrx = h2 - l2 * cos_phi2
+        t_ijx5f = t_i4qrx * cos_att2
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_m32m4 = t_pgd7h * cos_theta2
-        t_z7gk4 = t_pgd7h * sin_theta2
-        t_i4qrx = h2 - cos_phi2 * l2
-        t_ijx5f = cos_att2 * t_i4qrx
-        t_ls65o = t_m32m4 * t_myqhz_2 + t_z7gk4 * t_bvjqc + cos_att3 * t_ijx5f
-        t_pgu5q = t_m32m4 * t_t7mda + t_z7gk4 * t_m65za + sin_att3 * t_ijx5f
-        t_5h2wc = t_m32m4 * t_3jsqk + t_z7gk4 * t_ql6qw - sin_att2 * t_i4qrx
+        t_az6ui = (
+            t_ijx5f * cos_att3
+            + l2 * t_mzfzu * cos_theta2 * sin_phi2
+            + l2 * t_bvjqc * sin_phi2 * sin_theta2
+        )
+        t_4ycs6 = (
+            t_ijx5f * sin_att3
+            + l2 * t_fmbhe * sin_phi2 * sin_theta2
+            + l2 * t_t7mda * cos_theta2 * sin_phi2
+        )
+        t_eilto = (
+            l2 * cos_att1 * cos_att2 * cos_theta2 * sin_phi2
+            - t_i4qrx * sin_att2
+            + l2 * cos_att2 * sin_att1 * sin_phi2 * sin_theta2
+        )
         return _vector(
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_xjgfc - t_2c2og,
-            t_5cqv6 + t_igi4c_2,
-            t_3jsqk_3 + t_tck5s,
-            t_h6fgr,
-            t_c2ymk,
-            t_m4zc7,
-            -(t_2c2og + t_myqhz),
-            -(t_jwc4h + t_igi4c_4),
-            t_foa7g - t_3jsqk_2,
-            t_h6fgr_2,
-            t_c2ymk_2,
-            t_ydlzc,
-            -(t_2c2og + t_a3hkn),
-            -(t_igi4c_3 + t_5cqv6_2),
-            t_foa7g + t_aqs57_2,
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_xjgfc + t_2c2og_2,
-            t_igi4c_2 + t_5cqv6_3,
-            t_aqs57 - t_foa7g_2,
-            t_g63ud,
-            t_c2ymk_3,
-            t_ydlzc_2,
-            -(t_myqhz + t_2c2og_3),
-            t_igi4c + t_jwc4h_2,
-            -(t_3jsqk_2 + t_foa7g_2),
-            t_h6fgr_3,
-            t_srzvx,
-            t_ydlzc_3,
-            t_xjgfc_2 + t_2c2og_2,
-            -(t_igi4c_3 + t_vysbl),
-            t_aqs57_2 - t_foa7g_2,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_td2xz,
-            t_g4vbt,
-            t_7vq4b,
-            t_td2xz_2,
-            t_g4vbt_2,
-            t_7vq4b_2,
-            t_h6fgr,
-            t_c2ymk,
-            t_m4zc7,
-            t_g63ud,
-            t_c2ymk_3,
-            t_ydlzc_2,
-            t_h6fgr_2,
-            t_c2ymk_2,
-            t_ydlzc,
-            t_h6fgr_3,
-            t_srzvx,
-            t_ydlzc_3,
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_2c2og + t_ncmei + t_ggxc7_2 + t_l7ybt_2,
+            t_jwc4h + t_jtg6a_3 + t_unvo7 + t_gsde3_2,
+            t_iykj5_2 + t_ql6qw,
+            t_invi5,
+            t_wcell,
+            t_k4pxz,
+            t_2c2og + t_ggxc7_4 + t_l7ybt_4,
+            t_jwc4h + t_jtg6a_5 + t_gsde3_4,
+            t_foa7g + t_3jsqk_4,
+            t_bxunv,
+            t_pijla,
+            t_k4pxz_2,
+            t_sgvyg + t_ggxc7_2 + t_l7ybt_2,
+            t_5bv4u + t_jtg6a_3 + t_gsde3_2,
+            t_iykj5_2 + t_ql6qw_2,
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_2c2og_2 + t_ncmei + t_ggxc7_2 + t_l7ybt_2,
+            t_jtg6a_3 + t_jwc4h_2 + t_unvo7 + t_gsde3_2,
+            t_iykj5_5 + t_ql6qw,
+            t_invi5_2,
+            t_wcell_2,
+            t_k4pxz_3,
+            t_ggxc7_4 + t_2c2og_2 + t_l7ybt_4,
+            t_jwc4h_2 + t_jtg6a_5 + t_gsde3_4,
+            t_foa7g_2 + t_3jsqk_4,
+            t_invi5_3,
+            t_wcell_3,
+            t_k4pxz_4,
+            t_ncmei_2 + t_2c2og_2 + t_ggxc7_2 + t_l7ybt_2,
+            t_unvo7_2 + t_jtg6a_3 + t_jwc4h_2 + t_gsde3_2,
+            t_iykj5_5 + t_ql6qw_2,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_invi5,
+            t_wcell,
+            t_k4pxz,
+            t_invi5_2,
+            t_wcell_2,
+            t_k4pxz_3,
+            t_bxunv,
+            t_pijla,
+            t_k4pxz_2,
+            t_invi5_3,
+            t_wcell_3,
+            t_k4pxz_4,
             t_ekrfe,
             t_x4t3h,
             t_zqlio,
             t_ekrfe,
             t_x4t3h,
             t_zqlio,
-            t_myqhz_2 * t_gcu5g - t_bvjqc * t_d7gk5 + cos_att2 * cos_att3 * t_zjt3u,
-            t_gcu5g * t_t7mda - t_m65za * t_d7gk5 + cos_att2 * sin_att3 * t_zjt3u,
-            t_3jsqk * t_gcu5g - sin_att2 * t_zjt3u - t_ql6qw * t_d7gk5,
-            cos_att3 * t_sol6l,
-            sin_att3 * t_sol6l,
-            -(sin_att2 * h1),
-            t_xrqnz,
-            t_zsjki,
-            t_ftbo4,
-            t_xrqnz,
-            t_zsjki,
-            t_ftbo4,
-            cos_att3 * t_tlwev,
-            sin_att3 * t_tlwev,
-            -(sin_att2 * h2),
-            t_ls65o,
-            t_pgu5q,
-            t_5h2wc,
-            t_ls65o,
-            t_pgu5q,
-            t_5h2wc,
+            t_d7gk5 * t_bvjqc - t_gcu5g * t_mzfzu + t_hcylm * cos_att3,
+            t_d7gk5 * t_fmbhe - t_gcu5g * t_t7mda + t_hcylm * sin_att3,
+            t_d7gk5 * cos_att2 * sin_att1 - t_zjt3u * sin_att2 - t_gcu5g * cos_att1 * cos_att2,
+            t_sol6l * cos_att3,
+            t_sol6l * sin_att3,
+            -(h1 * sin_att2),
+            t_4aobb,
+            t_yesoj,
+            t_7xpnn,
+            t_4aobb,
+            t_yesoj,
+            t_7xpnn,
+            t_tlwev * cos_att3,
+            t_tlwev * sin_att3,
+            -(h2 * sin_att2),
+            t_az6ui,
+            t_4ycs6,
+            t_eilto,
+            t_az6ui,
+            t_4ycs6,
+            t_eilto,
         )
 
 
@@ -23955,9 +23975,9 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -24396,9 +24416,9 @@ def lyapunov_v1_jvp(x, r, p, c, along_x):
         t_j62t5 = wx * t_gvj6n + Wn1 * along_wx
         t_vdiww = (
             t_sqgls
-            + (t_mgpcw * t_gvj6n + Wn1 * t_tyt57)
             + (t_prfqf * t_42brb + t_sxxxk * t_j62t5)
             + (t_hjux3 * t_tyt57 + t_mgpcw * t_jootr)
+            + (Wn1 * t_tyt57 + t_mgpcw * t_gvj6n)
             + t_juyfh
             - (t_prfqf * t_yco5k + t_lgf4h * t_j62t5)
             - (wx * t_oybio + Dd_theta1 * along_wx)
@@ -25441,9 +25461,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_7xuxq = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_mgpcw
             + t_sxxxk * t_prfqf
             + t_mgpcw * t_hjux3
+            + t_mgpcw * Wn1
             + t_7xuxq
             - t_lgf4h * t_prfqf
             - Dd_theta1 * wx
@@ -26579,13 +26599,12 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_u7woh = B_2 * t_j4oea
         t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh
         t_qzmde = t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz
-        t_zew4e = t_lgf4h_2 * sin_theta1
         t_mwo52 = wx * cos_theta1
+        t_zew4e = t_lgf4h_2 * sin_theta1
         t_r2t7m = (
-            t_mgpcw * cos_theta1
-            + Wn1 * t_zew4e
-            + t_sxxxk * t_mwo52
+            t_sxxxk * t_mwo52
             + t_hjux3 * t_zew4e
+            + (Wn1 * t_zew4e + t_mgpcw * cos_theta1)
             - t_lgf4h * t_mwo52
         )
         t_l4ozg_2 = t_l4ozg + t_l4ozg
@@ -26860,10 +26879,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_zew4e_2 = t_lgf4h_2 * cos_theta1
         t_mwo52_2 = wx * sin_theta1
         t_r2t7m_2 = (
-            Wn1 * t_zew4e_2
-            - t_mgpcw * sin_theta1
+            t_hjux3 * t_zew4e_2
             - t_sxxxk * t_mwo52_2
-            + t_hjux3 * t_zew4e_2
+            + (Wn1 * t_zew4e_2 - t_mgpcw * sin_theta1)
             + t_lgf4h * t_mwo52_2
         )
         t_tbfiw_2 = t_l4ozg_2 * cos_theta1
@@ -27622,9 +27640,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_iukcq = t_hjux3 * t_uimfg
         t_bshno = theta1_dot * t_iukcq
         t_idohm = (
-            Wn1 * t_mgpcw_2
-            + t_prfqf * t_ypnmh
+            t_prfqf * t_ypnmh
             + t_hjux3 * t_mgpcw_2
+            + Wn1 * t_mgpcw_2
             + t_bshno
             - t_prfqf * t_uimfg
             - wx * t_iukcq
@@ -28232,10 +28250,9 @@ def lyapunov_v1_loop_jac(q, r, p, c):
         t_mgpcw_3 = t_lgf4h_2 * t_l4ozg_3
         t_hawtx = wx * t_l4ozg_4
         t_vx5y7 = (
-            Wn1 * t_mgpcw_3
-            - t_mgpcw * t_l4ozg_4
+            t_hjux3 * t_mgpcw_3
             - t_sxxxk * t_hawtx
-            + t_hjux3 * t_mgpcw_3
+            + (Wn1 * t_mgpcw_3 - t_mgpcw * t_l4ozg_4)
             + t_lgf4h * t_hawtx
         )
         t_esfeh = t_l4ozg_2 * t_l4ozg_3
@@ -38695,9 +38712,9 @@ def rhs_reduced_prepared(x, u, p, h, w):
         t_jboxq = t_5zi7z * t_hjux3
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_jboxq * theta1_dot
             - t_5zi7z * t_prfqf
             - t_jboxq * wx
@@ -39364,9 +39381,9 @@ def rhs_reduced_euler_prepared(x, u, p, h, w):
         t_jboxq = t_5zi7z * t_hjux3
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_jboxq * theta1_dot
             - t_5zi7z * t_prfqf
             - t_jboxq * wx
@@ -40122,9 +40139,9 @@ def lyapunov_v1_prepared(x, p, c, h):
         t_7tj6u = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z * t_prfqf
             - Dd_theta1 * wx
@@ -40765,9 +40782,9 @@ def lyapunov_v1_loop_prepared(q, p, c, h):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z_2 * t_prfqf
             - Dd_theta1 * wx
@@ -41764,9 +41781,9 @@ def lyapunov_v1_observe_prepared(q, p, c, h):
         t_7tj6u = Dd_theta1 * theta1_dot
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z * t_prfqf
             - Dd_theta1 * wx
@@ -42462,9 +42479,9 @@ def lyapunov_v1_loop_euler_prepared(q, p, c, h):
         t_prfqf = Wn1 * wx
         k_theta1 = (
             loss_theta1
-            + Wn1 * t_rlilm
             + t_glcdw * t_prfqf
             + t_rlilm * t_hjux3
+            + t_rlilm * Wn1
             + t_7tj6u
             - t_5zi7z_2 * t_prfqf
             - Dd_theta1 * wx
@@ -43169,9 +43186,9 @@ def lyapunov_v1_loop_reduced_prepared(q, p, c, h):
         t_5c2px = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
+            + t_jg6hr * t_d3hip
             + t_5c2px
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
@@ -43548,9 +43565,9 @@ def lyapunov_v1_loop_reduced_euler_prepared(q, p, c, h):
         t_5c2px = Dd_theta1 * theta1_dot
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
+            + t_jg6hr * t_d3hip
             + t_5c2px
             - t_27rts * t_ybskz
             - Dd_theta1 * wx
@@ -46265,9 +46282,9 @@ def lyapunov_v2_loop_reduced_prepared(q, p, c, h):
         t_vzfs6 = t_27rts * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
+            + t_jg6hr * t_d3hip
             + t_vzfs6 * theta1_dot
             - t_27rts * t_ybskz
             - t_vzfs6 * wx
@@ -46519,9 +46536,9 @@ def lyapunov_v2_loop_reduced_euler_prepared(q, p, c, h):
         t_vzfs6 = t_27rts * t_hjux3
         k_theta1 = (
             eps1 * theta1_dot
-            + t_d3hip * t_jg6hr
             + t_ww3vx * t_ybskz
             + t_jg6hr * t_hjux3
+            + t_jg6hr * t_d3hip
             + t_vzfs6 * theta1_dot
             - t_27rts * t_ybskz
             - t_vzfs6 * wx

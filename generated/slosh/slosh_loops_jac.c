@@ -625,9 +625,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -1018,9 +1018,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_juyfh = x[theta1_dot] * t_oybio + Dd_theta1 * along_x[along_theta1_dot];
     const real t_j62t5 = x[wx] * t_gvj6n + Wn1 * along_x[along_wx];
     const real t_vdiww = t_sqgls
-        + (t_mgpcw * t_gvj6n + Wn1 * t_tyt57)
         + (t_prfqf * t_42brb + t_sxxxk * t_j62t5)
         + (t_hjux3 * t_tyt57 + t_mgpcw * t_jootr)
+        + (Wn1 * t_tyt57 + t_mgpcw * t_gvj6n)
         + t_juyfh
         - (t_prfqf * t_yco5k + t_lgf4h * t_j62t5)
         - (x[wx] * t_oybio + Dd_theta1 * along_x[along_wx]);
@@ -1937,9 +1937,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real Dd_theta1 = t_lgf4h * t_hjux3;
     const real t_7xuxq = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_mgpcw
         + t_sxxxk * t_prfqf
         + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
         + t_7xuxq
         - t_lgf4h * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -2946,12 +2946,11 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_u7woh = B_2 * t_j4oea;
     const real t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh;
     const real t_qzmde = t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz;
-    const real t_zew4e = t_lgf4h_2 * sin_theta1;
     const real t_mwo52 = q[wx] * cos_theta1;
-    const real t_r2t7m = t_mgpcw * cos_theta1
-        + Wn1 * t_zew4e
-        + t_sxxxk * t_mwo52
+    const real t_zew4e = t_lgf4h_2 * sin_theta1;
+    const real t_r2t7m = t_sxxxk * t_mwo52
         + t_hjux3 * t_zew4e
+        + (Wn1 * t_zew4e + t_mgpcw * cos_theta1)
         - t_lgf4h * t_mwo52;
     const real t_l4ozg_2 = t_l4ozg + t_l4ozg;
     const real t_tbfiw = t_l4ozg_2 * sin_theta1;
@@ -3184,10 +3183,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_qzmde_3 = t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2;
     const real t_zew4e_2 = t_lgf4h_2 * cos_theta1;
     const real t_mwo52_2 = q[wx] * sin_theta1;
-    const real t_r2t7m_2 = Wn1 * t_zew4e_2
-        - t_mgpcw * sin_theta1
+    const real t_r2t7m_2 = t_hjux3 * t_zew4e_2
         - t_sxxxk * t_mwo52_2
-        + t_hjux3 * t_zew4e_2
+        + (Wn1 * t_zew4e_2 - t_mgpcw * sin_theta1)
         + t_lgf4h * t_mwo52_2;
     const real t_tbfiw_2 = t_l4ozg_2 * cos_theta1;
     const real t_xxliz = t_sxxxk * (t_db6pd * sin_theta1)
@@ -3834,9 +3832,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_hl4xe = q[theta1_dot] * t_lgf4h_3;
     const real t_iukcq = t_hjux3 * t_uimfg;
     const real t_bshno = q[theta1_dot] * t_iukcq;
-    const real t_idohm = Wn1 * t_mgpcw_2
-        + t_prfqf * t_ypnmh
+    const real t_idohm = t_prfqf * t_ypnmh
         + t_hjux3 * t_mgpcw_2
+        + Wn1 * t_mgpcw_2
         + t_bshno
         - t_prfqf * t_uimfg
         - q[wx] * t_iukcq;
@@ -4344,10 +4342,9 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_eslcs = t_un4mi * t_a2lgz;
     const real t_mgpcw_3 = t_lgf4h_2 * t_l4ozg_3;
     const real t_hawtx = q[wx] * t_l4ozg_4;
-    const real t_vx5y7 = Wn1 * t_mgpcw_3
-        - t_mgpcw * t_l4ozg_4
+    const real t_vx5y7 = t_hjux3 * t_mgpcw_3
         - t_sxxxk * t_hawtx
-        + t_hjux3 * t_mgpcw_3
+        + (Wn1 * t_mgpcw_3 - t_mgpcw * t_l4ozg_4)
         + t_lgf4h * t_hawtx;
     const real t_esfeh = t_l4ozg_2 * t_l4ozg_3;
     const real t_zgs3t = t_sxxxk * (t_db6pd * t_l4ozg_4)

@@ -2045,9 +2045,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_jboxq * x[theta1_dot]
         - t_5zi7z * t_prfqf
         - t_jboxq * x[wx];  /* (26) */
@@ -2668,9 +2668,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_jboxq * x[theta1_dot]
         - t_5zi7z * t_prfqf
         - t_jboxq * x[wx];  /* (26) */
@@ -3447,9 +3447,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real Dd_theta1 = t_5zi7z * t_hjux3;
     const real t_7tj6u = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
@@ -4090,9 +4090,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5047,9 +5047,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real Dd_theta1 = t_5zi7z * t_hjux3;
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -5739,9 +5739,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + Wn1 * t_rlilm
         + t_glcdw * t_prfqf
         + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
         + t_7tj6u
         - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
@@ -6391,9 +6391,9 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real Dd_theta1 = t_27rts * t_hjux3;
     const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
+        + t_jg6hr * t_d3hip
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -6753,9 +6753,9 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real Dd_theta1 = t_27rts * t_hjux3;
     const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
+        + t_jg6hr * t_d3hip
         + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
@@ -9404,9 +9404,9 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
+        + t_jg6hr * t_d3hip
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */
@@ -9651,9 +9651,9 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
     const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_d3hip * t_jg6hr
         + t_ww3vx * t_ybskz
         + t_jg6hr * t_hjux3
+        + t_jg6hr * t_d3hip
         + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
         - t_vzfs6 * q[wx];  /* (26) */

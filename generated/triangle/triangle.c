@@ -901,7 +901,7 @@ void triangle_path_constraints(const real *p, const real *c, const real *s, real
     margin[1] = c[R] - mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }
 
-/* points of the shapes of a picture; 57 operations. */
+/* points of the shapes of a picture; 63 operations. */
 void triangle_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
 {
     (void)u;
@@ -917,54 +917,50 @@ void triangle_geometry(const real *x, const real *u, const real *r, const real *
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = mv_sqrt(x[mu]);
     const real sigma_mu = K(0.5773502691896257) * t_thb5i;  /* (18) */
-    const real t_thb5i_2 = K(0.28867513459481287) * t_thb5i;
-    const real t_t6be4 = t_thb5i_2 * (zeta1 + n);
-    const real t_thb5i_3 = K(0.09622504486493762) * t_thb5i;
-    const real t_j3ubh = K(1.7320508075688772) * zeta2 * t_thb5i_3;
-    const real t_77wnq = t_t6be4 + t_j3ubh;
+    const real t_ku2of = zeta1 + n;
+    const real t_wdufx = K(1.7320508075688772) * (K(0.16666666666666666) * zeta2 * sigma_mu);
+    const real t_notgc = K(0.28867513459481287) * t_thb5i * t_ku2of + t_wdufx;
     real sin_theta, cos_theta; mv_sincos(x[theta], &sin_theta, &cos_theta);
-    const real t_j3ubh_2 = t_thb5i_2 * zeta2;
-    const real t_ku2of = n - zeta1;
-    const real t_t6be4_2 = K(1.7320508075688772) * t_ku2of * t_thb5i_3;
-    const real t_77wnq_2 = t_j3ubh_2 + t_t6be4_2;
-    const real t_xbemn = t_77wnq * cos_theta + sin_theta * t_77wnq_2;
-    const real t_ylwtt = sin_theta * t_77wnq - cos_theta * t_77wnq_2;
-    const real t_t5kjx = K(0.5773502691896257) * zeta2;
-    const real t_zktlz = sin_theta * sigma_mu;
-    const real t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + K(0.5773502691896257) * t_zktlz * t_ku2of);
-    const real t_ox3tu = K(0.5773502691896257) * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz;
-    const real t_77wnq_3 = t_j3ubh - t_t6be4;
-    const real t_77wnq_4 = t_j3ubh_2 - t_t6be4_2;
-    const real t_xbemn_2 = cos_theta * t_77wnq_3 - sin_theta * t_77wnq_4;
-    const real t_ylwtt_2 = sin_theta * t_77wnq_3 + cos_theta * t_77wnq_4;
+    const real t_ku2of_2 = n - zeta1;
+    const real t_t6be4 = K(-0.16666666666666663) * t_thb5i * t_ku2of_2;
+    const real t_notgc_2 = K(-0.5) * zeta2 * sigma_mu + t_t6be4;
+    const real t_q4cfc = t_notgc * cos_theta - t_notgc_2 * sin_theta;
+    const real t_tyiek = t_notgc * sin_theta + t_notgc_2 * cos_theta;
+    const real t_wdufx_2 = K(1.7320508075688772) * (K(-0.3333333333333333) * zeta2 * sigma_mu);
+    const real t_bsfdy = t_wdufx_2 * cos_theta + K(-0.33333333333333326) * t_thb5i * t_ku2of_2 * sin_theta;
+    const real t_glnxj = t_wdufx_2 * sin_theta + K(0.33333333333333326) * t_thb5i * t_ku2of_2 * cos_theta;
+    const real t_notgc_3 = K(-0.28867513459481287) * t_thb5i * t_ku2of + t_wdufx;
+    const real t_notgc_4 = K(0.5) * zeta2 * sigma_mu + t_t6be4;
+    const real t_q4cfc_2 = t_notgc_3 * cos_theta - t_notgc_4 * sin_theta;
+    const real t_tyiek_2 = t_notgc_4 * cos_theta + t_notgc_3 * sin_theta;
     real sin_theta_ref, cos_theta_ref; mv_sincos(r[theta_ref], &sin_theta_ref, &cos_theta_ref);
-    points[0] = t_xbemn;
+    points[0] = t_q4cfc;
     points[1] = SPLAT(K(0.0));
-    points[2] = t_ylwtt;
-    points[3] = t_pqb3g;
+    points[2] = t_tyiek;
+    points[3] = t_bsfdy;
     points[4] = SPLAT(K(0.0));
-    points[5] = t_ox3tu;
-    points[6] = t_pqb3g;
+    points[5] = t_glnxj;
+    points[6] = t_bsfdy;
     points[7] = SPLAT(K(0.0));
-    points[8] = t_ox3tu;
-    points[9] = t_xbemn_2;
+    points[8] = t_glnxj;
+    points[9] = t_q4cfc_2;
     points[10] = SPLAT(K(0.0));
-    points[11] = t_ylwtt_2;
-    points[12] = t_xbemn_2;
+    points[11] = t_tyiek_2;
+    points[12] = t_q4cfc_2;
     points[13] = SPLAT(K(0.0));
-    points[14] = t_ylwtt_2;
-    points[15] = t_xbemn;
+    points[14] = t_tyiek_2;
+    points[15] = t_q4cfc;
     points[16] = SPLAT(K(0.0));
-    points[17] = t_ylwtt;
-    points[18] = t_xbemn_2;
+    points[17] = t_tyiek;
+    points[18] = t_q4cfc_2;
     points[19] = SPLAT(K(0.0));
-    points[20] = t_ylwtt_2;
-    points[21] = t_xbemn;
+    points[20] = t_tyiek_2;
+    points[21] = t_q4cfc;
     points[22] = SPLAT(K(0.0));
-    points[23] = t_ylwtt;
-    points[24] = t_pqb3g;
+    points[23] = t_tyiek;
+    points[24] = t_bsfdy;
     points[25] = SPLAT(K(0.0));
-    points[26] = t_ox3tu;
+    points[26] = t_glnxj;
     points[27] = SPLAT(K(0.0));
     points[28] = SPLAT(K(0.0));
     points[29] = SPLAT(K(0.0));

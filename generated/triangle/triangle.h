@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "67d41f23cd8b84204bbcaf557c66c66d0bbea1a50b5313dca538e0ea4672241c"
+#define TRIANGLE_HASH "68b69e49b52a192bf0865e0824cf360d3cdeeef9b7a8517ebf3c2b06e676ba06"
 
 /* state x */
 enum {

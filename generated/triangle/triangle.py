@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "67d41f23cd8b84204bbcaf557c66c66d0bbea1a50b5313dca538e0ea4672241c"
+HASH = "68b69e49b52a192bf0865e0824cf360d3cdeeef9b7a8517ebf3c2b06e676ba06"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -1069,55 +1069,51 @@ def geometry(x, u, r, p):
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = np.sqrt(mu)
         sigma_mu = 0.5773502691896257 * t_thb5i  # (18)
-        t_thb5i_2 = 0.28867513459481287 * t_thb5i
-        t_t6be4 = t_thb5i_2 * (zeta1 + n)
-        t_thb5i_3 = 0.09622504486493762 * t_thb5i
-        t_j3ubh = 1.7320508075688772 * zeta2 * t_thb5i_3
-        t_77wnq = t_t6be4 + t_j3ubh
+        t_ku2of = zeta1 + n
+        t_wdufx = 1.7320508075688772 * (0.16666666666666666 * zeta2 * sigma_mu)
+        t_notgc = 0.28867513459481287 * t_thb5i * t_ku2of + t_wdufx
         sin_theta, cos_theta = np.sin(theta), np.cos(theta)
-        t_j3ubh_2 = t_thb5i_2 * zeta2
-        t_ku2of = n - zeta1
-        t_t6be4_2 = 1.7320508075688772 * t_ku2of * t_thb5i_3
-        t_77wnq_2 = t_j3ubh_2 + t_t6be4_2
-        t_xbemn = t_77wnq * cos_theta + sin_theta * t_77wnq_2
-        t_ylwtt = sin_theta * t_77wnq - cos_theta * t_77wnq_2
-        t_t5kjx = 0.5773502691896257 * zeta2
-        t_zktlz = sin_theta * sigma_mu
-        t_pqb3g = -(cos_theta * t_t5kjx * sigma_mu + 0.5773502691896257 * t_zktlz * t_ku2of)
-        t_ox3tu = 0.5773502691896257 * cos_theta * t_ku2of * sigma_mu - t_t5kjx * t_zktlz
-        t_77wnq_3 = t_j3ubh - t_t6be4
-        t_77wnq_4 = t_j3ubh_2 - t_t6be4_2
-        t_xbemn_2 = cos_theta * t_77wnq_3 - sin_theta * t_77wnq_4
-        t_ylwtt_2 = sin_theta * t_77wnq_3 + cos_theta * t_77wnq_4
+        t_ku2of_2 = n - zeta1
+        t_t6be4 = -0.16666666666666663 * t_thb5i * t_ku2of_2
+        t_notgc_2 = -0.5 * zeta2 * sigma_mu + t_t6be4
+        t_q4cfc = t_notgc * cos_theta - t_notgc_2 * sin_theta
+        t_tyiek = t_notgc * sin_theta + t_notgc_2 * cos_theta
+        t_wdufx_2 = 1.7320508075688772 * (-0.3333333333333333 * zeta2 * sigma_mu)
+        t_bsfdy = t_wdufx_2 * cos_theta + -0.33333333333333326 * t_thb5i * t_ku2of_2 * sin_theta
+        t_glnxj = t_wdufx_2 * sin_theta + 0.33333333333333326 * t_thb5i * t_ku2of_2 * cos_theta
+        t_notgc_3 = -0.28867513459481287 * t_thb5i * t_ku2of + t_wdufx
+        t_notgc_4 = 0.5 * zeta2 * sigma_mu + t_t6be4
+        t_q4cfc_2 = t_notgc_3 * cos_theta - t_notgc_4 * sin_theta
+        t_tyiek_2 = t_notgc_4 * cos_theta + t_notgc_3 * sin_theta
         sin_theta_ref, cos_theta_ref = np.sin(theta_ref), np.cos(theta_ref)
         return _vector(
-            t_xbemn,
+            t_q4cfc,
             0.0,
-            t_ylwtt,
-            t_pqb3g,
+            t_tyiek,
+            t_bsfdy,
             0.0,
-            t_ox3tu,
-            t_pqb3g,
+            t_glnxj,
+            t_bsfdy,
             0.0,
-            t_ox3tu,
-            t_xbemn_2,
+            t_glnxj,
+            t_q4cfc_2,
             0.0,
-            t_ylwtt_2,
-            t_xbemn_2,
+            t_tyiek_2,
+            t_q4cfc_2,
             0.0,
-            t_ylwtt_2,
-            t_xbemn,
+            t_tyiek_2,
+            t_q4cfc,
             0.0,
-            t_ylwtt,
-            t_xbemn_2,
+            t_tyiek,
+            t_q4cfc_2,
             0.0,
-            t_ylwtt_2,
-            t_xbemn,
+            t_tyiek_2,
+            t_q4cfc,
             0.0,
-            t_ylwtt,
-            t_pqb3g,
+            t_tyiek,
+            t_bsfdy,
             0.0,
-            t_ox3tu,
+            t_glnxj,
             0.0,
             0.0,
             0.0,
