@@ -189,7 +189,7 @@ def test_units_in_python_and_in_times_of_a_file_are_those_of_the_command_line(tm
     file = tmp_path / "campaign.toml"
     file.write_text("model = 'triangle'\ncontroller = 'path'\nn = 2\nt_end = '100ms'\nsave = { every = '50 ms' }\n")
     assert mehvar.batch(file)["t"].values.tolist() == [0.0, 0.05, 0.1]
-    with pytest.raises(mehvar.InputError, match="theta = '1 m'.*in rad"):
+    with pytest.raises(mehvar.InputError, match=r"theta = '1 m'.*in rad"):
         mehvar.batch("triangle", "path", n=3, vary={"theta": "uniform(1 m, 2 m)"})
 
 

@@ -25,23 +25,7 @@ from mehvar.report.board import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
-from tests.mehvar.pages import (
-    TOLERANCE,
-    WIDTHS,
-    contents,
-    in_approved_font,
-    misses,
-    opened,
-    printed_pages,
-    resize,
-    settled,
-    unlabelled_canvases,
-    unlike,
-    violations,
-)
-
-APPROVED = Path(__file__).parents[1] / "report" / "approved"
-"""Of the overview and of one paper's page, by name, width and colour."""
+from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
 
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
@@ -456,16 +440,6 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
     assert chip.get_attribute("aria-pressed") == "false"
     hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off .u-label")
     assert [name.text for name in hidden] == ["V2", "V2"]
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("color", ["light", "dark"])
-@pytest.mark.parametrize("name", ["index", "triangle"])
-def test_a_page_looks_as_approved(browser, report, name, color, width):
-    look = in_approved_font(report.out / f"{name}.html", report.out.with_name(f"look-{name}.html"))
-    opened(browser, look, width, color)
-    picture = browser.get_screenshot_as_png()
-    assert unlike(picture, APPROVED / f"{name}-{width}-{color}.png") < TOLERANCE
 
 
 def test_static_pictures_can_be_had_and_claims_filtered(open_page):

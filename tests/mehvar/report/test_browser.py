@@ -131,6 +131,28 @@ def test_it_looks_as_approved(browser, look, width, color):
     assert unlike(browser.get_screenshot_as_png(), APPROVED / f"{width}-{color}.png") < TOLERANCE
 
 
+@pytest.fixture(scope="module")
+def paper_look(tmp_path_factory):
+    """The report of a published system, with its paper's scene."""
+    place, model = tmp_path_factory.mktemp("paper"), load("triangle")
+    page = write_page(place / "page.html", Page(model.manifest.title, model_sections(model)))
+    return in_approved_font(page, place / "look.html")
+
+
+@pytest.mark.parametrize(
+    ("width", "color"),
+    [
+        (1440, "light"),
+        (390, "dark"),
+        *(pytest.param(w, c, marks=pytest.mark.soak) for w, c in ((1440, "dark"), (390, "light"))),
+        *(pytest.param(768, c, marks=pytest.mark.soak) for c in ("light", "dark")),
+    ],
+)
+def test_the_report_of_a_published_system_looks_as_approved(browser, paper_look, width, color):
+    opened(browser, paper_look, width, color)
+    assert unlike(browser.get_screenshot_as_png(), APPROVED / f"triangle-{width}-{color}.png") < TOLERANCE
+
+
 def test_firefox_shows_the_same(look, tmp_path):
     program = shutil.which("firefox-esr") or shutil.which("firefox")
     if program is None:
