@@ -144,7 +144,7 @@ def test_in_a_browser(width, page, tmp_path):
 
 
 FRAME_MS = 8.0
-"""Processor time of scripts in a frame of 16.7 ms: while a run is shown 0.6 to 3.7 passed, and twice that leaves room for
+"""Processor time of scripts in a frame of 16.7 ms. Measured while a run is shown: 0.6 to 3.7; twice that is room for
 slower machines; with all panels drawn anew in every frame it was 31 to 78."""
 FRAMES = """
 window.frames_drawn = 0;
