@@ -54,7 +54,7 @@ class BaseTriangle:
     length_squared: tuple[Expr, Expr, Expr]
     cosine: tuple[Expr, Expr, Expr]
     sine: tuple[Expr, Expr, Expr]
-    direction: tuple[tuple[Expr, Expr], tuple[Expr, Expr], tuple[Expr, Expr]]
+    direction: tuple[tuple[Expr, Expr], ...]
 
 
 def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangle:
