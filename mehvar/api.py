@@ -21,11 +21,13 @@ from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.units import distribution, setting_units
 
 if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
+    from mehvar.manifest import Manifest
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.run.own.inputs import Interpolation
     from mehvar.runtime.run.own.law import LawFunction
@@ -147,7 +149,8 @@ def batch(
     inputs, interpolation, period, memory
         As in `simulate`; the same in all runs. What is not held needs a period.
     vary : mapping of str to str, optional
-        Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`.
+        Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
+        `"uniform(10 deg, 20 deg)"`.
     seed : int, optional
         What all random numbers start from; 0 unless given. Run i of a seed is the same run wherever and with whatever
         it is computed.
@@ -219,7 +222,7 @@ def batch(
             n=n,
             scenario=case.name,
             seed=Campaign.seed if seed is None else seed,
-            vary=dict(vary or {}),
+            vary=_in_units(vary or {}, manifest, origin),
             parameters=merged(parameters or {}, shared, origin),
             initial=dict(initial or {}),
             sampling=Campaign.sampling if sampling is None else sampling,
@@ -242,6 +245,15 @@ def batch(
             origin=origin,
         )
     return store.dataset()
+
+
+def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
+    """Return distributions in the units of what is drawn; what is no text is refused where it is read."""
+    units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
+    return {
+        names: distribution(names, text, units, origin) if isinstance(text, str) else text
+        for names, text in vary.items()
+    }
 
 
 def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:

@@ -26,14 +26,14 @@ class _Table(BaseModel):
 class Save(_Table):
     """Which series are stored: one sample every `every` seconds."""
 
-    every: float
+    every: Any
 
 
 class CampaignFile(_Table):
     """The contents of a campaign file, with the command line over it; `Campaign` and its options say what is allowed.
 
     `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
-    states; a text may be a number with a unit.
+    states; a text may be a number with a unit, those of `t_end` and `save` too.
     """
 
     model: str
@@ -42,7 +42,7 @@ class CampaignFile(_Table):
     scenario: str | None = None
     seed: int = Campaign.seed
     sampling: Design = Campaign.sampling
-    t_end: float | None = None
+    t_end: Any = None
     success: str | None = None
     until: str | None = None
     out: Annotated[Path | None, Field(strict=False)] = None
@@ -69,8 +69,8 @@ class CampaignFile(_Table):
             raise InputError(f"t_end is given twice (from {origin}): by itself and in set")
         units = setting_units(manifest)
         values = {name: _number(value, units, name, origin) for name, value in self.set.items()}
-        settings = values if self.t_end is None else {**values, "t_end": self.t_end}
-        units |= {q.name: q.unit for q in manifest.states}
+        settings = values if self.t_end is None else {**values, "t_end": _number(self.t_end, units, "t_end", origin)}
+        units |= {"save": units["t_end"]} | {q.name: q.unit for q in manifest.states}
         parameters, options = split_settings(settings, manifest.choices, "batch", origin)
         return Campaign(
             controller=self.controller,
@@ -82,7 +82,7 @@ class CampaignFile(_Table):
             initial={name: _number(value, units, name, origin) for name, value in self.initial.items()},
             sampling=self.sampling,
             options=options,
-            save_every=None if self.save is None else self.save.every,
+            save_every=None if self.save is None else _number(self.save.every, units, "save", origin),
         )
 
 

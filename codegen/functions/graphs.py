@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 
 import casadi as ca
 import sympy as sp
@@ -27,12 +28,11 @@ def generate_functions(system: System) -> list[FunctionGraph]:
     """
     listing = requests(system)
     named, expressions = _common_subexpressions(system, listing)
-    functions, position = [], 0
+    functions, rest = [], iter(expressions)
     for request in listing:
-        results = []
-        for name, exprs in request.results:
-            results.append((name, expressions[position : position + len(exprs)]))
-            position += len(exprs)
+        results = [
+            (name, exprs if request.alone else list(islice(rest, len(exprs)))) for name, exprs in request.results
+        ]
         functions.append(_build(system, request, results, named))
     return [*functions, *derivatives(system, functions)]
 
@@ -41,7 +41,7 @@ def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[
     """Share subexpressions over the whole model; temporaries are definitions like any other."""
     names = list(system.definitions)
     shared = [*system.definitions.values(), *(e for law in system.controllers for e in (*law.command, *law.update))]
-    results = [e for request in listing for _, exprs in request.results for e in exprs]
+    results = [e for request in listing if not request.alone for _, exprs in request.results for e in exprs]
     temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
     pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")
     return dict(pairs) | dict(zip(names, reduced, strict=False)), reduced[len(shared) :]

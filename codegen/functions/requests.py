@@ -32,6 +32,8 @@ class Request:
         The law that gives the input where the function does not receive it.
     repeated : bool
         Whether a run calls it again and again with the same parameters.
+    alone : bool
+        Whether no subexpression is shared with other functions, whose sums would be in another order without it.
     """
 
     name: str
@@ -41,13 +43,23 @@ class Request:
     scalars: bool = False
     law: Controller | None = None
     repeated: bool = False
+    alone: bool = False
 
 
 def requests(system: System) -> list[Request]:
     """List the functions of a system, right-hand side first, Jacobians excepted."""
     own = [_own(function) for function in system.functions]
     laws = [request for law in system.controllers for request in _law(system, law)]
-    return [*_plant(system), *_scenario(system), *own, *laws]
+    return [*_plant(system), *_scenario(system), *own, *laws, *_picture(system)]
+
+
+def _picture(system: System) -> list[Request]:
+    """Return what places a picture's points; a run has the same bits with a picture and without."""
+    if not system.geometry:
+        return []
+    arguments = (system.states, system.inputs, system.references, system.parameters)
+    points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
+    return [Request("geometry", "points of the shapes of a picture", arguments, (("points", points),), alone=True)]
 
 
 def _plant(system: System) -> list[Request]:
@@ -58,9 +70,6 @@ def _plant(system: System) -> list[Request]:
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
-    if system.geometry:
-        points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
-        functions.append(Request("geometry", "points of the shapes of a picture", (x, u, r, p), (("points", points),)))
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)

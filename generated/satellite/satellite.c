@@ -2150,3 +2150,133 @@ void satellite_pd_defaults(const real *c, real *derived)
     enum { delay = SATELLITE_PD_C_DELAY };
     derived[0] = c[delay];
 }
+
+/* points of the shapes of a picture; 130 operations. */
+void satellite_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
+{
+    (void)p;
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { Tx = SATELLITE_U_TX };
+    enum { Ty = SATELLITE_U_TY };
+    enum { Tz = SATELLITE_U_TZ };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    real sin_ref_pitch, cos_ref_pitch; mv_sincos(r[ref_pitch], &sin_ref_pitch, &cos_ref_pitch);
+    real sin_ref_yaw, cos_ref_yaw; mv_sincos(r[ref_yaw], &sin_ref_yaw, &cos_ref_yaw);
+    real sin_ref_roll, cos_ref_roll; mv_sincos(r[ref_roll], &sin_ref_roll, &cos_ref_roll);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real t_vhkt2 = K(-0.24) * C11;
+    const real t_7zrce = K(0.42) * C21;
+    const real t_7zrce_2 = K(-0.42) * C22;
+    const real t_vhkt2_2 = K(0.24) * C12;
+    const real t_dvg7v = K(-0.42) * C23;
+    const real t_e3fob = K(0.24) * sin_pitch;
+    const real t_vhkt2_3 = K(0.24) * C11;
+    const real t_vhkt2_4 = K(-0.24) * C12;
+    const real t_e3fob_2 = K(-0.24) * sin_pitch;
+    const real t_7zrce_3 = K(1.25) * C21;
+    const real t_7zrce_4 = K(-1.25) * C22;
+    const real t_dvg7v_2 = K(-1.25) * C23;
+    const real t_7zrce_5 = K(-0.42) * C21;
+    const real t_7zrce_6 = K(0.42) * C22;
+    const real t_dvg7v_3 = K(0.42) * C23;
+    const real t_7zrce_7 = K(-1.25) * C21;
+    const real t_7zrce_8 = K(1.25) * C22;
+    const real t_dvg7v_4 = K(1.25) * C23;
+    const real t_2a5ti = K(-0.95) * cos_ref_pitch;
+    points[0] = SPLAT(K(0.0));
+    points[1] = SPLAT(K(0.0));
+    points[2] = SPLAT(K(0.0));
+    points[3] = K(0.32) * C11;
+    points[4] = K(-0.32) * C12;
+    points[5] = -(K(-0.32) * sin_pitch);
+    points[6] = K(0.32) * C21;
+    points[7] = K(-0.32) * C22;
+    points[8] = K(-0.32) * C23;
+    points[9] = K(0.38) * C31;
+    points[10] = K(-0.38) * C32;
+    points[11] = K(-0.38) * C33;
+    points[12] = t_vhkt2 + t_7zrce;
+    points[13] = t_7zrce_2 + t_vhkt2_2;
+    points[14] = t_dvg7v - t_e3fob;
+    points[15] = t_vhkt2_3 + t_7zrce;
+    points[16] = t_7zrce_2 + t_vhkt2_4;
+    points[17] = t_dvg7v - t_e3fob_2;
+    points[18] = t_7zrce_3 + t_vhkt2_3;
+    points[19] = t_vhkt2_4 + t_7zrce_4;
+    points[20] = t_dvg7v_2 - t_e3fob_2;
+    points[21] = t_vhkt2 + t_7zrce_3;
+    points[22] = t_7zrce_4 + t_vhkt2_2;
+    points[23] = t_dvg7v_2 - t_e3fob;
+    points[24] = t_7zrce_5 + t_vhkt2;
+    points[25] = t_vhkt2_2 + t_7zrce_6;
+    points[26] = t_dvg7v_3 - t_e3fob;
+    points[27] = t_7zrce_5 + t_vhkt2_3;
+    points[28] = t_vhkt2_4 + t_7zrce_6;
+    points[29] = t_dvg7v_3 - t_e3fob_2;
+    points[30] = t_7zrce_7 + t_vhkt2_3;
+    points[31] = t_vhkt2_4 + t_7zrce_8;
+    points[32] = t_dvg7v_4 - t_e3fob_2;
+    points[33] = t_vhkt2 + t_7zrce_7;
+    points[34] = t_7zrce_8 + t_vhkt2_2;
+    points[35] = t_dvg7v_4 - t_e3fob;
+    points[36] = SPLAT(K(0.0));
+    points[37] = SPLAT(K(0.0));
+    points[38] = SPLAT(K(0.0));
+    points[39] = K(0.95) * C11;
+    points[40] = K(-0.95) * C12;
+    points[41] = -(K(-0.95) * sin_pitch);
+    points[42] = SPLAT(K(0.0));
+    points[43] = SPLAT(K(0.0));
+    points[44] = SPLAT(K(0.0));
+    points[45] = K(1.55) * C21;
+    points[46] = K(-1.55) * C22;
+    points[47] = K(-1.55) * C23;
+    points[48] = SPLAT(K(0.0));
+    points[49] = SPLAT(K(0.0));
+    points[50] = SPLAT(K(0.0));
+    points[51] = K(0.95) * C31;
+    points[52] = K(-0.95) * C32;
+    points[53] = K(-0.95) * C33;
+    points[54] = SPLAT(K(0.0));
+    points[55] = SPLAT(K(0.0));
+    points[56] = SPLAT(K(0.0));
+    points[57] = K(0.95) * cos_ref_pitch * cos_ref_yaw;
+    points[58] = t_2a5ti * sin_ref_yaw;
+    points[59] = K(0.95) * sin_ref_pitch;
+    points[60] = SPLAT(K(0.0));
+    points[61] = SPLAT(K(0.0));
+    points[62] = SPLAT(K(0.0));
+    points[63] = K(0.95) * sin_ref_roll * sin_ref_yaw + K(0.95) * cos_ref_roll * cos_ref_yaw * sin_ref_pitch;
+    points[64] = K(0.95) * cos_ref_yaw * sin_ref_roll + K(-0.95) * cos_ref_roll * sin_ref_pitch * sin_ref_yaw;
+    points[65] = t_2a5ti * cos_ref_roll;
+    points[66] = SPLAT(K(0.0));
+    points[67] = SPLAT(K(0.0));
+    points[68] = SPLAT(K(0.0));
+    points[69] = K(30.0) * C11 * u[Tx]
+        + K(30.0) * C21 * u[Ty]
+        + K(30.0) * C31 * u[Tz];
+    points[70] = K(-30.0) * C12 * u[Tx]
+        + K(-30.0) * C22 * u[Ty]
+        + K(-30.0) * C32 * u[Tz];
+    points[71] = K(-30.0) * C23 * u[Ty]
+        - K(-30.0) * sin_pitch * u[Tx]
+        + K(-30.0) * C33 * u[Tz];
+}

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "e43e20f2c539c929e5268ac428060ce3d3c5a13e9b9a0f7c690aa2a736678827"
+#define SATELLITE_HASH "90a124b9228da7a6e93f21cae1e39ba33b12a56db4299d1b81bf4a1382d5294b"
 
 /* state x */
 enum {
@@ -608,6 +608,16 @@ enum {
     SATELLITE_PD_DEFAULTS_NDERIVED = 1
 };
 void satellite_pd_defaults(const mv_real *c, mv_real *derived);
+
+/* points of the shapes of a picture */
+enum {
+    SATELLITE_GEOMETRY_NX = 10,
+    SATELLITE_GEOMETRY_NU = 3,
+    SATELLITE_GEOMETRY_NR = 3,
+    SATELLITE_GEOMETRY_NP = 33,
+    SATELLITE_GEOMETRY_NPOINTS = 72
+};
+void satellite_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "e43e20f2c539c929e5268ac428060ce3d3c5a13e9b9a0f7c690aa2a736678827"
+HASH = "90a124b9228da7a6e93f21cae1e39ba33b12a56db4299d1b81bf4a1382d5294b"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -44,6 +44,7 @@ SIZES = {
     "pd_warnings": {'p': 33, 'c': 11, 's': 11, 'margin': 15},
     "pd_start": {'x': 10, 'r': 3, 'p': 33, 'c': 11, 'z': 10},
     "pd_defaults": {'c': 11, 'derived': 1},
+    "geometry": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'points': 72},
     "jac_x": {'x': 10, 'u': 3, 'p': 33, 'J': 100},
     "jac_u": {'x': 10, 'u': 3, 'p': 33, 'J': 30},
     "jvp": {'x': 10, 'u': 3, 'p': 33, 'along_x': 10, 'along_u': 3, 'change': 10},
@@ -2347,6 +2348,138 @@ def pd_defaults(c):
         delay = c[..., 7]
         return _vector(
             delay,
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_ref_pitch, cos_ref_pitch = np.sin(ref_pitch), np.cos(ref_pitch)
+        sin_ref_yaw, cos_ref_yaw = np.sin(ref_yaw), np.cos(ref_yaw)
+        sin_ref_roll, cos_ref_roll = np.sin(ref_roll), np.cos(ref_roll)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_vhkt2 = -0.24 * C11
+        t_7zrce = 0.42 * C21
+        t_7zrce_2 = -0.42 * C22
+        t_vhkt2_2 = 0.24 * C12
+        t_dvg7v = -0.42 * C23
+        t_e3fob = 0.24 * sin_pitch
+        t_vhkt2_3 = 0.24 * C11
+        t_vhkt2_4 = -0.24 * C12
+        t_e3fob_2 = -0.24 * sin_pitch
+        t_7zrce_3 = 1.25 * C21
+        t_7zrce_4 = -1.25 * C22
+        t_dvg7v_2 = -1.25 * C23
+        t_7zrce_5 = -0.42 * C21
+        t_7zrce_6 = 0.42 * C22
+        t_dvg7v_3 = 0.42 * C23
+        t_7zrce_7 = -1.25 * C21
+        t_7zrce_8 = 1.25 * C22
+        t_dvg7v_4 = 1.25 * C23
+        t_2a5ti = -0.95 * cos_ref_pitch
+        return _vector(
+            0.0,
+            0.0,
+            0.0,
+            0.32 * C11,
+            -0.32 * C12,
+            -(-0.32 * sin_pitch),
+            0.32 * C21,
+            -0.32 * C22,
+            -0.32 * C23,
+            0.38 * C31,
+            -0.38 * C32,
+            -0.38 * C33,
+            t_vhkt2 + t_7zrce,
+            t_7zrce_2 + t_vhkt2_2,
+            t_dvg7v - t_e3fob,
+            t_vhkt2_3 + t_7zrce,
+            t_7zrce_2 + t_vhkt2_4,
+            t_dvg7v - t_e3fob_2,
+            t_7zrce_3 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_4,
+            t_dvg7v_2 - t_e3fob_2,
+            t_vhkt2 + t_7zrce_3,
+            t_7zrce_4 + t_vhkt2_2,
+            t_dvg7v_2 - t_e3fob,
+            t_7zrce_5 + t_vhkt2,
+            t_vhkt2_2 + t_7zrce_6,
+            t_dvg7v_3 - t_e3fob,
+            t_7zrce_5 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_6,
+            t_dvg7v_3 - t_e3fob_2,
+            t_7zrce_7 + t_vhkt2_3,
+            t_vhkt2_4 + t_7zrce_8,
+            t_dvg7v_4 - t_e3fob_2,
+            t_vhkt2 + t_7zrce_7,
+            t_7zrce_8 + t_vhkt2_2,
+            t_dvg7v_4 - t_e3fob,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * C11,
+            -0.95 * C12,
+            -(-0.95 * sin_pitch),
+            0.0,
+            0.0,
+            0.0,
+            1.55 * C21,
+            -1.55 * C22,
+            -1.55 * C23,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * C31,
+            -0.95 * C32,
+            -0.95 * C33,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * cos_ref_pitch * cos_ref_yaw,
+            t_2a5ti * sin_ref_yaw,
+            0.95 * sin_ref_pitch,
+            0.0,
+            0.0,
+            0.0,
+            0.95 * sin_ref_roll * sin_ref_yaw + 0.95 * cos_ref_roll * cos_ref_yaw * sin_ref_pitch,
+            0.95 * cos_ref_yaw * sin_ref_roll + -0.95 * cos_ref_roll * sin_ref_pitch * sin_ref_yaw,
+            t_2a5ti * cos_ref_roll,
+            0.0,
+            0.0,
+            0.0,
+            30.0 * C11 * Tx
+                + 30.0 * C21 * Ty
+                + 30.0 * C31 * Tz,
+            -30.0 * C12 * Tx
+                + -30.0 * C22 * Ty
+                + -30.0 * C32 * Tz,
+            -30.0 * C23 * Ty
+                - -30.0 * sin_pitch * Tx
+                + -30.0 * C33 * Tz,
         )
 
 

@@ -58,6 +58,7 @@ extern "C" {
 #define casadi_f32 CASADI_PREFIX(f32)
 #define casadi_f33 CASADI_PREFIX(f33)
 #define casadi_f34 CASADI_PREFIX(f34)
+#define casadi_f35 CASADI_PREFIX(f35)
 #define casadi_f4 CASADI_PREFIX(f4)
 #define casadi_f5 CASADI_PREFIX(f5)
 #define casadi_f6 CASADI_PREFIX(f6)
@@ -81,6 +82,7 @@ extern "C" {
 #define casadi_s19 CASADI_PREFIX(s19)
 #define casadi_s2 CASADI_PREFIX(s2)
 #define casadi_s20 CASADI_PREFIX(s20)
+#define casadi_s21 CASADI_PREFIX(s21)
 #define casadi_s3 CASADI_PREFIX(s3)
 #define casadi_s4 CASADI_PREFIX(s4)
 #define casadi_s5 CASADI_PREFIX(s5)
@@ -184,12 +186,13 @@ static const casadi_int casadi_s11[3] = {2, 1, 1};
 static const casadi_int casadi_s12[3] = {92, 1, 1};
 static const casadi_int casadi_s13[3] = {23, 1, 1};
 static const casadi_int casadi_s14[3] = {86, 1, 1};
-static const casadi_int casadi_s15[3] = {100, 1, 1};
-static const casadi_int casadi_s16[3] = {30, 1, 1};
-static const casadi_int casadi_s17[3] = {150, 1, 1};
-static const casadi_int casadi_s18[3] = {45, 1, 1};
-static const casadi_int casadi_s19[3] = {330, 1, 1};
-static const casadi_int casadi_s20[3] = {495, 1, 1};
+static const casadi_int casadi_s15[3] = {72, 1, 1};
+static const casadi_int casadi_s16[3] = {100, 1, 1};
+static const casadi_int casadi_s17[3] = {30, 1, 1};
+static const casadi_int casadi_s18[3] = {150, 1, 1};
+static const casadi_int casadi_s19[3] = {45, 1, 1};
+static const casadi_int casadi_s20[3] = {330, 1, 1};
+static const casadi_int casadi_s21[3] = {495, 1, 1};
 
 /* satellite_rhs:(arg_x[10],arg_u[3],arg_p[33])->(res_dx[10]) */
 static int casadi_f0(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
@@ -8474,8 +8477,322 @@ CASADI_SYMBOL_EXPORT int satellite_pd_defaults_work_bytes(casadi_int *sz_arg, ca
   return 0;
 }
 
-/* satellite_jac_x:(arg_x[10],arg_u[3],arg_p[33])->(res_J[100]) */
+/* satellite_geometry:(arg_x[10],arg_u[3],arg_r[3],arg_p[33])->(res_points[72]) */
 static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
+  a00=0.;
+  if (res[0]!=0) res[0][0]=a00;
+  if (res[0]!=0) res[0][1]=a00;
+  if (res[0]!=0) res[0][2]=a00;
+  a01=3.2000000000000001e-01;
+  a02=arg[0]? arg[0][1] : 0;
+  a03=cos(a02);
+  a04=arg[0]? arg[0][2] : 0;
+  a05=cos(a04);
+  a06=(a03*a05);
+  a07=(a01*a06);
+  if (res[0]!=0) res[0][3]=a07;
+  a07=-3.2000000000000001e-01;
+  a04=sin(a04);
+  a08=(a03*a04);
+  a09=(a07*a08);
+  if (res[0]!=0) res[0][4]=a09;
+  a02=sin(a02);
+  a09=(a07*a02);
+  a09=(-a09);
+  if (res[0]!=0) res[0][5]=a09;
+  a09=arg[0]? arg[0][0] : 0;
+  a10=sin(a09);
+  a11=(a05*a10);
+  a12=(a02*a11);
+  a09=cos(a09);
+  a13=(a04*a09);
+  a12=(a12-a13);
+  a01=(a01*a12);
+  if (res[0]!=0) res[0][6]=a01;
+  a05=(a05*a09);
+  a04=(a04*a10);
+  a01=(a02*a04);
+  a01=(a05+a01);
+  a14=(a07*a01);
+  if (res[0]!=0) res[0][7]=a14;
+  a10=(a03*a10);
+  a07=(a07*a10);
+  if (res[0]!=0) res[0][8]=a07;
+  a07=3.8000000000000000e-01;
+  a05=(a02*a05);
+  a04=(a04+a05);
+  a07=(a07*a04);
+  if (res[0]!=0) res[0][9]=a07;
+  a07=-3.8000000000000000e-01;
+  a13=(a02*a13);
+  a13=(a13-a11);
+  a11=(a07*a13);
+  if (res[0]!=0) res[0][10]=a11;
+  a03=(a03*a09);
+  a07=(a07*a03);
+  if (res[0]!=0) res[0][11]=a07;
+  a07=-2.3999999999999999e-01;
+  a09=(a07*a06);
+  a11=4.1999999999999998e-01;
+  a05=(a11*a12);
+  a14=(a09+a05);
+  if (res[0]!=0) res[0][12]=a14;
+  a14=-4.1999999999999998e-01;
+  a15=(a14*a01);
+  a16=2.3999999999999999e-01;
+  a17=(a16*a08);
+  a18=(a15+a17);
+  if (res[0]!=0) res[0][13]=a18;
+  a18=(a14*a10);
+  a19=(a16*a02);
+  a20=(a18-a19);
+  if (res[0]!=0) res[0][14]=a20;
+  a16=(a16*a06);
+  a05=(a16+a05);
+  if (res[0]!=0) res[0][15]=a05;
+  a05=(a07*a08);
+  a15=(a15+a05);
+  if (res[0]!=0) res[0][16]=a15;
+  a07=(a07*a02);
+  a18=(a18-a07);
+  if (res[0]!=0) res[0][17]=a18;
+  a18=1.2500000000000000e+00;
+  a15=(a18*a12);
+  a20=(a15+a16);
+  if (res[0]!=0) res[0][18]=a20;
+  a20=-1.2500000000000000e+00;
+  a21=(a20*a01);
+  a22=(a05+a21);
+  if (res[0]!=0) res[0][19]=a22;
+  a22=(a20*a10);
+  a23=(a22-a07);
+  if (res[0]!=0) res[0][20]=a23;
+  a15=(a09+a15);
+  if (res[0]!=0) res[0][21]=a15;
+  a21=(a21+a17);
+  if (res[0]!=0) res[0][22]=a21;
+  a22=(a22-a19);
+  if (res[0]!=0) res[0][23]=a22;
+  a14=(a14*a12);
+  a22=(a14+a09);
+  if (res[0]!=0) res[0][24]=a22;
+  a22=(a11*a01);
+  a21=(a17+a22);
+  if (res[0]!=0) res[0][25]=a21;
+  a11=(a11*a10);
+  a21=(a11-a19);
+  if (res[0]!=0) res[0][26]=a21;
+  a14=(a14+a16);
+  if (res[0]!=0) res[0][27]=a14;
+  a22=(a05+a22);
+  if (res[0]!=0) res[0][28]=a22;
+  a11=(a11-a07);
+  if (res[0]!=0) res[0][29]=a11;
+  a20=(a20*a12);
+  a16=(a20+a16);
+  if (res[0]!=0) res[0][30]=a16;
+  a16=(a18*a01);
+  a05=(a05+a16);
+  if (res[0]!=0) res[0][31]=a05;
+  a18=(a18*a10);
+  a07=(a18-a07);
+  if (res[0]!=0) res[0][32]=a07;
+  a09=(a09+a20);
+  if (res[0]!=0) res[0][33]=a09;
+  a16=(a16+a17);
+  if (res[0]!=0) res[0][34]=a16;
+  a18=(a18-a19);
+  if (res[0]!=0) res[0][35]=a18;
+  if (res[0]!=0) res[0][36]=a00;
+  if (res[0]!=0) res[0][37]=a00;
+  if (res[0]!=0) res[0][38]=a00;
+  a18=9.4999999999999996e-01;
+  a19=(a18*a06);
+  if (res[0]!=0) res[0][39]=a19;
+  a19=-9.4999999999999996e-01;
+  a16=(a19*a08);
+  if (res[0]!=0) res[0][40]=a16;
+  a16=(a19*a02);
+  a16=(-a16);
+  if (res[0]!=0) res[0][41]=a16;
+  if (res[0]!=0) res[0][42]=a00;
+  if (res[0]!=0) res[0][43]=a00;
+  if (res[0]!=0) res[0][44]=a00;
+  a16=1.5500000000000000e+00;
+  a16=(a16*a12);
+  if (res[0]!=0) res[0][45]=a16;
+  a16=-1.5500000000000000e+00;
+  a17=(a16*a01);
+  if (res[0]!=0) res[0][46]=a17;
+  a16=(a16*a10);
+  if (res[0]!=0) res[0][47]=a16;
+  if (res[0]!=0) res[0][48]=a00;
+  if (res[0]!=0) res[0][49]=a00;
+  if (res[0]!=0) res[0][50]=a00;
+  a16=(a18*a04);
+  if (res[0]!=0) res[0][51]=a16;
+  a16=(a19*a13);
+  if (res[0]!=0) res[0][52]=a16;
+  a16=(a19*a03);
+  if (res[0]!=0) res[0][53]=a16;
+  if (res[0]!=0) res[0][54]=a00;
+  if (res[0]!=0) res[0][55]=a00;
+  if (res[0]!=0) res[0][56]=a00;
+  a16=arg[2]? arg[2][1] : 0;
+  a17=cos(a16);
+  a09=(a18*a17);
+  a20=arg[2]? arg[2][2] : 0;
+  a07=cos(a20);
+  a09=(a09*a07);
+  if (res[0]!=0) res[0][57]=a09;
+  a17=(a19*a17);
+  a20=sin(a20);
+  a09=(a17*a20);
+  if (res[0]!=0) res[0][58]=a09;
+  a16=sin(a16);
+  a09=(a18*a16);
+  if (res[0]!=0) res[0][59]=a09;
+  if (res[0]!=0) res[0][60]=a00;
+  if (res[0]!=0) res[0][61]=a00;
+  if (res[0]!=0) res[0][62]=a00;
+  a09=arg[2]? arg[2][0] : 0;
+  a05=sin(a09);
+  a11=(a18*a05);
+  a11=(a11*a20);
+  a09=cos(a09);
+  a22=(a18*a09);
+  a22=(a22*a07);
+  a22=(a22*a16);
+  a11=(a11+a22);
+  if (res[0]!=0) res[0][63]=a11;
+  a18=(a18*a07);
+  a18=(a18*a05);
+  a19=(a19*a09);
+  a19=(a19*a16);
+  a19=(a19*a20);
+  a18=(a18+a19);
+  if (res[0]!=0) res[0][64]=a18;
+  a17=(a17*a09);
+  if (res[0]!=0) res[0][65]=a17;
+  if (res[0]!=0) res[0][66]=a00;
+  if (res[0]!=0) res[0][67]=a00;
+  if (res[0]!=0) res[0][68]=a00;
+  a00=30.;
+  a06=(a00*a06);
+  a17=arg[1]? arg[1][0] : 0;
+  a06=(a06*a17);
+  a12=(a00*a12);
+  a09=arg[1]? arg[1][1] : 0;
+  a12=(a12*a09);
+  a06=(a06+a12);
+  a00=(a00*a04);
+  a04=arg[1]? arg[1][2] : 0;
+  a00=(a00*a04);
+  a06=(a06+a00);
+  if (res[0]!=0) res[0][69]=a06;
+  a06=-30.;
+  a08=(a06*a08);
+  a08=(a08*a17);
+  a01=(a06*a01);
+  a01=(a01*a09);
+  a08=(a08+a01);
+  a13=(a06*a13);
+  a13=(a13*a04);
+  a08=(a08+a13);
+  if (res[0]!=0) res[0][70]=a08;
+  a10=(a06*a10);
+  a10=(a10*a09);
+  a02=(a06*a02);
+  a02=(a02*a17);
+  a10=(a10-a02);
+  a06=(a06*a03);
+  a06=(a06*a04);
+  a10=(a10+a06);
+  if (res[0]!=0) res[0][71]=a10;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f25(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void satellite_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int satellite_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real satellite_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* satellite_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s1;
+    case 3: return casadi_s2;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* satellite_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s15;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int satellite_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* satellite_jac_x:(arg_x[10],arg_u[3],arg_p[33])->(res_J[100]) */
+static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -9040,7 +9357,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f26(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_x_checkout(void) {
@@ -9093,7 +9410,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_x_sparsity_in(casadi_int i)
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_x_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s15;
+    case 0: return casadi_s16;
     default: return 0;
   }
 }
@@ -9115,7 +9432,7 @@ CASADI_SYMBOL_EXPORT int satellite_jac_x_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* satellite_jac_u:(arg_x[10],arg_u[3],arg_p[33])->(res_J[30]) */
-static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -9160,7 +9477,7 @@ static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_u(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f26(arg, res, iw, w, mem);
+  return casadi_f27(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_u_checkout(void) {
@@ -9213,7 +9530,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_u_sparsity_in(casadi_int i)
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_u_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s17;
     default: return 0;
   }
 }
@@ -9235,7 +9552,7 @@ CASADI_SYMBOL_EXPORT int satellite_jac_u_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* satellite_jvp:(arg_x[10],arg_u[3],arg_p[33],arg_along_x[10],arg_along_u[3])->(res_change[10]) */
-static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -9626,7 +9943,7 @@ static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f27(arg, res, iw, w, mem);
+  return casadi_f28(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jvp_checkout(void) {
@@ -9705,7 +10022,7 @@ CASADI_SYMBOL_EXPORT int satellite_jvp_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* satellite_outputs_jac:(arg_x[10],arg_u[3],arg_r[3],arg_p[33])->(res_J_x[150],res_J_u[45],res_J_r[45]) */
-static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -10236,7 +10553,7 @@ static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f28(arg, res, iw, w, mem);
+  return casadi_f29(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_outputs_jac_checkout(void) {
@@ -10293,9 +10610,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_outputs_jac_sparsity_in(casadi_
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_outputs_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s17;
-    case 1: return casadi_s18;
-    case 2: return casadi_s18;
+    case 0: return casadi_s18;
+    case 1: return casadi_s19;
+    case 2: return casadi_s19;
     default: return 0;
   }
 }
@@ -10317,7 +10634,7 @@ CASADI_SYMBOL_EXPORT int satellite_outputs_jac_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* satellite_jac_p:(arg_x[10],arg_u[3],arg_p[33])->(res_J[330]) */
-static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -11230,7 +11547,7 @@ static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f29(arg, res, iw, w, mem);
+  return casadi_f30(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_jac_p_checkout(void) {
@@ -11283,7 +11600,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_p_sparsity_in(casadi_int i)
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s19;
+    case 0: return casadi_s20;
     default: return 0;
   }
 }
@@ -11305,7 +11622,7 @@ CASADI_SYMBOL_EXPORT int satellite_jac_p_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* satellite_outputs_jac_p:(arg_x[10],arg_u[3],arg_r[3],arg_p[33])->(res_J_p[495]) */
-static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -12172,7 +12489,7 @@ static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f30(arg, res, iw, w, mem);
+  return casadi_f31(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_outputs_jac_p_checkout(void) {
@@ -12227,7 +12544,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* satellite_outputs_jac_p_sparsity_in(casad
 
 CASADI_SYMBOL_EXPORT const casadi_int* satellite_outputs_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s20;
+    case 0: return casadi_s21;
     default: return 0;
   }
 }
@@ -12249,7 +12566,7 @@ CASADI_SYMBOL_EXPORT int satellite_outputs_jac_p_work_bytes(casadi_int *sz_arg, 
 }
 
 /* satellite_actuate_jvp:(arg_x[10],arg_u_cmd[3],arg_p[33],arg_along_x[10],arg_along_u_cmd[3])->(res_change[3]) */
-static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14;
   a00=arg[2]? arg[2][11] : 0;
@@ -12399,7 +12716,7 @@ static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_actuate_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f31(arg, res, iw, w, mem);
+  return casadi_f32(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_actuate_jvp_checkout(void) {
@@ -12478,7 +12795,7 @@ CASADI_SYMBOL_EXPORT int satellite_actuate_jvp_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* satellite_mrac_jvp:(arg_x[10],arg_r[3],arg_v[3],arg_z[92],arg_p[33],arg_c[23],arg_along_x[10],arg_along_r[3],arg_along_v[3],arg_along_z[92])->(res_change_u[3],res_change_z_next[92]) */
-static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -15492,7 +15809,7 @@ static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f32(arg, res, iw, w, mem);
+  return casadi_f33(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_jvp_checkout(void) {
@@ -15583,7 +15900,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_jvp_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* satellite_mrac_literal_jvp:(arg_x[10],arg_r[3],arg_v[3],arg_z[86],arg_p[33],arg_c[23],arg_along_x[10],arg_along_r[3],arg_along_v[3],arg_along_z[86])->(res_change_u[3],res_change_z_next[86]) */
-static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -18189,7 +18506,7 @@ static int casadi_f33(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f33(arg, res, iw, w, mem);
+  return casadi_f34(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_mrac_literal_jvp_checkout(void) {
@@ -18280,7 +18597,7 @@ CASADI_SYMBOL_EXPORT int satellite_mrac_literal_jvp_work_bytes(casadi_int *sz_ar
 }
 
 /* satellite_pd_jvp:(arg_x[10],arg_r[3],arg_v[3],arg_z[10],arg_p[33],arg_c[11],arg_along_x[10],arg_along_r[3],arg_along_v[3],arg_along_z[10])->(res_change_u[3],res_change_z_next[10]) */
-static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -18563,7 +18880,7 @@ static int casadi_f34(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f34(arg, res, iw, w, mem);
+  return casadi_f35(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int satellite_pd_jvp_checkout(void) {

@@ -467,6 +467,24 @@ int satellite_pd_defaults_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, cas
 #define satellite_pd_defaults_SZ_RES 1
 #define satellite_pd_defaults_SZ_IW 0
 #define satellite_pd_defaults_SZ_W 0
+int satellite_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_geometry_checkout(void);
+void satellite_geometry_release(int mem);
+void satellite_geometry_incref(void);
+void satellite_geometry_decref(void);
+casadi_int satellite_geometry_n_in(void);
+casadi_int satellite_geometry_n_out(void);
+casadi_real satellite_geometry_default_in(casadi_int i);
+const char* satellite_geometry_name_in(casadi_int i);
+const char* satellite_geometry_name_out(casadi_int i);
+const casadi_int* satellite_geometry_sparsity_in(casadi_int i);
+const casadi_int* satellite_geometry_sparsity_out(casadi_int i);
+int satellite_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_geometry_SZ_ARG 4
+#define satellite_geometry_SZ_RES 1
+#define satellite_geometry_SZ_IW 0
+#define satellite_geometry_SZ_W 0
 int satellite_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
 int satellite_jac_x_checkout(void);
 void satellite_jac_x_release(int mem);

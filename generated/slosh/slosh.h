@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "9bb6396a6e8e340a86e642d5c025b4c424fca73917df8779eac95ca422f33b1f"
+#define SLOSH_HASH "7610c55dbe8df326cf4f6fd660b61a5cf7648b52d5db3a098436bcb335efd3cc"
 
 /* state x */
 enum {
@@ -463,6 +463,16 @@ enum {
     SLOSH_LYAPUNOV_V2_OUTPUTS_NW = 3
 };
 void slosh_lyapunov_v2_outputs(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *w);
+
+/* points of the shapes of a picture */
+enum {
+    SLOSH_GEOMETRY_NX = 17,
+    SLOSH_GEOMETRY_NU = 5,
+    SLOSH_GEOMETRY_NR = 0,
+    SLOSH_GEOMETRY_NP = 22,
+    SLOSH_GEOMETRY_NPOINTS = 87
+};
+void slosh_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "9bb6396a6e8e340a86e642d5c025b4c424fca73917df8779eac95ca422f33b1f"
+HASH = "7610c55dbe8df326cf4f6fd660b61a5cf7648b52d5db3a098436bcb335efd3cc"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -50,6 +50,7 @@ SIZES = {
     "lyapunov_v2_loop_reduced_euler": {'q': 17, 'r': 0, 'p': 22, 'c': 13, 'dq': 17},
     "lyapunov_v2_constraints": {'p': 22, 'c': 13, 's': 17, 'margin': 1},
     "lyapunov_v2_outputs": {'x': 17, 'r': 0, 'p': 22, 'c': 13, 'w': 3},
+    "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 87},
     "jac_x": {'x': 17, 'u': 5, 'p': 22, 'J': 289},
     "jac_u": {'x': 17, 'u': 5, 'p': 22, 'J': 85},
     "jvp": {'x': 17, 'u': 5, 'p': 22, 'along_x': 17, 'along_u': 5, 'change': 17},
@@ -10920,6 +10921,242 @@ def lyapunov_v2_outputs(x, r, p, c):
             V_v2,
             lateral_v2,
             np.fmax(0.0, lateral_v2 - F),
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        att1 = x[..., 6]
+        att2 = x[..., 7]
+        att3 = x[..., 8]
+        phi1 = x[..., 9]
+        theta1 = x[..., 10]
+        phi2 = x[..., 11]
+        theta2 = x[..., 12]
+        delta1 = u[..., 3]
+        delta2 = u[..., 4]
+        b = p[..., 7]
+        d = p[..., 8]
+        F = p[..., 9]
+        l1 = p[..., 13]
+        h1 = p[..., 14]
+        l2 = p[..., 18]
+        h2 = p[..., 19]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
+        sin_att3, cos_att3 = np.sin(att3), np.cos(att3)
+        sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        t_ruxs4 = cos_delta2 * F
+        f_x = t_ruxs4 * cos_delta1
+        f_y = sin_delta2 * F
+        t_lswnn = -0.52 * cos_att2
+        t_2c2og = t_lswnn * cos_att3
+        t_ggxc7 = 0.36 * sin_att1 * sin_att3
+        t_agou4 = 0.36 * cos_att1
+        t_l7ybt = t_agou4 * cos_att3 * sin_att2
+        t_cbgkr = t_2c2og + t_ggxc7 + t_l7ybt
+        t_jwc4h = t_lswnn * sin_att3
+        t_jtg6a = -0.36 * cos_att3 * sin_att1
+        t_gsde3 = t_agou4 * sin_att2 * sin_att3
+        t_jxyup = t_jwc4h + t_jtg6a + t_gsde3
+        t_foa7g = 0.52 * sin_att2
+        t_3jsqk = t_agou4 * cos_att2
+        t_iykj5 = t_foa7g + t_3jsqk
+        t_jtg6a_2 = cos_att3 * sin_att1
+        t_bvjqc = t_jtg6a_2 * sin_att2 - cos_att1 * sin_att3
+        t_ncmei = 0.31176914536239786 * t_bvjqc
+        t_ggxc7_2 = 0.18 * sin_att1 * sin_att3
+        t_agou4_2 = 0.18 * cos_att1
+        t_l7ybt_2 = t_agou4_2 * cos_att3 * sin_att2
+        t_jtg6a_3 = -0.18 * cos_att3 * sin_att1
+        t_6x4uh = cos_att1 * cos_att3
+        t_fmbhe = t_6x4uh + sin_att1 * sin_att2 * sin_att3
+        t_unvo7 = 0.31176914536239786 * t_fmbhe
+        t_gsde3_2 = t_agou4_2 * sin_att2 * sin_att3
+        t_3jsqk_2 = t_agou4_2 * cos_att2
+        t_iykj5_2 = t_foa7g + t_3jsqk_2
+        t_ql6qw = 0.31176914536239786 * cos_att2 * sin_att1
+        t_ggxc7_3 = -0.18 * sin_att1 * sin_att3
+        t_agou4_3 = -0.18 * cos_att1
+        t_l7ybt_3 = t_agou4_3 * cos_att3 * sin_att2
+        t_invi5 = t_2c2og + t_ggxc7_3 + t_ncmei + t_l7ybt_3
+        t_jtg6a_4 = 0.18 * cos_att3 * sin_att1
+        t_gsde3_3 = t_agou4_3 * sin_att2 * sin_att3
+        t_wcell = t_jwc4h + t_unvo7 + t_jtg6a_4 + t_gsde3_3
+        t_3jsqk_3 = t_agou4_3 * cos_att2
+        t_iykj5_3 = t_foa7g + t_3jsqk_3
+        t_k4pxz = t_iykj5_3 + t_ql6qw
+        t_ggxc7_4 = -0.36 * sin_att1 * sin_att3
+        t_agou4_4 = -0.36 * cos_att1
+        t_l7ybt_4 = t_agou4_4 * cos_att3 * sin_att2
+        t_jtg6a_5 = 0.36 * cos_att3 * sin_att1
+        t_gsde3_4 = t_agou4_4 * sin_att2 * sin_att3
+        t_3jsqk_4 = t_agou4_4 * cos_att2
+        t_ncmei_2 = -0.31176914536239786 * t_bvjqc
+        t_sgvyg = t_2c2og + t_ncmei_2
+        t_bxunv = t_sgvyg + t_ggxc7_3 + t_l7ybt_3
+        t_unvo7_2 = -0.31176914536239786 * t_fmbhe
+        t_5bv4u = t_jwc4h + t_unvo7_2
+        t_pijla = t_5bv4u + t_jtg6a_4 + t_gsde3_3
+        t_ql6qw_2 = -0.31176914536239786 * cos_att2 * sin_att1
+        t_k4pxz_2 = t_iykj5_3 + t_ql6qw_2
+        t_lswnn_2 = 1.2 * cos_att2
+        t_2c2og_2 = t_lswnn_2 * cos_att3
+        t_cbgkr_2 = t_2c2og_2 + t_ggxc7 + t_l7ybt
+        t_jwc4h_2 = t_lswnn_2 * sin_att3
+        t_jxyup_2 = t_jtg6a + t_jwc4h_2 + t_gsde3
+        t_foa7g_2 = -1.2 * sin_att2
+        t_iykj5_4 = t_foa7g_2 + t_3jsqk
+        t_iykj5_5 = t_foa7g_2 + t_3jsqk_2
+        t_invi5_2 = t_ggxc7_3 + t_2c2og_2 + t_ncmei + t_l7ybt_3
+        t_wcell_2 = t_jwc4h_2 + t_unvo7 + t_jtg6a_4 + t_gsde3_3
+        t_iykj5_6 = t_foa7g_2 + t_3jsqk_3
+        t_k4pxz_3 = t_iykj5_6 + t_ql6qw
+        t_invi5_3 = t_ncmei_2 + t_ggxc7_3 + t_2c2og_2 + t_l7ybt_3
+        t_wcell_3 = t_unvo7_2 + t_jwc4h_2 + t_jtg6a_4 + t_gsde3_3
+        t_k4pxz_4 = t_iykj5_6 + t_ql6qw_2
+        t_yxxpc = b + d
+        t_qhzth = t_yxxpc * cos_att2
+        t_ekrfe = -(t_qhzth * cos_att3)
+        t_x4t3h = -(t_qhzth * sin_att3)
+        t_zqlio = t_yxxpc * sin_att2
+        t_d7gk5 = -0.0002 * f_y
+        t_gcu5g = -0.0002 * (t_ruxs4 * sin_delta1)
+        t_mzfzu = sin_att1 * sin_att3 + t_6x4uh * sin_att2
+        t_zjt3u = -0.0002 * f_x - t_yxxpc
+        t_hcylm = t_zjt3u * cos_att2
+        t_t7mda = cos_att1 * sin_att2 * sin_att3 - t_jtg6a_2
+        t_sol6l = h1 * cos_att2
+        t_5wsq6 = h1 - l1 * cos_phi1
+        t_6y7qf = t_5wsq6 * cos_att2
+        t_4aobb = (
+            t_6y7qf * cos_att3
+            + l1 * t_mzfzu * cos_theta1 * sin_phi1
+            + l1 * t_bvjqc * sin_phi1 * sin_theta1
+        )
+        t_yesoj = (
+            t_6y7qf * sin_att3
+            + l1 * t_fmbhe * sin_phi1 * sin_theta1
+            + l1 * t_t7mda * cos_theta1 * sin_phi1
+        )
+        t_7xpnn = (
+            l1 * cos_att1 * cos_att2 * cos_theta1 * sin_phi1
+            - t_5wsq6 * sin_att2
+            + l1 * cos_att2 * sin_att1 * sin_phi1 * sin_theta1
+        )
+        t_tlwev = h2 * cos_att2
+        t_i4qrx = h2 - l2 * cos_phi2
+        t_ijx5f = t_i4qrx * cos_att2
+        t_az6ui = (
+            t_ijx5f * cos_att3
+            + l2 * t_mzfzu * cos_theta2 * sin_phi2
+            + l2 * t_bvjqc * sin_phi2 * sin_theta2
+        )
+        t_4ycs6 = (
+            t_ijx5f * sin_att3
+            + l2 * t_fmbhe * sin_phi2 * sin_theta2
+            + l2 * t_t7mda * cos_theta2 * sin_phi2
+        )
+        t_eilto = (
+            l2 * cos_att1 * cos_att2 * cos_theta2 * sin_phi2
+            - t_i4qrx * sin_att2
+            + l2 * cos_att2 * sin_att1 * sin_phi2 * sin_theta2
+        )
+        return _vector(
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_2c2og + t_ncmei + t_ggxc7_2 + t_l7ybt_2,
+            t_jwc4h + t_jtg6a_3 + t_unvo7 + t_gsde3_2,
+            t_iykj5_2 + t_ql6qw,
+            t_invi5,
+            t_wcell,
+            t_k4pxz,
+            t_2c2og + t_ggxc7_4 + t_l7ybt_4,
+            t_jwc4h + t_jtg6a_5 + t_gsde3_4,
+            t_foa7g + t_3jsqk_4,
+            t_bxunv,
+            t_pijla,
+            t_k4pxz_2,
+            t_sgvyg + t_ggxc7_2 + t_l7ybt_2,
+            t_5bv4u + t_jtg6a_3 + t_gsde3_2,
+            t_iykj5_2 + t_ql6qw_2,
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_2c2og_2 + t_ncmei + t_ggxc7_2 + t_l7ybt_2,
+            t_jtg6a_3 + t_jwc4h_2 + t_unvo7 + t_gsde3_2,
+            t_iykj5_5 + t_ql6qw,
+            t_invi5_2,
+            t_wcell_2,
+            t_k4pxz_3,
+            t_ggxc7_4 + t_2c2og_2 + t_l7ybt_4,
+            t_jwc4h_2 + t_jtg6a_5 + t_gsde3_4,
+            t_foa7g_2 + t_3jsqk_4,
+            t_invi5_3,
+            t_wcell_3,
+            t_k4pxz_4,
+            t_ncmei_2 + t_2c2og_2 + t_ggxc7_2 + t_l7ybt_2,
+            t_unvo7_2 + t_jtg6a_3 + t_jwc4h_2 + t_gsde3_2,
+            t_iykj5_5 + t_ql6qw_2,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_cbgkr,
+            t_jxyup,
+            t_iykj5,
+            t_cbgkr_2,
+            t_jxyup_2,
+            t_iykj5_4,
+            t_invi5,
+            t_wcell,
+            t_k4pxz,
+            t_invi5_2,
+            t_wcell_2,
+            t_k4pxz_3,
+            t_bxunv,
+            t_pijla,
+            t_k4pxz_2,
+            t_invi5_3,
+            t_wcell_3,
+            t_k4pxz_4,
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_ekrfe,
+            t_x4t3h,
+            t_zqlio,
+            t_d7gk5 * t_bvjqc - t_gcu5g * t_mzfzu + t_hcylm * cos_att3,
+            t_d7gk5 * t_fmbhe - t_gcu5g * t_t7mda + t_hcylm * sin_att3,
+            t_d7gk5 * cos_att2 * sin_att1 - t_zjt3u * sin_att2 - t_gcu5g * cos_att1 * cos_att2,
+            t_sol6l * cos_att3,
+            t_sol6l * sin_att3,
+            -(h1 * sin_att2),
+            t_4aobb,
+            t_yesoj,
+            t_7xpnn,
+            t_4aobb,
+            t_yesoj,
+            t_7xpnn,
+            t_tlwev * cos_att3,
+            t_tlwev * sin_att3,
+            -(h2 * sin_att2),
+            t_az6ui,
+            t_4ycs6,
+            t_eilto,
+            t_az6ui,
+            t_4ycs6,
+            t_eilto,
         )
 
 

@@ -70,6 +70,7 @@ extern "C" {
 #define casadi_f43 CASADI_PREFIX(f43)
 #define casadi_f44 CASADI_PREFIX(f44)
 #define casadi_f45 CASADI_PREFIX(f45)
+#define casadi_f46 CASADI_PREFIX(f46)
 #define casadi_f5 CASADI_PREFIX(f5)
 #define casadi_f6 CASADI_PREFIX(f6)
 #define casadi_f7 CASADI_PREFIX(f7)
@@ -93,6 +94,7 @@ extern "C" {
 #define casadi_s2 CASADI_PREFIX(s2)
 #define casadi_s20 CASADI_PREFIX(s20)
 #define casadi_s21 CASADI_PREFIX(s21)
+#define casadi_s22 CASADI_PREFIX(s22)
 #define casadi_s3 CASADI_PREFIX(s3)
 #define casadi_s4 CASADI_PREFIX(s4)
 #define casadi_s5 CASADI_PREFIX(s5)
@@ -226,12 +228,13 @@ static const casadi_int casadi_s12[3] = {15, 1, 1};
 static const casadi_int casadi_s13[3] = {13, 1, 1};
 static const casadi_int casadi_s14[3] = {2, 1, 1};
 static const casadi_int casadi_s15[3] = {3, 1, 1};
-static const casadi_int casadi_s16[3] = {289, 1, 1};
-static const casadi_int casadi_s17[3] = {85, 1, 1};
-static const casadi_int casadi_s18[3] = {119, 1, 1};
-static const casadi_int casadi_s19[3] = {35, 1, 1};
-static const casadi_int casadi_s20[3] = {374, 1, 1};
-static const casadi_int casadi_s21[3] = {154, 1, 1};
+static const casadi_int casadi_s16[3] = {87, 1, 1};
+static const casadi_int casadi_s17[3] = {289, 1, 1};
+static const casadi_int casadi_s18[3] = {85, 1, 1};
+static const casadi_int casadi_s19[3] = {119, 1, 1};
+static const casadi_int casadi_s20[3] = {35, 1, 1};
+static const casadi_int casadi_s21[3] = {374, 1, 1};
+static const casadi_int casadi_s22[3] = {154, 1, 1};
 
 /* slosh_rhs:(arg_x[17],arg_u[5],arg_p[22])->(res_dx[17]) */
 static int casadi_f0(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
@@ -37307,8 +37310,481 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_outputs_work_bytes(casadi_int *sz_arg
   return 0;
 }
 
-/* slosh_jac_x:(arg_x[17],arg_u[5],arg_p[22])->(res_J[289]) */
+/* slosh_geometry:(arg_x[17],arg_u[5],arg_r,arg_p[22])->(res_points[87]) */
 static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
+  casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
+  casadi_real a36, a37, a38, a39, a40, a41, a42, a43, a44, a45, a46, a47;
+  a00=-5.2000000000000002e-01;
+  a01=arg[0]? arg[0][7] : 0;
+  a02=cos(a01);
+  a00=(a00*a02);
+  a03=arg[0]? arg[0][8] : 0;
+  a04=cos(a03);
+  a05=(a00*a04);
+  a06=3.5999999999999999e-01;
+  a07=arg[0]? arg[0][6] : 0;
+  a08=sin(a07);
+  a09=(a06*a08);
+  a03=sin(a03);
+  a09=(a09*a03);
+  a10=(a05+a09);
+  a07=cos(a07);
+  a11=(a06*a07);
+  a12=(a11*a04);
+  a01=sin(a01);
+  a12=(a12*a01);
+  a10=(a10+a12);
+  if (res[0]!=0) res[0][0]=a10;
+  a00=(a00*a03);
+  a13=-3.5999999999999999e-01;
+  a14=(a13*a04);
+  a14=(a14*a08);
+  a15=(a00+a14);
+  a16=(a11*a01);
+  a16=(a16*a03);
+  a15=(a15+a16);
+  if (res[0]!=0) res[0][1]=a15;
+  a17=5.2000000000000002e-01;
+  a17=(a17*a01);
+  a11=(a11*a02);
+  a18=(a17+a11);
+  if (res[0]!=0) res[0][2]=a18;
+  a19=3.1176914536239786e-01;
+  a20=(a04*a08);
+  a21=(a20*a01);
+  a22=(a07*a03);
+  a21=(a21-a22);
+  a22=(a19*a21);
+  a23=(a05+a22);
+  a24=1.7999999999999999e-01;
+  a25=(a24*a08);
+  a25=(a25*a03);
+  a23=(a23+a25);
+  a26=(a24*a07);
+  a27=(a26*a04);
+  a27=(a27*a01);
+  a23=(a23+a27);
+  if (res[0]!=0) res[0][3]=a23;
+  a23=-1.7999999999999999e-01;
+  a28=(a23*a04);
+  a28=(a28*a08);
+  a29=(a00+a28);
+  a30=(a07*a04);
+  a31=(a08*a01);
+  a31=(a31*a03);
+  a31=(a30+a31);
+  a32=(a19*a31);
+  a29=(a29+a32);
+  a33=(a26*a01);
+  a33=(a33*a03);
+  a29=(a29+a33);
+  if (res[0]!=0) res[0][4]=a29;
+  a26=(a26*a02);
+  a29=(a17+a26);
+  a19=(a19*a02);
+  a19=(a19*a08);
+  a34=(a29+a19);
+  if (res[0]!=0) res[0][5]=a34;
+  a34=(a23*a08);
+  a34=(a34*a03);
+  a35=(a05+a34);
+  a35=(a35+a22);
+  a23=(a23*a07);
+  a36=(a23*a04);
+  a36=(a36*a01);
+  a35=(a35+a36);
+  if (res[0]!=0) res[0][6]=a35;
+  a37=(a00+a32);
+  a24=(a24*a04);
+  a24=(a24*a08);
+  a37=(a37+a24);
+  a38=(a23*a01);
+  a38=(a38*a03);
+  a37=(a37+a38);
+  if (res[0]!=0) res[0][7]=a37;
+  a23=(a23*a02);
+  a39=(a17+a23);
+  a40=(a39+a19);
+  if (res[0]!=0) res[0][8]=a40;
+  a41=(a13*a08);
+  a41=(a41*a03);
+  a42=(a05+a41);
+  a13=(a13*a07);
+  a43=(a13*a04);
+  a43=(a43*a01);
+  a42=(a42+a43);
+  if (res[0]!=0) res[0][9]=a42;
+  a06=(a06*a04);
+  a06=(a06*a08);
+  a42=(a00+a06);
+  a44=(a13*a01);
+  a44=(a44*a03);
+  a42=(a42+a44);
+  if (res[0]!=0) res[0][10]=a42;
+  a13=(a13*a02);
+  a17=(a17+a13);
+  if (res[0]!=0) res[0][11]=a17;
+  a17=-3.1176914536239786e-01;
+  a42=(a17*a21);
+  a05=(a05+a42);
+  a45=(a05+a34);
+  a45=(a45+a36);
+  if (res[0]!=0) res[0][12]=a45;
+  a46=(a17*a31);
+  a00=(a00+a46);
+  a47=(a00+a24);
+  a47=(a47+a38);
+  if (res[0]!=0) res[0][13]=a47;
+  a17=(a17*a02);
+  a17=(a17*a08);
+  a39=(a39+a17);
+  if (res[0]!=0) res[0][14]=a39;
+  a05=(a05+a25);
+  a05=(a05+a27);
+  if (res[0]!=0) res[0][15]=a05;
+  a00=(a00+a28);
+  a00=(a00+a33);
+  if (res[0]!=0) res[0][16]=a00;
+  a29=(a29+a17);
+  if (res[0]!=0) res[0][17]=a29;
+  if (res[0]!=0) res[0][18]=a10;
+  if (res[0]!=0) res[0][19]=a15;
+  if (res[0]!=0) res[0][20]=a18;
+  a29=1.2000000000000000e+00;
+  a29=(a29*a02);
+  a00=(a29*a04);
+  a09=(a00+a09);
+  a09=(a09+a12);
+  if (res[0]!=0) res[0][21]=a09;
+  a29=(a29*a03);
+  a14=(a14+a29);
+  a14=(a14+a16);
+  if (res[0]!=0) res[0][22]=a14;
+  a16=-1.2000000000000000e+00;
+  a16=(a16*a01);
+  a11=(a16+a11);
+  if (res[0]!=0) res[0][23]=a11;
+  a12=(a00+a22);
+  a12=(a12+a25);
+  a12=(a12+a27);
+  if (res[0]!=0) res[0][24]=a12;
+  a12=(a28+a29);
+  a12=(a12+a32);
+  a12=(a12+a33);
+  if (res[0]!=0) res[0][25]=a12;
+  a26=(a16+a26);
+  a12=(a26+a19);
+  if (res[0]!=0) res[0][26]=a12;
+  a12=(a34+a00);
+  a12=(a12+a22);
+  a12=(a12+a36);
+  if (res[0]!=0) res[0][27]=a12;
+  a32=(a29+a32);
+  a32=(a32+a24);
+  a32=(a32+a38);
+  if (res[0]!=0) res[0][28]=a32;
+  a23=(a16+a23);
+  a19=(a23+a19);
+  if (res[0]!=0) res[0][29]=a19;
+  a41=(a41+a00);
+  a41=(a41+a43);
+  if (res[0]!=0) res[0][30]=a41;
+  a06=(a29+a06);
+  a06=(a06+a44);
+  if (res[0]!=0) res[0][31]=a06;
+  a16=(a16+a13);
+  if (res[0]!=0) res[0][32]=a16;
+  a34=(a42+a34);
+  a34=(a34+a00);
+  a34=(a34+a36);
+  if (res[0]!=0) res[0][33]=a34;
+  a36=(a46+a29);
+  a36=(a36+a24);
+  a36=(a36+a38);
+  if (res[0]!=0) res[0][34]=a36;
+  a23=(a23+a17);
+  if (res[0]!=0) res[0][35]=a23;
+  a42=(a42+a00);
+  a42=(a42+a25);
+  a42=(a42+a27);
+  if (res[0]!=0) res[0][36]=a42;
+  a46=(a46+a28);
+  a46=(a46+a29);
+  a46=(a46+a33);
+  if (res[0]!=0) res[0][37]=a46;
+  a26=(a26+a17);
+  if (res[0]!=0) res[0][38]=a26;
+  if (res[0]!=0) res[0][39]=a09;
+  if (res[0]!=0) res[0][40]=a14;
+  if (res[0]!=0) res[0][41]=a11;
+  if (res[0]!=0) res[0][42]=a10;
+  if (res[0]!=0) res[0][43]=a15;
+  if (res[0]!=0) res[0][44]=a18;
+  if (res[0]!=0) res[0][45]=a09;
+  if (res[0]!=0) res[0][46]=a14;
+  if (res[0]!=0) res[0][47]=a11;
+  if (res[0]!=0) res[0][48]=a35;
+  if (res[0]!=0) res[0][49]=a37;
+  if (res[0]!=0) res[0][50]=a40;
+  if (res[0]!=0) res[0][51]=a12;
+  if (res[0]!=0) res[0][52]=a32;
+  if (res[0]!=0) res[0][53]=a19;
+  if (res[0]!=0) res[0][54]=a45;
+  if (res[0]!=0) res[0][55]=a47;
+  if (res[0]!=0) res[0][56]=a39;
+  if (res[0]!=0) res[0][57]=a34;
+  if (res[0]!=0) res[0][58]=a36;
+  if (res[0]!=0) res[0][59]=a23;
+  a23=arg[3]? arg[3][7] : 0;
+  a36=arg[3]? arg[3][8] : 0;
+  a23=(a23+a36);
+  a36=(a23*a02);
+  a34=(a36*a04);
+  a34=(-a34);
+  if (res[0]!=0) res[0][60]=a34;
+  a36=(a36*a03);
+  a36=(-a36);
+  if (res[0]!=0) res[0][61]=a36;
+  a39=(a23*a01);
+  if (res[0]!=0) res[0][62]=a39;
+  if (res[0]!=0) res[0][63]=a34;
+  if (res[0]!=0) res[0][64]=a36;
+  if (res[0]!=0) res[0][65]=a39;
+  a39=-2.0000000000000001e-04;
+  a36=arg[1]? arg[1][4] : 0;
+  a34=sin(a36);
+  a47=arg[3]? arg[3][9] : 0;
+  a34=(a34*a47);
+  a34=(a39*a34);
+  a45=(a34*a21);
+  a36=cos(a36);
+  a36=(a36*a47);
+  a47=arg[1]? arg[1][3] : 0;
+  a19=sin(a47);
+  a19=(a36*a19);
+  a19=(a39*a19);
+  a32=(a08*a03);
+  a30=(a30*a01);
+  a32=(a32+a30);
+  a30=(a19*a32);
+  a45=(a45-a30);
+  a47=cos(a47);
+  a36=(a36*a47);
+  a39=(a39*a36);
+  a39=(a39-a23);
+  a23=(a39*a02);
+  a36=(a23*a04);
+  a45=(a45+a36);
+  if (res[0]!=0) res[0][66]=a45;
+  a45=(a34*a31);
+  a36=(a07*a01);
+  a36=(a36*a03);
+  a36=(a36-a20);
+  a20=(a19*a36);
+  a45=(a45-a20);
+  a23=(a23*a03);
+  a45=(a45+a23);
+  if (res[0]!=0) res[0][67]=a45;
+  a34=(a34*a02);
+  a34=(a34*a08);
+  a39=(a39*a01);
+  a34=(a34-a39);
+  a19=(a19*a07);
+  a19=(a19*a02);
+  a34=(a34-a19);
+  if (res[0]!=0) res[0][68]=a34;
+  a34=arg[3]? arg[3][14] : 0;
+  a19=(a34*a02);
+  a39=(a19*a04);
+  if (res[0]!=0) res[0][69]=a39;
+  a19=(a19*a03);
+  if (res[0]!=0) res[0][70]=a19;
+  a19=(a34*a01);
+  a19=(-a19);
+  if (res[0]!=0) res[0][71]=a19;
+  a19=arg[3]? arg[3][13] : 0;
+  a39=arg[0]? arg[0][9] : 0;
+  a45=cos(a39);
+  a45=(a19*a45);
+  a34=(a34-a45);
+  a45=(a34*a02);
+  a23=(a45*a04);
+  a20=(a19*a32);
+  a47=arg[0]? arg[0][10] : 0;
+  a30=cos(a47);
+  a20=(a20*a30);
+  a39=sin(a39);
+  a20=(a20*a39);
+  a23=(a23+a20);
+  a20=(a19*a21);
+  a20=(a20*a39);
+  a47=sin(a47);
+  a20=(a20*a47);
+  a23=(a23+a20);
+  if (res[0]!=0) res[0][72]=a23;
+  a45=(a45*a03);
+  a20=(a19*a31);
+  a20=(a20*a39);
+  a20=(a20*a47);
+  a45=(a45+a20);
+  a20=(a19*a36);
+  a20=(a20*a30);
+  a20=(a20*a39);
+  a45=(a45+a20);
+  if (res[0]!=0) res[0][73]=a45;
+  a20=(a19*a07);
+  a20=(a20*a02);
+  a20=(a20*a30);
+  a20=(a20*a39);
+  a34=(a34*a01);
+  a20=(a20-a34);
+  a19=(a19*a02);
+  a19=(a19*a08);
+  a19=(a19*a39);
+  a19=(a19*a47);
+  a20=(a20+a19);
+  if (res[0]!=0) res[0][74]=a20;
+  if (res[0]!=0) res[0][75]=a23;
+  if (res[0]!=0) res[0][76]=a45;
+  if (res[0]!=0) res[0][77]=a20;
+  a20=arg[3]? arg[3][19] : 0;
+  a45=(a20*a02);
+  a23=(a45*a04);
+  if (res[0]!=0) res[0][78]=a23;
+  a45=(a45*a03);
+  if (res[0]!=0) res[0][79]=a45;
+  a45=(a20*a01);
+  a45=(-a45);
+  if (res[0]!=0) res[0][80]=a45;
+  a45=arg[3]? arg[3][18] : 0;
+  a23=arg[0]? arg[0][11] : 0;
+  a19=cos(a23);
+  a19=(a45*a19);
+  a20=(a20-a19);
+  a19=(a20*a02);
+  a04=(a19*a04);
+  a32=(a45*a32);
+  a47=arg[0]? arg[0][12] : 0;
+  a39=cos(a47);
+  a32=(a32*a39);
+  a23=sin(a23);
+  a32=(a32*a23);
+  a04=(a04+a32);
+  a21=(a45*a21);
+  a21=(a21*a23);
+  a47=sin(a47);
+  a21=(a21*a47);
+  a04=(a04+a21);
+  if (res[0]!=0) res[0][81]=a04;
+  a19=(a19*a03);
+  a31=(a45*a31);
+  a31=(a31*a23);
+  a31=(a31*a47);
+  a19=(a19+a31);
+  a36=(a45*a36);
+  a36=(a36*a39);
+  a36=(a36*a23);
+  a19=(a19+a36);
+  if (res[0]!=0) res[0][82]=a19;
+  a07=(a45*a07);
+  a07=(a07*a02);
+  a07=(a07*a39);
+  a07=(a07*a23);
+  a20=(a20*a01);
+  a07=(a07-a20);
+  a45=(a45*a02);
+  a45=(a45*a08);
+  a45=(a45*a23);
+  a45=(a45*a47);
+  a07=(a07+a45);
+  if (res[0]!=0) res[0][83]=a07;
+  if (res[0]!=0) res[0][84]=a04;
+  if (res[0]!=0) res[0][85]=a19;
+  if (res[0]!=0) res[0][86]=a07;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f35(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void slosh_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int slosh_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real slosh_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* slosh_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s7;
+    case 3: return casadi_s2;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* slosh_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s16;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int slosh_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* slosh_jac_x:(arg_x[17],arg_u[5],arg_p[22])->(res_J[289]) */
+static int casadi_f36(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -41754,7 +42230,7 @@ static int casadi_f35(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f35(arg, res, iw, w, mem);
+  return casadi_f36(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_x_checkout(void) {
@@ -41807,7 +42283,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_x_sparsity_in(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_x_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s17;
     default: return 0;
   }
 }
@@ -41829,7 +42305,7 @@ CASADI_SYMBOL_EXPORT int slosh_jac_x_work_bytes(casadi_int *sz_arg, casadi_int* 
 }
 
 /* slosh_jac_u:(arg_x[17],arg_u[5],arg_p[22])->(res_J[85]) */
-static int casadi_f36(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f37(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -42843,7 +43319,7 @@ static int casadi_f36(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_u(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f36(arg, res, iw, w, mem);
+  return casadi_f37(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_u_checkout(void) {
@@ -42896,7 +43372,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_u_sparsity_in(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_u_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s17;
+    case 0: return casadi_s18;
     default: return 0;
   }
 }
@@ -42918,7 +43394,7 @@ CASADI_SYMBOL_EXPORT int slosh_jac_u_work_bytes(casadi_int *sz_arg, casadi_int* 
 }
 
 /* slosh_jvp:(arg_x[17],arg_u[5],arg_p[22],arg_along_x[17],arg_along_u[5])->(res_change[17]) */
-static int casadi_f37(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f38(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -44777,7 +45253,7 @@ static int casadi_f37(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f37(arg, res, iw, w, mem);
+  return casadi_f38(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jvp_checkout(void) {
@@ -44856,7 +45332,7 @@ CASADI_SYMBOL_EXPORT int slosh_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz
 }
 
 /* slosh_outputs_jac:(arg_x[17],arg_u[5],arg_r,arg_p[22])->(res_J_x[119],res_J_u[35]) */
-static int casadi_f38(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f39(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -48589,7 +49065,7 @@ static int casadi_f38(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f38(arg, res, iw, w, mem);
+  return casadi_f39(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_outputs_jac_checkout(void) {
@@ -48645,8 +49121,8 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_outputs_jac_sparsity_in(casadi_int 
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_outputs_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s18;
-    case 1: return casadi_s19;
+    case 0: return casadi_s19;
+    case 1: return casadi_s20;
     default: return 0;
   }
 }
@@ -48668,7 +49144,7 @@ CASADI_SYMBOL_EXPORT int slosh_outputs_jac_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_jac_p:(arg_x[17],arg_u[5],arg_p[22])->(res_J[374]) */
-static int casadi_f39(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f40(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -57359,7 +57835,7 @@ static int casadi_f39(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f39(arg, res, iw, w, mem);
+  return casadi_f40(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_jac_p_checkout(void) {
@@ -57412,7 +57888,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_p_sparsity_in(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s20;
+    case 0: return casadi_s21;
     default: return 0;
   }
 }
@@ -57434,7 +57910,7 @@ CASADI_SYMBOL_EXPORT int slosh_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* 
 }
 
 /* slosh_outputs_jac_p:(arg_x[17],arg_u[5],arg_r,arg_p[22])->(res_J_p[154]) */
-static int casadi_f40(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f41(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -62913,7 +63389,7 @@ static int casadi_f40(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f40(arg, res, iw, w, mem);
+  return casadi_f41(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_outputs_jac_p_checkout(void) {
@@ -62968,7 +63444,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_outputs_jac_p_sparsity_in(casadi_in
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_outputs_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s21;
+    case 0: return casadi_s22;
     default: return 0;
   }
 }
@@ -62990,7 +63466,7 @@ CASADI_SYMBOL_EXPORT int slosh_outputs_jac_p_work_bytes(casadi_int *sz_arg, casa
 }
 
 /* slosh_actuate_jvp:(arg_x[17],arg_u_cmd[5],arg_p[22],arg_along_x[17],arg_along_u_cmd[5])->(res_change[5]) */
-static int casadi_f41(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f42(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -63615,7 +64091,7 @@ static int casadi_f41(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_actuate_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f41(arg, res, iw, w, mem);
+  return casadi_f42(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_actuate_jvp_checkout(void) {
@@ -63694,7 +64170,7 @@ CASADI_SYMBOL_EXPORT int slosh_actuate_jvp_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* slosh_lyapunov_v1_jvp:(arg_x[17],arg_r,arg_p[22],arg_c[15],arg_along_x[17])->(res_change[5]) */
-static int casadi_f42(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f43(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -66615,7 +67091,7 @@ static int casadi_f42(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f42(arg, res, iw, w, mem);
+  return casadi_f43(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_jvp_checkout(void) {
@@ -66694,7 +67170,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_jvp_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* slosh_lyapunov_v1_loop_jac:(arg_q[17],arg_r,arg_p[22],arg_c[15])->(res_J_q[289]) */
-static int casadi_f43(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f44(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -79640,7 +80116,7 @@ static int casadi_f43(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f43(arg, res, iw, w, mem);
+  return casadi_f44(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_jac_checkout(void) {
@@ -79695,7 +80171,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_jac_sparsity_in(ca
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v1_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s17;
     default: return 0;
   }
 }
@@ -79717,7 +80193,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v1_loop_jac_work_bytes(casadi_int *sz_ar
 }
 
 /* slosh_lyapunov_v2_jvp:(arg_x[17],arg_r,arg_p[22],arg_c[13],arg_along_x[17])->(res_change[5]) */
-static int casadi_f44(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f45(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -81373,7 +81849,7 @@ static int casadi_f44(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f44(arg, res, iw, w, mem);
+  return casadi_f45(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_jvp_checkout(void) {
@@ -81452,7 +81928,7 @@ CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_jvp_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* slosh_lyapunov_v2_loop_jac:(arg_q[17],arg_r,arg_p[22],arg_c[13])->(res_J_q[289]) */
-static int casadi_f45(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f46(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -91521,7 +91997,7 @@ static int casadi_f45(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f45(arg, res, iw, w, mem);
+  return casadi_f46(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int slosh_lyapunov_v2_loop_jac_checkout(void) {
@@ -91576,7 +92052,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_jac_sparsity_in(ca
 
 CASADI_SYMBOL_EXPORT const casadi_int* slosh_lyapunov_v2_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s16;
+    case 0: return casadi_s17;
     default: return 0;
   }
 }

@@ -647,6 +647,24 @@ int slosh_lyapunov_v2_outputs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res,
 #define slosh_lyapunov_v2_outputs_SZ_RES 1
 #define slosh_lyapunov_v2_outputs_SZ_IW 0
 #define slosh_lyapunov_v2_outputs_SZ_W 0
+int slosh_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_geometry_checkout(void);
+void slosh_geometry_release(int mem);
+void slosh_geometry_incref(void);
+void slosh_geometry_decref(void);
+casadi_int slosh_geometry_n_in(void);
+casadi_int slosh_geometry_n_out(void);
+casadi_real slosh_geometry_default_in(casadi_int i);
+const char* slosh_geometry_name_in(casadi_int i);
+const char* slosh_geometry_name_out(casadi_int i);
+const casadi_int* slosh_geometry_sparsity_in(casadi_int i);
+const casadi_int* slosh_geometry_sparsity_out(casadi_int i);
+int slosh_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_geometry_SZ_ARG 4
+#define slosh_geometry_SZ_RES 1
+#define slosh_geometry_SZ_IW 0
+#define slosh_geometry_SZ_W 0
 int slosh_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
 int slosh_jac_x_checkout(void);
 void slosh_jac_x_release(int mem);

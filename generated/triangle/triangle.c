@@ -900,3 +900,77 @@ void triangle_path_constraints(const real *p, const real *c, const real *s, real
     margin[0] = c[R] - rho_ref;
     margin[1] = c[R] - mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }
+
+/* points of the shapes of a picture; 63 operations. */
+void triangle_geometry(const real *x, const real *u, const real *r, const real *p, real *points)
+{
+    (void)u;
+    (void)p;
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    real sin_theta, cos_theta; mv_sincos(x[theta], &sin_theta, &cos_theta);
+    real sin_theta_ref, cos_theta_ref; mv_sincos(r[theta_ref], &sin_theta_ref, &cos_theta_ref);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_thb5i = mv_sqrt(x[mu]);
+    const real sigma_mu = K(0.5773502691896257) * t_thb5i;  /* (18) */
+    const real t_ku2of = zeta1 + n;
+    const real t_wdufx = K(1.7320508075688772) * (K(0.16666666666666666) * zeta2 * sigma_mu);
+    const real t_notgc = K(0.28867513459481287) * t_thb5i * t_ku2of + t_wdufx;
+    const real t_ku2of_2 = n - zeta1;
+    const real t_t6be4 = K(-0.16666666666666663) * t_thb5i * t_ku2of_2;
+    const real t_notgc_2 = K(-0.5) * zeta2 * sigma_mu + t_t6be4;
+    const real t_q4cfc = t_notgc * cos_theta - t_notgc_2 * sin_theta;
+    const real t_tyiek = t_notgc * sin_theta + t_notgc_2 * cos_theta;
+    const real t_wdufx_2 = K(1.7320508075688772) * (K(-0.3333333333333333) * zeta2 * sigma_mu);
+    const real t_bsfdy = t_wdufx_2 * cos_theta + K(-0.33333333333333326) * t_thb5i * t_ku2of_2 * sin_theta;
+    const real t_glnxj = t_wdufx_2 * sin_theta + K(0.33333333333333326) * t_thb5i * t_ku2of_2 * cos_theta;
+    const real t_notgc_3 = K(-0.28867513459481287) * t_thb5i * t_ku2of + t_wdufx;
+    const real t_notgc_4 = K(0.5) * zeta2 * sigma_mu + t_t6be4;
+    const real t_q4cfc_2 = t_notgc_3 * cos_theta - t_notgc_4 * sin_theta;
+    const real t_tyiek_2 = t_notgc_4 * cos_theta + t_notgc_3 * sin_theta;
+    points[0] = t_q4cfc;
+    points[1] = SPLAT(K(0.0));
+    points[2] = t_tyiek;
+    points[3] = t_bsfdy;
+    points[4] = SPLAT(K(0.0));
+    points[5] = t_glnxj;
+    points[6] = t_bsfdy;
+    points[7] = SPLAT(K(0.0));
+    points[8] = t_glnxj;
+    points[9] = t_q4cfc_2;
+    points[10] = SPLAT(K(0.0));
+    points[11] = t_tyiek_2;
+    points[12] = t_q4cfc_2;
+    points[13] = SPLAT(K(0.0));
+    points[14] = t_tyiek_2;
+    points[15] = t_q4cfc;
+    points[16] = SPLAT(K(0.0));
+    points[17] = t_tyiek;
+    points[18] = t_q4cfc_2;
+    points[19] = SPLAT(K(0.0));
+    points[20] = t_tyiek_2;
+    points[21] = t_q4cfc;
+    points[22] = SPLAT(K(0.0));
+    points[23] = t_tyiek;
+    points[24] = t_bsfdy;
+    points[25] = SPLAT(K(0.0));
+    points[26] = t_glnxj;
+    points[27] = SPLAT(K(0.0));
+    points[28] = SPLAT(K(0.0));
+    points[29] = SPLAT(K(0.0));
+    points[30] = K(0.3) * cos_theta;
+    points[31] = SPLAT(K(0.0));
+    points[32] = K(0.3) * sin_theta;
+    points[33] = SPLAT(K(0.0));
+    points[34] = SPLAT(K(0.0));
+    points[35] = SPLAT(K(0.0));
+    points[36] = K(0.3) * cos_theta_ref;
+    points[37] = SPLAT(K(0.0));
+    points[38] = K(0.3) * sin_theta_ref;
+}

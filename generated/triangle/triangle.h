@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "80af478590bcbcfcd4bd1ea43be723fffd9583861fd44921f4b07c0efd4b044b"
+#define TRIANGLE_HASH "5900ad19b948b68bc01a26e6b3c7531dce2126e501255d01b5b1a27fa2c3829c"
 
 /* state x */
 enum {
@@ -297,6 +297,16 @@ enum {
     TRIANGLE_PATH_CONSTRAINTS_NMARGIN = 2
 };
 void triangle_path_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
+
+/* points of the shapes of a picture */
+enum {
+    TRIANGLE_GEOMETRY_NX = 4,
+    TRIANGLE_GEOMETRY_NU = 3,
+    TRIANGLE_GEOMETRY_NR = 4,
+    TRIANGLE_GEOMETRY_NP = 3,
+    TRIANGLE_GEOMETRY_NPOINTS = 39
+};
+void triangle_geometry(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *points);
 
 /* Jacobian of rhs with respect to x, row by row */
 enum {

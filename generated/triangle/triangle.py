@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "80af478590bcbcfcd4bd1ea43be723fffd9583861fd44921f4b07c0efd4b044b"
+HASH = "5900ad19b948b68bc01a26e6b3c7531dce2126e501255d01b5b1a27fa2c3829c"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -38,6 +38,7 @@ SIZES = {
     "path_loop": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'dq': 4},
     "path_observe": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'x': 4, 'u': 3},
     "path_constraints": {'p': 3, 'c': 6, 's': 8, 'margin': 2},
+    "geometry": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'points': 39},
     "jac_x": {'x': 4, 'u': 3, 'p': 3, 'J': 16},
     "jac_u": {'x': 4, 'u': 3, 'p': 3, 'J': 12},
     "jvp": {'x': 4, 'u': 3, 'p': 3, 'along_x': 4, 'along_u': 3, 'change': 4},
@@ -1050,6 +1051,81 @@ def path_constraints(p, c, s):
         return _vector(
             R - rho_ref,
             R - np.sqrt(t_ncrup + t_sbeph) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+        )
+
+
+def geometry(x, u, r, p):
+    """Points of the shapes of a picture: (x, u, r, p) -> points."""
+    x, u, r, p = _arrays(x, u, r, p)
+    with np.errstate(all="ignore"):
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        theta_ref = r[..., 3]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        sin_theta, cos_theta = np.sin(theta), np.cos(theta)
+        sin_theta_ref, cos_theta_ref = np.sin(theta_ref), np.cos(theta_ref)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = np.sqrt(mu)
+        sigma_mu = 0.5773502691896257 * t_thb5i  # (18)
+        t_ku2of = zeta1 + n
+        t_wdufx = 1.7320508075688772 * (0.16666666666666666 * zeta2 * sigma_mu)
+        t_notgc = 0.28867513459481287 * t_thb5i * t_ku2of + t_wdufx
+        t_ku2of_2 = n - zeta1
+        t_t6be4 = -0.16666666666666663 * t_thb5i * t_ku2of_2
+        t_notgc_2 = -0.5 * zeta2 * sigma_mu + t_t6be4
+        t_q4cfc = t_notgc * cos_theta - t_notgc_2 * sin_theta
+        t_tyiek = t_notgc * sin_theta + t_notgc_2 * cos_theta
+        t_wdufx_2 = 1.7320508075688772 * (-0.3333333333333333 * zeta2 * sigma_mu)
+        t_bsfdy = t_wdufx_2 * cos_theta + -0.33333333333333326 * t_thb5i * t_ku2of_2 * sin_theta
+        t_glnxj = t_wdufx_2 * sin_theta + 0.33333333333333326 * t_thb5i * t_ku2of_2 * cos_theta
+        t_notgc_3 = -0.28867513459481287 * t_thb5i * t_ku2of + t_wdufx
+        t_notgc_4 = 0.5 * zeta2 * sigma_mu + t_t6be4
+        t_q4cfc_2 = t_notgc_3 * cos_theta - t_notgc_4 * sin_theta
+        t_tyiek_2 = t_notgc_4 * cos_theta + t_notgc_3 * sin_theta
+        return _vector(
+            t_q4cfc,
+            0.0,
+            t_tyiek,
+            t_bsfdy,
+            0.0,
+            t_glnxj,
+            t_bsfdy,
+            0.0,
+            t_glnxj,
+            t_q4cfc_2,
+            0.0,
+            t_tyiek_2,
+            t_q4cfc_2,
+            0.0,
+            t_tyiek_2,
+            t_q4cfc,
+            0.0,
+            t_tyiek,
+            t_q4cfc_2,
+            0.0,
+            t_tyiek_2,
+            t_q4cfc,
+            0.0,
+            t_tyiek,
+            t_bsfdy,
+            0.0,
+            t_glnxj,
+            0.0,
+            0.0,
+            0.0,
+            0.3 * cos_theta,
+            0.0,
+            0.3 * sin_theta,
+            0.0,
+            0.0,
+            0.0,
+            0.3 * cos_theta_ref,
+            0.0,
+            0.3 * sin_theta_ref,
         )
 
 

@@ -55,6 +55,7 @@ extern "C" {
 #define casadi_f3 CASADI_PREFIX(f3)
 #define casadi_f30 CASADI_PREFIX(f30)
 #define casadi_f31 CASADI_PREFIX(f31)
+#define casadi_f32 CASADI_PREFIX(f32)
 #define casadi_f4 CASADI_PREFIX(f4)
 #define casadi_f5 CASADI_PREFIX(f5)
 #define casadi_f6 CASADI_PREFIX(f6)
@@ -72,6 +73,7 @@ extern "C" {
 #define casadi_s13 CASADI_PREFIX(s13)
 #define casadi_s14 CASADI_PREFIX(s14)
 #define casadi_s15 CASADI_PREFIX(s15)
+#define casadi_s16 CASADI_PREFIX(s16)
 #define casadi_s2 CASADI_PREFIX(s2)
 #define casadi_s3 CASADI_PREFIX(s3)
 #define casadi_s4 CASADI_PREFIX(s4)
@@ -156,10 +158,11 @@ static const casadi_int casadi_s8[3] = {8, 1, 1};
 static const casadi_int casadi_s9[3] = {1, 1, 1};
 static const casadi_int casadi_s10[3] = {10, 1, 1};
 static const casadi_int casadi_s11[3] = {6, 1, 1};
-static const casadi_int casadi_s12[3] = {16, 1, 1};
-static const casadi_int casadi_s13[3] = {12, 1, 1};
-static const casadi_int casadi_s14[3] = {44, 1, 1};
-static const casadi_int casadi_s15[3] = {33, 1, 1};
+static const casadi_int casadi_s12[3] = {39, 1, 1};
+static const casadi_int casadi_s13[3] = {16, 1, 1};
+static const casadi_int casadi_s14[3] = {12, 1, 1};
+static const casadi_int casadi_s15[3] = {44, 1, 1};
+static const casadi_int casadi_s16[3] = {33, 1, 1};
 
 /* triangle_rhs:(arg_x[4],arg_u[3],arg_p[3])->(res_dx[4]) */
 static int casadi_f0(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
@@ -4036,8 +4039,213 @@ CASADI_SYMBOL_EXPORT int triangle_path_constraints_work_bytes(casadi_int *sz_arg
   return 0;
 }
 
-/* triangle_jac_x:(arg_x[4],arg_u[3],arg_p[3])->(res_J[16]) */
+/* triangle_geometry:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_points[39]) */
 static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
+  casadi_real a12, a13, a14;
+  a00=2.8867513459481287e-01;
+  a01=arg[0]? arg[0][2] : 0;
+  a01=sqrt(a01);
+  a00=(a00*a01);
+  a02=arg[0]? arg[0][0] : 0;
+  a03=arg[0]? arg[0][1] : 0;
+  a04=cos(a03);
+  a04=(a02*a04);
+  a05=1.;
+  a06=casadi_sq(a04);
+  a03=sin(a03);
+  a02=(a02*a03);
+  a03=casadi_sq(a02);
+  a06=(a06+a03);
+  a05=(a05-a06);
+  a05=sqrt(a05);
+  a06=(a04+a05);
+  a00=(a00*a06);
+  a03=1.7320508075688772e+00;
+  a07=1.6666666666666666e-01;
+  a07=(a07*a02);
+  a08=5.7735026918962573e-01;
+  a08=(a08*a01);
+  a07=(a07*a08);
+  a07=(a03*a07);
+  a00=(a00+a07);
+  a09=arg[0]? arg[0][3] : 0;
+  a10=cos(a09);
+  a11=(a00*a10);
+  a12=-5.0000000000000000e-01;
+  a12=(a12*a02);
+  a12=(a12*a08);
+  a13=-1.6666666666666663e-01;
+  a13=(a13*a01);
+  a05=(a05-a04);
+  a13=(a13*a05);
+  a12=(a12+a13);
+  a09=sin(a09);
+  a04=(a12*a09);
+  a11=(a11-a04);
+  if (res[0]!=0) res[0][0]=a11;
+  a04=0.;
+  if (res[0]!=0) res[0][1]=a04;
+  a00=(a00*a09);
+  a12=(a12*a10);
+  a00=(a00+a12);
+  if (res[0]!=0) res[0][2]=a00;
+  a12=-3.3333333333333331e-01;
+  a12=(a12*a02);
+  a12=(a12*a08);
+  a03=(a03*a12);
+  a12=(a03*a10);
+  a14=-3.3333333333333326e-01;
+  a14=(a14*a01);
+  a14=(a14*a05);
+  a14=(a14*a09);
+  a12=(a12+a14);
+  if (res[0]!=0) res[0][3]=a12;
+  if (res[0]!=0) res[0][4]=a04;
+  a03=(a03*a09);
+  a14=3.3333333333333326e-01;
+  a14=(a14*a01);
+  a14=(a14*a05);
+  a14=(a14*a10);
+  a03=(a03+a14);
+  if (res[0]!=0) res[0][5]=a03;
+  if (res[0]!=0) res[0][6]=a12;
+  if (res[0]!=0) res[0][7]=a04;
+  if (res[0]!=0) res[0][8]=a03;
+  a14=-2.8867513459481287e-01;
+  a14=(a14*a01);
+  a14=(a14*a06);
+  a14=(a14+a07);
+  a07=(a14*a10);
+  a06=5.0000000000000000e-01;
+  a06=(a06*a02);
+  a06=(a06*a08);
+  a06=(a06+a13);
+  a13=(a06*a09);
+  a07=(a07-a13);
+  if (res[0]!=0) res[0][9]=a07;
+  if (res[0]!=0) res[0][10]=a04;
+  a06=(a06*a10);
+  a14=(a14*a09);
+  a06=(a06+a14);
+  if (res[0]!=0) res[0][11]=a06;
+  if (res[0]!=0) res[0][12]=a07;
+  if (res[0]!=0) res[0][13]=a04;
+  if (res[0]!=0) res[0][14]=a06;
+  if (res[0]!=0) res[0][15]=a11;
+  if (res[0]!=0) res[0][16]=a04;
+  if (res[0]!=0) res[0][17]=a00;
+  if (res[0]!=0) res[0][18]=a07;
+  if (res[0]!=0) res[0][19]=a04;
+  if (res[0]!=0) res[0][20]=a06;
+  if (res[0]!=0) res[0][21]=a11;
+  if (res[0]!=0) res[0][22]=a04;
+  if (res[0]!=0) res[0][23]=a00;
+  if (res[0]!=0) res[0][24]=a12;
+  if (res[0]!=0) res[0][25]=a04;
+  if (res[0]!=0) res[0][26]=a03;
+  if (res[0]!=0) res[0][27]=a04;
+  if (res[0]!=0) res[0][28]=a04;
+  if (res[0]!=0) res[0][29]=a04;
+  a03=2.9999999999999999e-01;
+  a10=(a03*a10);
+  if (res[0]!=0) res[0][30]=a10;
+  if (res[0]!=0) res[0][31]=a04;
+  a09=(a03*a09);
+  if (res[0]!=0) res[0][32]=a09;
+  if (res[0]!=0) res[0][33]=a04;
+  if (res[0]!=0) res[0][34]=a04;
+  if (res[0]!=0) res[0][35]=a04;
+  a09=arg[2]? arg[2][3] : 0;
+  a10=cos(a09);
+  a10=(a03*a10);
+  if (res[0]!=0) res[0][36]=a10;
+  if (res[0]!=0) res[0][37]=a04;
+  a09=sin(a09);
+  a03=(a03*a09);
+  if (res[0]!=0) res[0][38]=a03;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f22(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void triangle_geometry_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int triangle_geometry_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real triangle_geometry_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_r";
+    case 3: return "arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* triangle_geometry_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "res_points";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s0;
+    case 3: return casadi_s1;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* triangle_geometry_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s12;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int triangle_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* triangle_jac_x:(arg_x[4],arg_u[3],arg_p[3])->(res_J[16]) */
+static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -4073,7 +4281,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f23(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x_checkout(void) {
@@ -4126,7 +4334,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
@@ -4148,7 +4356,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_x_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jac_u:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=1.;
   if (res[0]!=0) res[0][0]=a0;
@@ -4170,7 +4378,7 @@ static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f23(arg, res, iw, w, mem);
+  return casadi_f24(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u_checkout(void) {
@@ -4223,7 +4431,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s13;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -4245,7 +4453,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_u_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jvp:(arg_x[4],arg_u[3],arg_p[3],arg_along_x[4],arg_along_u[3])->(res_change[4]) */
-static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[4]? arg[4][0] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -4278,7 +4486,7 @@ static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f24(arg, res, iw, w, mem);
+  return casadi_f25(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp_checkout(void) {
@@ -4357,7 +4565,7 @@ CASADI_SYMBOL_EXPORT int triangle_jvp_work_bytes(casadi_int *sz_arg, casadi_int*
 }
 
 /* triangle_outputs_jac:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_x[44],res_J_u[33],res_J_r[44]) */
-static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -5085,7 +5293,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f26(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_checkout(void) {
@@ -5142,9 +5350,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_in(casadi_i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s14;
-    case 1: return casadi_s15;
-    case 2: return casadi_s14;
+    case 0: return casadi_s15;
+    case 1: return casadi_s16;
+    case 2: return casadi_s15;
     default: return 0;
   }
 }
@@ -5166,7 +5374,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_jac_p:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -5198,7 +5406,7 @@ static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f26(arg, res, iw, w, mem);
+  return casadi_f27(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p_checkout(void) {
@@ -5251,7 +5459,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s13;
+    case 0: return casadi_s14;
     default: return 0;
   }
 }
@@ -5273,7 +5481,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_p_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_outputs_jac_p:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_p[33]) */
-static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -5313,7 +5521,7 @@ static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f27(arg, res, iw, w, mem);
+  return casadi_f28(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_checkout(void) {
@@ -5368,7 +5576,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_in(casadi
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s15;
+    case 0: return casadi_s16;
     default: return 0;
   }
 }
@@ -5390,7 +5598,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_work_bytes(casadi_int *sz_arg, c
 }
 
 /* triangle_sliding_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[10],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -5870,7 +6078,7 @@ static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f28(arg, res, iw, w, mem);
+  return casadi_f29(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_checkout(void) {
@@ -5951,7 +6159,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_sliding_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -6917,7 +7125,7 @@ static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f29(arg, res, iw, w, mem);
+  return casadi_f30(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_checkout(void) {
@@ -6973,8 +7181,8 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_in(cas
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
-    case 1: return casadi_s12;
+    case 0: return casadi_s13;
+    case 1: return casadi_s13;
     default: return 0;
   }
 }
@@ -6996,7 +7204,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[6],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -7746,7 +7954,7 @@ static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f30(arg, res, iw, w, mem);
+  return casadi_f31(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp_checkout(void) {
@@ -7827,7 +8035,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_jvp_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* triangle_path_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f32(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -9745,7 +9953,7 @@ static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f31(arg, res, iw, w, mem);
+  return casadi_f32(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac_checkout(void) {
@@ -9801,8 +10009,8 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_in(casadi
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s12;
-    case 1: return casadi_s12;
+    case 0: return casadi_s13;
+    case 1: return casadi_s13;
     default: return 0;
   }
 }

@@ -413,6 +413,24 @@ int triangle_path_constraints_work_bytes(casadi_int *sz_arg, casadi_int* sz_res,
 #define triangle_path_constraints_SZ_RES 1
 #define triangle_path_constraints_SZ_IW 0
 #define triangle_path_constraints_SZ_W 0
+int triangle_geometry(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_geometry_checkout(void);
+void triangle_geometry_release(int mem);
+void triangle_geometry_incref(void);
+void triangle_geometry_decref(void);
+casadi_int triangle_geometry_n_in(void);
+casadi_int triangle_geometry_n_out(void);
+casadi_real triangle_geometry_default_in(casadi_int i);
+const char* triangle_geometry_name_in(casadi_int i);
+const char* triangle_geometry_name_out(casadi_int i);
+const casadi_int* triangle_geometry_sparsity_in(casadi_int i);
+const casadi_int* triangle_geometry_sparsity_out(casadi_int i);
+int triangle_geometry_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_geometry_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_geometry_SZ_ARG 4
+#define triangle_geometry_SZ_RES 1
+#define triangle_geometry_SZ_IW 0
+#define triangle_geometry_SZ_W 0
 int triangle_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
 int triangle_jac_x_checkout(void);
 void triangle_jac_x_release(int mem);

@@ -14,6 +14,7 @@ from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import read_manifest
 from mehvar.settings import read_settings
+from mehvar.terminal import working
 
 
 def command(
@@ -68,7 +69,8 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
     if emit not in (None, "casadi"):
         raise bad_value("--emit", emit, "casadi")
     for model in names:
-        report = generation.generate(tree, model, out, structure, emit == "casadi")
+        with working(f"deriving {model}"):
+            report = generation.generate(tree, model, out, structure, emit == "casadi")
         where = out or Path("generated") / model
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
         if report.written:

@@ -22,10 +22,13 @@ from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
 from mehvar.terminal import Advance, progress
 from mehvar.versions import installed
+from mehvar.web.export import export_web
+from mehvar.web.module import zig_available
 
 if TYPE_CHECKING:
     from mehvar.report.content import PaperReport
 
+_LIVE = "live"
 _PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 
 
@@ -50,7 +53,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     ----------
     out : Path
         Folder of the report, made if it does not exist: index.html and a page for each paper, which need nothing
-        else; claims.json; figures/.
+        else; claims.json; figures/; with zig, live/, the pages on which each system runs.
     advance : callable, optional
         Called with what is done, the total, both in papers, and what is being done.
 
@@ -75,7 +78,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     started, models = time.perf_counter(), paper_models()
     ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
     reports = [paper_report(name, ledgers.get(name), _part(advance, i, len(models))) for i, name in enumerate(models)]
-    _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started)))
+    live = {name: f"{_LIVE}/{name}.html" for name in models} if zig_available() else {}
+    _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started), live), live)
     if advance is not None:
         advance(len(models), len(models))
     return _failures(reports)
@@ -103,8 +107,10 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
     return part
 
 
-def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str]) -> None:
+def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], live: Iterable[str]) -> None:
     with filling(out) as folder:
+        for model in live:
+            export_web(model, folder / _LIVE)
         (folder / "figures").mkdir()
         for report in reports:
             for figure, picture in zip(report.paper.figures, report.pictures, strict=True):

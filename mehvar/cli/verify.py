@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from mehvar.runtime.batch.store.verification import Verification, verify
+from mehvar.terminal import working
 
 _SHOWN = 20
 """Lines of damage: a terminal shows as many and still the first; --json has all."""
@@ -28,7 +29,8 @@ def command(
     InputError
         For a store that is none.
     """
-    verification = verify(path)
+    with working(f"verifying {path}"):
+        verification = verify(path)
     if as_json:
         typer.echo(json.dumps(verification.facts(), indent=1))
     else:

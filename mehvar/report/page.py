@@ -22,7 +22,7 @@ from .content import Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
-_STYLES = ("uplot/uPlot.min.css", "report.css")
+_STYLES = ("uplot/uPlot.min.css", "palette.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from markupsafe import Markup
@@ -24,13 +25,19 @@ from .content import PaperReport, Picture
 from .page import Page, Part, Section, Stage, page_text, typeset, uri
 
 OVERVIEW = "index.html"
+_INVITATION = Markup(
+    '<p><a href="{}">Run it yourself</a>: the generated C as WebAssembly, with sliders, in a page of its own; its '
+    "checksum is that of this machine.</p>"
+)
 _LEAD = (
     "Derived again, turned into code and run. Every figure was drawn, and every claim decided, by running the "
     "generated models; a claim that is not reproduced is listed with the others."
 )
 
 
-def paper_pages(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> dict[str, str]:
+def paper_pages(
+    reports: Sequence[PaperReport], facts: Mapping[str, str], live: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, str]:
     """Return the pages of the report by the name of their file.
 
     Parameters
@@ -39,10 +46,12 @@ def paper_pages(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> dic
         One for each paper.
     facts : mapping
         Versions and times of the whole.
+    live : mapping
+        Models to the pages on which they run, as a paper's page links them.
     """
     files = {report.manifest.model: f"{report.manifest.model}.html" for report in reports}
     others = {"overview": OVERVIEW, **files}
-    papers = {report.manifest.model: _paper(report, others) for report in reports}
+    papers = {report.manifest.model: _paper(report, others, live) for report in reports}
     pages = {OVERVIEW: _overview(reports, papers, facts, others)}
     pages |= {files[name]: page for name, page in papers.items()}
     return {file: page_text(page) for file, page in pages.items()}
@@ -83,8 +92,10 @@ def _overview(
     )
 
 
-def _paper(report: PaperReport, others: Mapping[str, str]) -> Page:
+def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
     name = report.manifest.model
+    stage = paper_stage(name, report.paper, report.scene)
+    runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []
     content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
     bands = [report.bands] if report.bands else []
     parts = [
@@ -100,7 +111,7 @@ def _paper(report: PaperReport, others: Mapping[str, str]) -> Page:
     return Page(
         f"{name}: {report.manifest.title}",
         [
-            Section(f"{name}-animation", "Animation", [paper_stage(name, report.paper, report.scene)]),
+            Section(f"{name}-animation", "Animation", [stage, *runs_here]),
             Section(f"{name}-reading", "How the paper was read", [_part("reading", content)]),
             *(Section(f"{name}-{part}", title, [_part(part, content, shown)]) for part, title, shown in parts),
         ],

@@ -154,29 +154,28 @@ def batch_sections(runs: Runs) -> list[Section]:
 
 
 def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
-    """Return the animation of a run: by the geometry that its model declares, else by its paper; None without either.
+    """Return the animation of a run: by its paper, else by the geometry that its model declares; None without either.
 
     None too for a model that is not here with the text that the run was made with: its functions place the points.
     """
     name = manifest.model
     if not is_installed(name, manifest.hash):
         return None
-    if manifest.geometry:
-        title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
-        return _geometry_stage({title: dataset}, load(name))
-    animated = recorded_scene(dataset, manifest)
-    return paper_stage(name, *animated) if animated else None
+    if animated := recorded_scene(dataset, manifest):
+        return paper_stage(name, *animated)
+    if not manifest.geometry:
+        return None
+    title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+    return _geometry_stage({title: dataset}, load(name))
 
 
 def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:
     """Return the animation of each law's run, or of the runs that the model's paper shows."""
     name = model.manifest.model
-    if model.manifest.geometry and datasets:
-        return _geometry_stage(datasets, model)
-    if not has_paper(name):
-        return None
-    paper = load_reproduction(name)
-    return paper_stage(name, paper, paper.scene(runs))
+    if has_paper(name):
+        paper = load_reproduction(name)
+        return paper_stage(name, paper, paper.scene(runs))
+    return _geometry_stage(datasets, model) if model.manifest.geometry and datasets else None
 
 
 def _geometry_stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage:

@@ -15,13 +15,14 @@ import numpy as np
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.manifest import Controller, Manifest, Parameter, Quantity
+from mehvar.manifest import Controller, Manifest, Parameter, Quantity, Shape
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.files import check_folder, write_atomic
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
+from mehvar.schema import plain
 
 from .cases import Case, cases_of
 from .module import compiled_module, zig_toolchain
@@ -31,7 +32,7 @@ _UPLOT = "report/uplot"
 
 
 def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
-    """Write a page on which a model runs: sliders, plots, and a checksum of every number of the run.
+    """Write a page on which a model runs: sliders, plots, its geometry in motion, a checksum of every number.
 
     Parameters
     ----------
@@ -69,12 +70,14 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
 
 def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
     """Return the page of a model with some runs."""
-    names = (f"{_UPLOT}/uPlot.iife.min.js", "web/simulator.js", "web/live.js")
+    drawing = ("report/data.js", "report/view.js", "report/geometry.js")
+    names = (f"{_UPLOT}/uPlot.iife.min.js", *drawing, "web/simulator.js", "web/motion.js", "web/live.js")
     return html.page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
-        styles=[_asset(f"{_UPLOT}/uPlot.min.css"), _asset("web/live.css")],
+        styles=[_asset(f"{_UPLOT}/uPlot.min.css"), _asset("report/palette.css"), _asset("web/live.css")],
         scripts=[_asset(name) for name in names],
+        moves=bool(manifest.geometry),
         licence=_asset(f"{_UPLOT}/LICENSE"),
         data=Markup(json.dumps(page_data(manifest, cases), separators=(",", ":")).replace("<", "\\u003c")),
     )
@@ -102,6 +105,7 @@ def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
         "constraints": manifest.constraints,
         "statuses": [status.text for status in Status],
         "noise": len(manifest.noise),
+        "shapes": [plain(Shape, shape) for shape in manifest.geometry],
         "seed": options.seed,
         "max_steps": options.max_steps,
         "rtol": options.rtol,

@@ -56,6 +56,15 @@ def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
     return (folder / _MODULE).read_bytes()
 
 
+def zig_available() -> bool:
+    """Return whether pages that run can be made here."""
+    try:
+        zig_toolchain()
+    except MissingError:
+        return False
+    return True
+
+
 def zig_toolchain() -> Toolchain:
     """Return the compiler for WebAssembly, or raise MissingError that says how to get it."""
     try:
@@ -120,10 +129,11 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
         "TICKS": max(len(case.t) for case in cases),
         "ROWS": max(case.rows for case in cases),
         "EVALUATIONS": max(case.evaluations for case in cases),
+        "POINTS": 3 * sum(shape.points for shape in manifest.geometry),
     }
     lines = [f"#define WEB_{name} {size}" for name, size in sizes.items()]
     functions = {identifier(name) for name in manifest.functions}
-    optional = {"constraints": "p, s, margin", "to_coordinates": "x, q"}
+    optional = {"constraints": "p, s, margin", "to_coordinates": "x, q", "geometry": "x, u, r, p, points"}
     lines.append(f"#define web_initial(p, s, x) {_symbol(manifest, 'initial')}(p, s, x)")
     for name, arguments in optional.items():
         body = f"{_symbol(manifest, name)}({arguments})" if name in functions else "(void)0"

@@ -35,6 +35,7 @@ from .dynamics import (
 )
 from .environment import actuator, environment_torque, sensor, wheel_torque
 from .estimator import HALF, estimate
+from .geometry import geometry
 from .linear import show_linear_model, show_sampled_model
 
 STRUCTURE = {"chart": ("euler", "quaternion")}
@@ -116,6 +117,7 @@ def system(chart: str = "euler") -> System:
         actuator=limited,
         sensor=measured,
         projection=_projection(states) if chart == "quaternion" else (),
+        geometry=geometry(placed.rotation),
     )
 
 

@@ -16,6 +16,7 @@ from ..system import Choice, Controller, Derivation, Expr, Function, Group, Outp
 from ..tables import read_parameters, read_scenarios
 from .derived import residuals, show
 from .fast.hull import velocity_rates
+from .geometry import geometry
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
 from .laws.thrust import Inputs, gimbal_limits, to_physical
@@ -116,6 +117,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
     rates, residual = residuals(p, bobs, inertia)
+    force = [symbol for symbol in d.definitions if symbol.name in ("f_x", "f_y", "f_z")]
     return System(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
@@ -154,6 +156,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         variants=_variants(model, choices, laws),
         rates=rates,
         residual=residual,
+        geometry=geometry(p, bobs, inertia, placed.angles, force),
     )
 
 

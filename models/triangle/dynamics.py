@@ -46,12 +46,15 @@ class BaseTriangle:
         Squared edge lengths L_k^2; dimensionless.
     cosine, sine : tuple of Expr
         Of twice the direction angle of each edge; edge 3 points along +x.
+    direction : tuple of (Expr, Expr)
+        Cosine and sine of that angle itself, for the edge d_k.
     """
 
     mean_mass: Expr
     length_squared: tuple[Expr, Expr, Expr]
     cosine: tuple[Expr, Expr, Expr]
     sine: tuple[Expr, Expr, Expr]
+    direction: tuple[tuple[Expr, Expr], ...]
 
 
 def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangle:
@@ -72,11 +75,12 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
         (i, j), (a, b) = _ends(k), _ends(n)
         return sp.expand(dot(j, b) - dot(j, a) - dot(i, b) + dot(i, a))
 
-    lengths, cosines, sines = [], [], []
+    lengths, cosines, sines, directions = [], [], [], []
     for k in range(3):
         squared = edge_dot(k, k)
         along = edge_dot(2, k) / sp.sqrt(squared * edge_dot(2, 2))
         across = {0: 1, 1: -1, 2: 0}[k] * sp.sqrt(1 - along**2)
+        directions.append((along, across))
         cosine, sine = sp.simplify(2 * along**2 - 1), sp.simplify(2 * along * across)
         lengths.append(_name(d, f"L{k + 1}_sq", squared, f"squared base edge {k + 1}", f"L_{k + 1}^2", True))
         cosines.append(
@@ -97,7 +101,7 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
                 rf"\sin 2\epsilon_{k + 1}",
             )
         )
-    return BaseTriangle(mean, tuple(lengths), tuple(cosines), tuple(sines))
+    return BaseTriangle(mean, tuple(lengths), tuple(cosines), tuple(sines), tuple(directions))
 
 
 def _name(d: Derivation, name: str, expr: Expr, title: str, latex: str, positive: bool = False) -> Expr:

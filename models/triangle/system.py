@@ -36,6 +36,7 @@ from .dynamics import (
     stretch,
     target_lengths,
 )
+from .geometry import geometry
 
 Law = Callable[[ShiftedState, Group, Derivation], tuple[Expr, Expr]]
 
@@ -100,7 +101,8 @@ def system(masses: str = "equal") -> System:
     scenario = Group("s", tables["scenario"].quantities)
     d = Derivation()
     d.section("Base triangle")
-    base = base_triangle(own.symbols * 3 if masses == "equal" else own.symbols, d)
+    each = own.symbols * 3 if masses == "equal" else own.symbols
+    base = base_triangle(each, d)
     d.section("Shape, attitude and rods")
     stretched = stretch(d)
     drift = plant.disturbance
@@ -147,6 +149,7 @@ def system(masses: str = "equal") -> System:
         scenarios=scenarios,
         metrics=metrics,
         coordinates=coordinates,
+        geometry=geometry(each, stretched, base, _REFERENCES.theta_ref),
     )
 
 

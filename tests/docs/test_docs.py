@@ -6,7 +6,7 @@ What a page may say to this test, in a comment on the line before a block:
 that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, as
 `make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
 A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
-`...` stands for anything.
+`...` stands for anything. The pictures that a page shows and draws are compared with what it draws now.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from docs.site import pictures
 from tests import commands
+from tests.mehvar.pages import share_apart
 from tests.validation import __main__ as validation
 from tests.validation.table import Row
 
@@ -111,6 +113,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
             output = run_shell(block, where, tmp_path)
         elif block.language == "text" and output:
             expect(block.lines, output, where)
+    check_pictures(page, tmp_path)
 
 
 def missing(block: Block) -> list[str]:
@@ -265,16 +268,59 @@ def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
     assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
 
 
-def test_the_moving_picture_of_the_readme_is_made_by_a_run() -> None:
-    assert pictures.FILE.read_text(encoding="utf-8") == pictures.picture(), "run: python -m docs.site.pictures"
+@pytest.mark.parametrize("name", pictures.PICTURES)
+def test_a_picture_is_what_its_run_draws(name: str) -> None:
+    text = (pictures.FOLDER / name).read_text(encoding="utf-8")
+    assert text == pictures.PICTURES[name](), "run: python -m docs.site.pictures"
 
 
-def test_pictures_of_pages_are_drawn_by_the_code_that_is_there() -> None:
-    for name, page in pictures.DRAWN.items():
-        text = (pictures.FILE.parent / name).read_text(encoding="utf-8")
-        assert text.endswith(pictures.origin(page)), f"{name} is not of {page} as it is: python -m docs.site.pictures"
-    texts = {path.name: path.read_text(encoding="utf-8") for path in pictures.FILE.parent.glob("*.svg")}
-    assert {name for name, text in texts.items() if "<!-- drawn by " in text} == {*pictures.DRAWN}
+def test_every_picture_has_an_origin_a_size_and_a_reader() -> None:
+    """An SVG is made by a run or written by hand; a PNG is drawn by the page that shows it."""
+    shown = {name: page for page in PAGES for name in linked(page)}
+    for picture in pictures.FOLDER.iterdir():
+        assert picture.name in shown, f"no page shows {picture.name}"
+        assert picture.stat().st_size < LARGEST, picture.name
+        if picture.suffix == ".png":
+            assert any(name == picture.name and draws(page, name) for page in PAGES for name in linked(page)), picture
+        else:
+            assert 'role="img" aria-label="' in picture.read_text(encoding="utf-8"), f"{picture.name} has no name"
+
+
+def linked(page: Path) -> list[str]:
+    """Return the pictures of docs/pictures that a page shows."""
+    return re.findall(r"!\[[^\]]+\]\((?:\.\./|docs/)?pictures/([\w.-]+)\)", page.read_text(encoding="utf-8"))
+
+
+def draws(page: Path, name: str) -> bool:
+    """Return whether code or a command of a page writes a picture, before it is shown."""
+    text = page.read_text(encoding="utf-8")
+    shown = text.index(f"pictures/{name})")
+    lines = [line for block in blocks(text[:shown]) for line in block.lines]
+    return any(re.search(rf"(?<![\w-]){re.escape(name)}\b", line) for line in lines)
+
+
+def check_pictures(page: Path, folder: Path) -> None:
+    """Compare what a page has drawn with the pictures that it shows; with MEHVAR_APPROVE=yes they become those."""
+    for name in linked(page):
+        place = next(iter(folder.rglob(name)), None)
+        if place is None or not name.endswith(".png"):
+            continue  # another page draws it, or a block that needs a package
+        kept = pictures.FOLDER / name
+        with Image.open(place) as figure:
+            drawn = figure.convert("RGB").quantize(HUES)
+        if os.environ.get("MEHVAR_APPROVE") == "yes":
+            drawn.save(kept, optimize=True)
+        with Image.open(kept) as old:
+            apart = share_apart(old, drawn)
+        assert apart < ALIKE, f"{name} is {apart:.2%} from what {page.name} draws: MEHVAR_APPROVE=yes, and look at it"
+
+
+LARGEST = 150_000
+"""Bytes of a picture: a page with three is there at once on a telephone."""
+HUES = 64
+"""Colours of a figure. Of more there are only shades at the edges of lines."""
+ALIKE = 0.01
+"""Share of a thumbnail's pixels: fonts and the last digits of ticks differ between machines."""
 
 
 def test_the_citation_names_this_version() -> None:
@@ -391,17 +437,6 @@ def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:
         assert tests, subject
         for path in (*subject["modules"], *tests, *subject.get("without", ())):
             assert (ROOT / path.partition("::")[0]).is_file(), path
-
-
-@pytest.mark.parametrize("page", pictures.FIGURES)
-def test_a_tutorial_shows_what_its_command_draws(page: str) -> None:
-    name, command = pictures.FIGURES[page]
-    text = (ROOT / "docs" / "tutorials" / f"{page}.md").read_text(encoding="utf-8")
-    assert f"$ {command}\n" in text
-    shown = re.search(rf"!\[[^\]]+\]\(\.\./pictures/{re.escape(name)}\)", text)
-    assert shown is not None
-    assert text.index(f"$ {command}\n") < shown.start()
-    assert (ROOT / "docs" / "pictures" / name).stat().st_size > 10_000
 
 
 def test_the_page_that_compares_shows_what_was_measured() -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mehvar.formats.conversion import ENDINGS, convert
+from mehvar.terminal import working
 
 
 def command(
@@ -16,5 +17,7 @@ def command(
     out: Annotated[str, typer.Option("--out", metavar="FILE", help="The file to write.")],
 ) -> None:
     """Write a table, or everything."""
-    for path in convert(source, to, out):
+    with working(f"converting {source}"):
+        paths = convert(source, to, out)
+    for path in paths:
         typer.echo(f"saved {path}")

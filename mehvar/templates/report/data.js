@@ -11,8 +11,14 @@ Report.floats = (text) => {
   return Float32Array.from({ length: bytes.length / 4 }, (_, k) => view.getFloat32(4 * k, true));
 };
 
-/** The present colour of a name of the palette, which differs between light and dark. */
-Report.color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--c-${name}`).trim() || name;
+/** The present colour of a name of the palette, which differs between light and dark; asking the style is slow. */
+Report.colors = new Map();
+Report.color = (name) => {
+  if (!Report.colors.has(name)) {
+    Report.colors.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--c-${name}`).trim() || name);
+  }
+  return Report.colors.get(name);
+};
 
 /** A number for reading: four digits, a proper minus. */
 Report.number = (value) => {
@@ -22,8 +28,9 @@ Report.number = (value) => {
   return text.replace("-", "−");
 };
 
-/** Call `then` now and whenever light turns to dark or back. */
+/** Call `then` whenever light turns to dark or back. */
 Report.onTheme = (then) => matchMedia("(prefers-color-scheme: dark)").addEventListener("change", then);
+Report.onTheme(() => Report.colors.clear()); // before those that draw
 
 /** Call `then` once, as soon as an element comes near the window. */
 Report.whenNear = (element, then) => {

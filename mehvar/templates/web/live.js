@@ -3,12 +3,11 @@
 "use strict";
 
 (async () => {
-  const BUDGET = 8; // ms of a frame of 16.7 for the run; the rest is for drawing
-  const POINTS = 600; // of a line at most: one for each pixel of a panel; twice as many cost a third of the frames
-  const COLORS = ["--c1", "--c2", "--c3", "--c4", "--c5", "--c6"];
-  const data = JSON.parse(document.getElementById("data").textContent);
+  const BUDGET = 4; // ms of a frame of 16.7 for the run; as many at most for one panel, the rest is the browser's
+  const POINTS = 600; // of a line at most: one for each pixel of a panel
+  const COLORS = ["blue", "vermillion", "green", "purple", "orange", "sky"];
+  const { data } = Report;
   const at = (id) => document.getElementById(id);
-  const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const element = (tag, properties = {}, ...children) => {
     const made = Object.assign(document.createElement(tag), properties);
     made.append(...children);
@@ -30,18 +29,22 @@
   })();
 
   const line = ([q], k) => ({
-    label: q.name, stroke: color(COLORS[k % COLORS.length]), dash: k < COLORS.length ? [] : [5, 3], width: 1.5,
+    label: q.name, stroke: Report.color(COLORS[k % COLORS.length]), dash: k < COLORS.length ? [] : [5, 3], width: 1.5,
     points: { show: false }, value: (_, v) => (v === null ? "–" : short(v)),
   });
 
   const plot = (panel, host) => {
-    const axis = { stroke: color("--text"), grid: { stroke: color("--line"), width: 1 }, ticks: { stroke: color("--line") } };
+    const axis = { stroke: Report.color("text"), grid: { stroke: Report.color("grid"), width: 1 }, ticks: { stroke: Report.color("grid") } };
     const made = new uPlot({
-      width: host.clientWidth - 14, height: 170, scales: { x: { time: false } }, // less the figure's padding
+      width: host.clientWidth - 14, height: 170, scales: { x: { time: false, range: () => [0, data.cases[chosen.which].end] } }, // less the figure's padding
       series: [{ label: "t", value: (_, v) => (v === null ? "–" : `${short(v)} s`) }, ...panel.members.map(line)],
       axes: [{ ...axis, size: 30 }, { ...axis, size: 62, values: (_, splits) => splits.map(short) }],
     }, [[], ...panel.members.map(() => [])], host);
-    host.querySelector("canvas").setAttribute("aria-label", `${panel.title} over time`);
+    const canvas = host.querySelector("canvas");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${panel.title} over time`);
+    panel.head = element("div", { className: "playhead", hidden: true });
+    made.over.append(panel.head);
     return made;
   };
 
@@ -51,22 +54,28 @@
     panels.forEach((panel, k) => { panel.plot = plot(panel, hosts[k]); });
   };
 
-  const draw = () => {
-    const series = simulator.rows(), n = series.t.length, every = Math.max(1, Math.ceil(n / POINTS));
-    const picks = Array.from({ length: Math.ceil(n / every) }, (_, k) => k * every);
-    if (n && picks[picks.length - 1] !== n - 1) picks.push(n - 1);
-    const end = data.cases[chosen.which].end, t = picks.map((row) => series.t[row]);
-    for (const panel of panels) {
-      const lines = panel.members.map(([, k]) => picks.map((row) => {
-        const value = series[panel.series][row * panel.width + k];
-        return Number.isFinite(value) ? value : null;
-      }));
-      panel.plot.batch(() => {
-        panel.plot.setData([t, ...lines], true);
-        panel.plot.setScale("x", { min: 0, max: end });
-      });
-    }
+  /** The rows of the run so far that a panel shows: t, and which rows. */
+  const picked = (series) => {
+    const n = series.t.length, every = Math.max(1, Math.ceil(n / POINTS));
+    const rows = Array.from({ length: Math.ceil(n / every) }, (_, k) => k * every);
+    if (n && rows[rows.length - 1] !== n - 1) rows.push(n - 1);
+    return rows;
   };
+
+  const draw = (panel) => {
+    const series = simulator.rows(), rows = picked(series), numbers = series[panel.series];
+    const lines = panel.members.map(([, k]) => rows.map((row) => {
+      const value = numbers[row * panel.width + k];
+      return Number.isFinite(value) ? value : null;
+    }));
+    panel.plot.setData([rows.map((row) => series.t[row]), ...lines]);
+  };
+
+  const point = (time) => panels.forEach(({ plot, head }) => {
+    head.hidden = false;
+    head.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
+  });
+  const motion = data.shapes.length ? new Report.Motion(at("motion"), simulator, data.shapes, point) : null;
 
   const command = () => {
     const { law, scenario } = data.cases[chosen.which];
@@ -86,18 +95,27 @@
     document.documentElement.dataset.done = here;
   };
 
-  let run = null;
+  let run = null, turn = 0, left = 0;
+  /** A share of the run and one panel: all of them in one frame take more than a frame has. */
   const frame = () => {
-    if (!run) return;
-    const begin = performance.now();
-    let more = true;
-    while (more && performance.now() - begin < BUDGET) more = simulator.advance(run.chunk);
-    run.spent += performance.now() - begin;
-    run.frames++;
-    draw();
-    if (more) { requestAnimationFrame(frame); return; }
-    tell(run.spent, run.frames);
-    run = null;
+    if (run) {
+      const begin = performance.now();
+      let more = true;
+      while (more && performance.now() - begin < BUDGET) more = simulator.advance(run.chunk);
+      run.spent += performance.now() - begin;
+      run.frames++;
+      left = panels.length;
+      if (!more) {
+        tell(run.spent, run.frames);
+        motion?.take();
+        run = null;
+      }
+    }
+    if (left) {
+      draw(panels[turn++ % panels.length]);
+      left--;
+    }
+    if (run || left) requestAnimationFrame(frame);
   };
 
   const again = () => {
@@ -105,8 +123,9 @@
     at("command").textContent = command();
     const why = simulator.start(chosen.which, chosen.own);
     at("refusal").textContent = why || "";
+    motion?.rest();
     if (why) { run = null; return; }
-    const going = run !== null;
+    const going = run !== null || left > 0;
     run = { chunk: 16, spent: 0, frames: 0 };
     if (!going) requestAnimationFrame(frame);
   };
@@ -151,8 +170,8 @@
   at("case").append(...data.cases.map((c, k) => element("option", { value: k, textContent: `${c.law}, ${c.scenario}` })));
   at("case").addEventListener("change", choose);
   at("reset").addEventListener("click", choose);
-  const rebuild = () => { build(); draw(); };
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild);
+  const rebuild = () => { build(); panels.forEach(draw); if (motion?.rows) point(motion.time); };
+  Report.onTheme(rebuild);
   addEventListener("resize", rebuild);
   build();
   choose();

@@ -112,6 +112,11 @@ const Simulator = (() => {
       return Object.fromEntries(SERIES.map((name) => [name, array(name, n * sizes[name])]));
     };
 
+    const coordinates = 3 * data.shapes.reduce((sum, shape) => sum + shape.points, 0);
+
+    /** The coordinates of the picture's points at a row. */
+    const points = (row) => new Float64Array(module.memory.buffer, module.web_points(row), coordinates).slice();
+
     const checksum = () => {
       const series = rows();
       return SERIES.reduce((sum, name) => crc(series[name], sum), 0).toString(16).padStart(8, "0");
@@ -124,7 +129,7 @@ const Simulator = (() => {
       return `${data.statuses[status]} ${at}`;
     };
 
-    return { start, advance, rows, checksum, outcome, steps: () => module.web_steps() };
+    return { start, advance, rows, points, checksum, outcome, steps: () => module.web_steps() };
   };
 
   return { open };

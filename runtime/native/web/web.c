@@ -27,6 +27,7 @@ static double web_margins[WEB_MARGINS + 1], web_derived[WEB_NC + 1];
 static double web_t[WEB_ROWS], web_record_x[WEB_ROWS * WEB_NX + 1], web_record_u[WEB_ROWS * WEB_NU + 1];
 static double web_record_u_cmd[WEB_ROWS * WEB_NU + 1], web_record_y[WEB_ROWS * WEB_NY + 1];
 static double web_record_z[WEB_ROWS * WEB_NZ + 1];
+static double web_shown[WEB_POINTS + 1];
 static double web_work[WEB_WORK];
 static mv_single web_single;
 
@@ -86,6 +87,15 @@ int32_t WEB_EXPORT(web_run)(int32_t until)
 {
     mv_run(&web_single, (mv_work *)web_work, until);
     return web_single.status == MV_DONE ? (int32_t)web_single.tick : -1;
+}
+
+/* Where the points of the picture are at a row of the run so far; a system without a picture leaves them as they are. */
+double *WEB_EXPORT(web_points)(int32_t row)
+{
+    double r[WEB_NR + 1];
+    web_single.model.reference(&web_t[row], web_p, web_s, r);
+    web_geometry(&web_record_x[row * WEB_NX], &web_record_u[row * WEB_NU], r, web_p, web_shown);
+    return web_shown;
 }
 
 int32_t WEB_EXPORT(web_records)(void) { return (int32_t)web_single.records; }

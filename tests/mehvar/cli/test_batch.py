@@ -179,6 +179,19 @@ def test_units_of_line_and_file_give_the_bytes_of_the_numbers(tmp_path: Path) ->
     assert contents(tmp_path / "file.zarr") == wanted
 
 
+def test_units_in_python_and_in_times_of_a_file_are_those_of_the_command_line(tmp_path: Path) -> None:
+    degrees, radians = (
+        mehvar.batch("triangle", "path", n=3, t_end=0.1, vary={"theta": text})
+        for text in ("uniform(45deg, 60 deg)", "uniform(0.7853981633974483, 1.0471975511965976)")
+    )
+    assert degrees["final"].equals(radians["final"])
+    file = tmp_path / "campaign.toml"
+    file.write_text("model = 'triangle'\ncontroller = 'path'\nn = 2\nt_end = '100ms'\nsave = { every = '50 ms' }\n")
+    assert mehvar.batch(file)["t"].values.tolist() == [0.0, 0.05, 0.1]
+    with pytest.raises(mehvar.InputError, match=r"theta = '1 m'.*in rad"):
+        mehvar.batch("triangle", "path", n=3, vary={"theta": "uniform(1 m, 2 m)"})
+
+
 def test_a_batch_in_memory() -> None:
     ds = mehvar.batch("triangle", "path", n=5, vary={"theta": "normal(1, 0.1)"}, t_end=0.1)
     assert dict(ds.sizes) == {"run": 5, "state": 4, "variable": 18}

@@ -1,37 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a user's own system, in browsers: picture, links, screen reader, print, approved looks."""
 
-import base64
-import os
 import shutil
 import subprocess
 from pathlib import Path
 
-import matplotlib
 import pytest
 
 from mehvar.cli.new import scaffold
 from mehvar.report.page import Page, write_page
 from mehvar.report.subjects import model_sections
 from mehvar.runtime.model.model import load
-from tests.mehvar.browser import chromium, prefer
+from tests.mehvar.browser import chromium
 from tests.mehvar.pages import (
+    TOLERANCE,
     WIDTHS,
     contents,
     difference,
+    in_approved_font,
     misses,
+    opened,
     printed_pages,
-    resize,
-    settled,
-    thumbnail,
     unlabelled_canvases,
+    unlike,
     violations,
 )
 
 APPROVED = Path(__file__).parent / "approved"
-TOLERANCE = 0.0015
-"""Share of the pixels of a thumbnail. Two renderings of one page differ by 0.0000; of planted faults a rod that is not
-drawn differs by 0.0017, contents that are not shown by 0.006, another font by 0.007."""
 OTHER_ENGINE = 0.03
 """The same between engines, which set words and lists of choices otherwise: Firefox differs by 0.021. It finds a page
 that is empty or laid out otherwise, not a missing rod."""
@@ -46,32 +41,13 @@ def page(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def look(page):
-    """The page in a font that is the same on every machine: Matplotlib's."""
-    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    faces = [
-        f"@font-face {{ font-family: Approved; font-weight: {weight};"
-        f" src: url(data:font/ttf;base64,{base64.b64encode((fonts / file).read_bytes()).decode()}) }}"
-        for weight, file in (("normal", "DejaVuSans.ttf"), ("bold", "DejaVuSans-Bold.ttf"))
-    ]
-    text = page.read_text(encoding="utf-8").replace("default-src 'none';", "default-src 'none'; font-src data:;")
-    style = f"<style>{' '.join(faces)} * {{ font-family: Approved !important }}</style></head>"
-    file = page.with_name("look.html")
-    file.write_text(text.replace("</head>", style, 1), encoding="utf-8")
-    return file
+    return in_approved_font(page, page.with_name("look.html"))
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
     with chromium(tmp_path_factory.mktemp("browser")) as driver:
         yield driver
-
-
-def opened(browser, page, width=1440, color="light"):
-    resize(browser, width)
-    prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="reduce")
-    browser.get("about:blank")
-    browser.get(page.as_uri())
-    settled(browser)
 
 
 def test_the_picture_shows_the_geometry_and_moves(browser, page):
@@ -151,12 +127,30 @@ def test_it_prints_on_a_few_sheets_with_a_still_picture(browser, page):
 @pytest.mark.parametrize("color", ["light", "dark"])
 @pytest.mark.parametrize("width", WIDTHS)
 def test_it_looks_as_approved(browser, look, width, color):
-    """With MEHVAR_APPROVE=yes the present looks are approved: look at them before they are committed."""
     opened(browser, look, width, color)
-    picture, file = browser.get_screenshot_as_png(), APPROVED / f"{width}-{color}.png"
-    if os.environ.get("MEHVAR_APPROVE") == "yes":
-        thumbnail(picture).save(file, optimize=True)
-    assert difference(picture, file) < TOLERANCE
+    assert unlike(browser.get_screenshot_as_png(), APPROVED / f"{width}-{color}.png") < TOLERANCE
+
+
+@pytest.fixture(scope="module")
+def paper_look(tmp_path_factory):
+    """The report of a published system, with its paper's scene."""
+    place, model = tmp_path_factory.mktemp("paper"), load("triangle")
+    page = write_page(place / "page.html", Page(model.manifest.title, model_sections(model)))
+    return in_approved_font(page, place / "look.html")
+
+
+@pytest.mark.parametrize(
+    ("width", "color"),
+    [
+        (1440, "light"),
+        (390, "dark"),
+        *(pytest.param(w, c, marks=pytest.mark.soak) for w, c in ((1440, "dark"), (390, "light"))),
+        *(pytest.param(768, c, marks=pytest.mark.soak) for c in ("light", "dark")),
+    ],
+)
+def test_the_report_of_a_published_system_looks_as_approved(browser, paper_look, width, color):
+    opened(browser, paper_look, width, color)
+    assert unlike(browser.get_screenshot_as_png(), APPROVED / f"triangle-{width}-{color}.png") < TOLERANCE
 
 
 def test_firefox_shows_the_same(look, tmp_path):

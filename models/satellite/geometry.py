@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a picture of the satellite shows: body, panels, its axes, where two of them should point, and the torque."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from ..geometry import Shape
+from ..system import Expr
+from .controllers import REFERENCES
+from .dynamics import angles, euler_rotation, torques
+
+_HALF = tuple(sp.Rational(h, 100) for h in (32, 32, 38))
+"""Half of the body's edges, m; like all lengths here of the picture, for the paper gives none."""
+_ROOT, _TIP, _WIDTH = sp.Rational(42, 100), sp.Rational(5, 4), sp.Rational(24, 100)
+_REACH = (sp.Rational(19, 20), sp.Rational(31, 20), sp.Rational(19, 20))
+"""How far the arrows of the axes reach: that of y beyond its panel."""
+_PER_TORQUE = 30
+"""Metres of an arrow for a N m: the papers' laws ask for some hundredths."""
+_COLORS = ("blue", "vermillion", "green")
+
+
+def geometry(rotation: sp.Matrix) -> tuple[Shape, ...]:
+    """Return the shapes in orbit axes, the Earth below.
+
+    Parameters
+    ----------
+    rotation : Matrix
+        C, from orbit axes to body axes.
+    """
+    at = dict(zip(angles, REFERENCES.symbols, strict=True))
+    asked = euler_rotation().xreplace(at)
+    centre, ways = _place(rotation, sp.zeros(3, 1)), sp.eye(3)
+    middles = [_place(rotation, _HALF[k] * ways[:, k]) for k in range(3)]
+    arms = [_place(rotation, _REACH[k] * ways[:, k]) for k in range(3)]
+    twist = sp.Matrix([_PER_TORQUE * torque for torque in torques])
+    return (
+        Shape("body", "box", (centre, *middles), "grey"),
+        *(Shape(f"panel {name}", "face", _panel(rotation, side), "sky") for name, side in (("+y", 1), ("-y", -1))),
+        *(Shape(f"axis {'xyz'[k]}", "arrow", (centre, arms[k]), _COLORS[k]) for k in range(3)),
+        *(
+            Shape(f"wanted {'xyz'[k]}", "arrow", (centre, _place(asked, _REACH[k] * ways[:, k])), "orange")
+            for k in (0, 2)
+        ),
+        Shape("torque", "arrow", (centre, _place(rotation, twist)), "purple"),
+    )
+
+
+def _panel(rotation: sp.Matrix, side: int) -> tuple[tuple[Expr, Expr, Expr], ...]:
+    corners = ((-_WIDTH, _ROOT), (_WIDTH, _ROOT), (_WIDTH, _TIP), (-_WIDTH, _TIP))
+    return tuple(_place(rotation, sp.Matrix([x, side * y, 0])) for x, y in corners)
+
+
+def _place(rotation: sp.Matrix, point: sp.Matrix) -> tuple[Expr, Expr, Expr]:
+    """Return a point of the body with z up; z of the orbit axes is down."""
+    x, y, z = rotation.T * point
+    return x, -y, -z
