@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
-from mehvar.report.board_evidence import write_evidence
+from mehvar.report.board.evidence import write_evidence
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder

@@ -27,7 +27,7 @@ from mehvar.cli.board.loop import (
     with_settings,
 )
 from mehvar.errors import bad_value
-from mehvar.report.board_facts import facts
+from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
 from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.report.board_evidence import evidence_facts, write_evidence
+from mehvar.report.board.evidence import evidence_facts, write_evidence
 from mehvar.runtime.board.emulator.profile import STEP
 from mehvar.runtime.board.evidence.collect import Evidence, collect
 from mehvar.runtime.board.evidence.flow import Flow, UnboundedError, instructions
