@@ -126,7 +126,7 @@ def test_the_page_says_what_was_collected(evidence: Evidence, tmp_path: Path) ->
 SOURCES = {
     "counted": ("int start(volatile int *v) { int s = 0; for (int i = 0; i < 20; i++) s += v[i]; return s; }", 60, 260),
     "nested": (
-        "int start(volatile int *v) { int s = 0; for (int i = 0; i < 5; i++) for (int j = 0; j < 7; j++) s += v[i + j];"
+        "int start(volatile int *v) { int s = 0; for (int i = 0; i < 5; i++) for (int j = 0; j < 7; j++) s += v[j];"
         " return s; }", 70, 700,
     ),
     "argument": (
