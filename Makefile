@@ -25,7 +25,7 @@ soak: setup
 	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl
-	$(BIN)/python -m tests.runtime.board.everywhere 600 build/targets.jsonl
+	$(BIN)/python -m tests.runtime.board.everywhere 600
 	$(BIN)/python benchmarks/board.py fuzz residual guided
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200

@@ -31,6 +31,9 @@ SLICE = 5_000_000
 """Frames of a campaign's process; each has a seed of its own, so a slice that ran before need not run again."""
 SECONDS, LONGEST_INPUT = 3600, 512
 """Of the guided campaign: bytes of an input, some thirty frames, which is enough for a session from hello to reboot."""
+TURN = 300
+"""Seconds after which what was counted is written down: what a stop can lose. Each begins with what was kept."""
+RECORD = Path(__file__).parents[1] / "build" / "guided"
 TESTS = Path(__file__).parents[1] / "tests" / "runtime" / "board"
 SANITIZERS = (
     "-g",
@@ -100,16 +103,22 @@ def residual() -> None:
 
 
 def guided() -> None:
-    """Let clang's libFuzzer choose the frames by what they cover, with sanitizers on."""
-    with tempfile.TemporaryDirectory() as name:
-        flags = (*SANITIZERS, "-fsanitize=fuzzer", "-DGUIDED")
-        path, corpus = build_campaign(Path(name), "fuzz", flags, ("clang",)), Path(name) / "corpus"
-        corpus.mkdir()
-        command = [path, f"-max_len={LONGEST_INPUT}", f"-max_total_time={SECONDS}", "-print_final_stats=1", corpus]
-        done = subprocess.run(command, cwd=name, capture_output=True, text=True, check=True)
-        print(
-            done.stderr.splitlines()[-9:], done.stdout.strip(), f"{len(list(corpus.iterdir()))} inputs kept", sep="\n"
-        )
+    """Let clang's libFuzzer choose the frames by what they cover, with sanitizers on; goes on where it was stopped."""
+    RECORD.mkdir(parents=True, exist_ok=True)
+    flags = (*SANITIZERS, "-fsanitize=fuzzer", "-DGUIDED")
+    path, corpus = build_campaign(RECORD / "program", "fuzz", flags, ("clang",)), RECORD / "corpus"
+    corpus.mkdir(exist_ok=True)
+    command = [path, f"-max_len={LONGEST_INPUT}", f"-max_total_time={TURN}", "-print_final_stats=1", corpus]
+    while len(turns := sorted(RECORD.glob("turn*.txt"))) < SECONDS // TURN:
+        done = subprocess.run(command, cwd=RECORD, capture_output=True, text=True, check=True)
+        edges = re.findall(r"cov: (\d+)", done.stderr)[-1]
+        executed = re.findall(r"number_of_executed_units: (\d+)", done.stderr)[-1]
+        (RECORD / f"turn{len(turns):03}.txt").write_text(f"{executed} inputs, {done.stdout.strip()}, {edges} edges\n")
+    printed = [turn.read_text().strip() for turn in turns]
+    sums = [sum(map(int, column)) for column in zip(*(re.findall(r"\d+", text) for text in printed), strict=True)]
+    counts = re.sub(r"\d+", lambda _: str(sums.pop(0)), printed[-1].rpartition(", ")[0])
+    edges = printed[-1].rpartition(", ")[2]
+    print(f"{SECONDS} s: {counts}; {edges}, {len(list(corpus.iterdir()))} inputs kept")
 
 
 def slices(path: Path, frames: int) -> list[str]:

@@ -26,7 +26,7 @@ from mehvar.runtime.model.model import load
 
 from .backends import Agreement, agreement
 from .batches import Batch, run_study
-from .board import Boards, run_boards
+from .board.section import Boards, run_boards
 from .charts import COLOR_NAMES, chart
 from .eigenvalues import LoopSpectrum, loop_spectra
 from .series import track

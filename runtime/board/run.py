@@ -6,8 +6,9 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError
 
+from ..model.functions import Real
 from ..model.model import Model
 from ..model.parameters import Resolved, resolve
 from ..run.options import read_options
@@ -24,14 +26,17 @@ from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
 from .image.build import Image, build, delay_of, period_of, program
 from .image.elf import Elf, read_elf
+from .image.header import Layout
 from .image.processors import process_toolchain
 from .image.toolchains import board as board_named
 from .image.toolchains import toolchain
+from .journal import Journal, Tuning
 from .line.link import Counters, Hello, Link, Port, SelfTest
 from .line.packets import BareLaw, HostLaw
-from .session import BoardLaw, Journal
+from .session import BoardLaw
 from .stack import StackBound, UnboundedError, stack_bound
 from .targets import TARGETS, MachinePort, open_target
+from .tuning import Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
 """The checksum of all inputs differs from the first wrong bit on, so more samples only look longer for the slowest."""
@@ -109,6 +114,8 @@ class BoardRun:
         Instructions, where the emulator counts them.
     bound : StackBound or None
         Of the image; None for software in the loop, or where the image does not tell.
+    tunings : tuple of Tuning
+        Parameters of the law that were asked for while it ran.
     """
 
     request: BoardRequest
@@ -131,6 +138,7 @@ class BoardRun:
     profile: Profile | None
     covered: tuple[Coverage, ...]
     bound: StackBound | None
+    tunings: tuple[Tuning, ...] = ()
 
     @property
     def max_ulp(self) -> int:
@@ -196,7 +204,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     if isinstance(port, MachinePort) and elf is not None and request.profiled:
         assert image.board is not None
         profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
-    journal = None if request.journal is None else _journal(request, layout.hash, single, layout.sizes)
+    journal, requests = _journal(request, layout, single)
     law = BoardLaw(
         link,
         single.parameters,
@@ -204,14 +212,22 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         request.every or _every(request.target),
         journal,
         profiler.count if profiler else None,
+        requests,
+        partial(tuned, image.program),
     )
     begin, complete = time.perf_counter(), False
     try:
         board = _simulate(model, request, law=law)
+        law.finish()
         complete = True
     finally:
         if journal is not None:
             journal.close(complete)
+    if requests is not None:
+        requests.remove()
+    tunings = tuple(journal.tunings) if journal is not None else ()
+    if tunings:
+        single = _tuned(model, request, image, tunings, "float")
     seconds = time.perf_counter() - begin
     stats = link.stats()
     if profiler:
@@ -226,13 +242,21 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return BoardRun(
         request=request, image=image, elf=elf, hello=hello, board=board, single=single,
-        double=_simulate(model, request), undelayed=_undelayed(model, request),
+        double=_tuned(model, request, image, tunings), undelayed=_undelayed(model, request) if not tunings else None,
         u=difference(np.array(law.u), single.u_cmd[: len(law.u)]), z=difference(z, expected),
         x=difference(board.x, single.x),
         rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
         ticks=tuple(law.ticks), selftest=test, profile=profiler.profile if profiler else None, covered=covered,
-        bound=_bound(elf, image),
+        bound=_bound(elf, image), tunings=tunings,
     )  # fmt: skip
+
+
+def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[Tuning], real: Real = "double") -> Run:
+    """Run the same closed loop on this machine, the law's parameters changed where they were on the board."""
+    if not tunings:
+        return _simulate(model, request, real=real)
+    begin = _simulate(model, request, real="float").parameters
+    return _simulate(model, request, law=TunedLaw(image.program, begin, tunings, real))
 
 
 def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> BoardRun:
@@ -320,14 +344,20 @@ def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
     return link.selftest(samples)
 
 
-def _journal(request: BoardRequest, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
-    assert request.journal is not None
-    settings = hashlib.sha256(repr((sorted(single.parameters.values.items()), sorted(single.options.items()))).encode())
-    identity: dict[str, object] = {"layout": digest.hex(), "run": settings.hexdigest()[:16]}
+def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journal | None, Requests | None]:
+    """Open the journal of a run, and the file beside it in which others ask for parameters."""
+    if request.journal is None:
+        return None, None
+    options = hashlib.sha256(repr(sorted(single.options.items())).encode()).hexdigest()[:16]
+    identity = {
+        "scenario": single.scenario.name, "options": options, "parameters": dict(single.parameters.values),
+        "tunable": request.tunable,
+    }  # fmt: skip
     try:
-        return Journal(request.journal, identity, sizes[0], sizes[1])
+        journal = Journal(request.journal, identity, layout)
     except OSError as error:
         raise InputError(f"journal = {str(request.journal)!r}: cannot be written ({error.strerror})") from error
+    return journal, Requests(request.journal, journal.tunings)
 
 
 def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:

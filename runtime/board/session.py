@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import BinaryIO, TypeVar
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +13,9 @@ from mehvar.errors import InputError
 
 from ..model.parameters import Resolved
 from .image.header import Layout
-from .line.link import Link, LinkError, RestartError
+from .journal import Journal, Tuning
+from .line.link import Answer, Link, LinkError, RestartError
+from .tuning import Requests
 
 _CHECKPOINT = 25
 """Samples between two looks at the board's memory, from which a board that was reset goes on.
@@ -28,6 +28,8 @@ _RESTORES = 5
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
+Retune = Callable[[Resolved, Mapping[str, float]], Resolved]
+"""Returns parameters of which some were changed, or raises InputError."""
 
 
 class BoardLaw:
@@ -50,6 +52,10 @@ class BoardLaw:
         Samples that were evaluated before the host was stopped; they are not evaluated again.
     after : callable, optional
         Called after each sample that the board evaluated.
+    requests : Requests, optional
+        Where others ask for parameters while the law runs; wants a journal.
+    retune : callable, optional
+        What makes parameters of those requests.
     """
 
     def __init__(
@@ -60,12 +66,16 @@ class BoardLaw:
         every: int = 1,
         journal: Journal | None = None,
         after: Callable[[], None] | None = None,
+        requests: Requests | None = None,
+        retune: Retune | None = None,
     ) -> None:
         self.u: list[Floats] = []
         self.z: dict[int, Floats] = {}
         self.ticks: list[int] = []
         self.restored = 0
-        self._link, self._resolved, self._every = link, resolved, every
+        self._link, self._every = link, every
+        self._parameters = {0: resolved}
+        self._requests, self._retune = requests, retune
         self._memory = bool(layout.memory)
         self._journal, self._after = journal, after
         self._numbers: list[Floats] = []
@@ -80,6 +90,7 @@ class BoardLaw:
             self._start = z.astype(np.float32)
             self.rewind()
         self._numbers.append(numbers)
+        self._tune(k)
         u = None if self._journal is None else self._journal.answer(k, numbers)
         if u is None:
             u = self._evaluate(k)
@@ -93,18 +104,50 @@ class BoardLaw:
     def prepare(self) -> None:
         """Set parameters and the memory of the last checkpoint."""
         self._link.reset()
-        for group, values in (("p", self._resolved.p), ("c", self._resolved.c), ("s", self._resolved.s)):
-            self._link.set(group, values)
+        self._set(self._latest(self._checkpoint[0]))
         self._link.set("z", self._checkpoint[1])
+
+    def finish(self) -> None:
+        """Write the memory that the run ended with into the journal."""
+        k = len(self._numbers)
+        if self._journal is not None and self._memory and k > self._journal.length:
+            self._journal.append_memory(self._at(k, lambda: self._link.get("z"), restore=False))
+
+    def _set(self, resolved: Resolved) -> None:
+        for group, values in (("p", resolved.p), ("c", resolved.c), ("s", resolved.s)):
+            self._link.set(group, values)
+
+    def _tune(self, k: int) -> None:
+        """Take up what was asked for before sample k: what the journal has already, or new requests."""
+        journal = self._journal
+        if journal is None or self._requests is None or self._retune is None:
+            return
+        for tuning in journal.tunings:
+            if tuning.sample == k and not tuning.refusal:
+                self._parameters[k] = self._retune(self._latest(k), tuning.values)
+        for request in self._requests.due(k) if k >= journal.length else ():
+            try:
+                self._parameters[k], refusal = self._retune(self._latest(k), request.values), ""
+            except InputError as error:
+                refusal = str(error)
+            journal.append_tuning(Tuning(k, request.values, request.line, refusal))
+
+    def _latest(self, k: int) -> Resolved:
+        """Return the parameters of sample k."""
+        return self._parameters[max(at for at in self._parameters if at <= k)]
 
     def _evaluate(self, k: int) -> Floats:
         first = k == 0 or (self._journal is not None and self._journal.length == k)
-        answer = self._at(k, lambda: self._link.step(self._numbers[k]), first)
+        if k == 0 and self._journal is not None:
+            self._journal.append_memory(self._start)
+        answer = self._at(k, lambda: self._step(k), first)
         self.ticks.append(answer.ticks)
         if k % self._every == 0 or (k + 1) % _CHECKPOINT == 0:
             self._look(k)
         if self._journal is not None:
             self._journal.append(self._numbers[k], answer.u)
+            if self._memory and (k + 1) % _CHECKPOINT == 0:
+                self._journal.append_memory(self.z[k])
         if self._after is not None:
             self._after()
         return answer.u
@@ -134,56 +177,10 @@ class BoardLaw:
         """Bring the board to where it was before sample k."""
         self.prepare()
         for past in range(self._checkpoint[0], k):
-            self._link.step(self._numbers[past])
+            self._step(past)
 
-
-class Journal:
-    """What a board has answered so far, on disk: a host that was stopped goes on from there.
-
-    Parameters
-    ----------
-    path : Path
-        Continued when it exists.
-    identity : mapping
-        What makes a run the same one.
-
-    Raises
-    ------
-    InputError
-        If the file belongs to another run.
-    """
-
-    def __init__(self, path: Path, identity: dict[str, object], inputs: int, outputs: int) -> None:
-        self._path, self._inputs = path, inputs
-        self._record = 4 * (inputs + outputs)
-        head = json.dumps(identity, sort_keys=True).encode() + b"\n"
-        content = path.read_bytes() if path.exists() else b""
-        if content and not content.startswith(head):
-            raise InputError(f"journal = {str(path)!r}: it belongs to another run; remove it or choose another name")
-        body = content[len(head) :]
-        self.length = len(body) // self._record
-        whole = body[: self.length * self._record]
-        self._rows = np.frombuffer(whole, "<f4").astype(np.float32).reshape(self.length, inputs + outputs)
-        self._file: BinaryIO = path.open("r+b" if content else "wb")
-        self._file.write(head + whole)
-        self._file.truncate()
-        self._file.flush()
-
-    def answer(self, k: int, numbers: Floats) -> Floats | None:
-        """Return the answer to sample k when there is one, after a look at whether the question was the same."""
-        if k >= self.length:
-            return None
-        if self._rows[k, : self._inputs].tobytes() != numbers.tobytes():
-            raise InputError(f"journal = {str(self._path)!r}: sample {k} was another one; remove the file")
-        return self._rows[k, self._inputs :]
-
-    def append(self, numbers: Floats, u: Floats) -> None:
-        """Write a sample through to the disk's cache: it survives the end of this process."""
-        self._file.write(numbers.astype("<f4").tobytes() + u.astype("<f4").tobytes())
-        self._file.flush()
-
-    def close(self, complete: bool) -> None:
-        """Close the file, and remove it when the run is done."""
-        self._file.close()
-        if complete:
-            self._path.unlink()
+    def _step(self, k: int) -> Answer:
+        """Evaluate sample k, with the parameters that it is the first to have."""
+        if k in self._parameters and k > 0:
+            self._set(self._parameters[k])
+        return self._link.step(self._numbers[k])

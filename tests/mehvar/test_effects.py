@@ -70,6 +70,9 @@ BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", 
 BUILD = ("board", "build", "triangle", "--controller", "path", "--target", "sil")
 REPORT = ("board", "report", *BOARD[2:], "--out", "a")
 EMIT = ("board", "emit", "triangle", "--controller", "path", "--for", "cmake", "--out", "a")
+TUNE = ("board", "tune", "triangle", "--controller", "path", "--journal", "a", "--set", "R=0.6")
+REPLAY = ("board", "replay", "triangle", "--controller", "path", "--journal", "a")
+EVIDENCE = ("board", "evidence", "triangle", "--controller", "path", "--samples", "3", "--disturbed", "2", "--out", "a")
 FLASH = ("board", "flash", "triangle", "--controller", "path", "--dry-run")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
@@ -196,6 +199,27 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "scenario": (REPORT, (*REPORT, "--scenario", "paper-b")),
         "settings": (REPORT, (*REPORT, "--set", "R=0.6")),
         "out": (REPORT, (*REPORT[:-1], "file")),
+    },
+    "board tune": {
+        "model": (TUNE, (*TUNE[:2], "none", *TUNE[3:])),
+        "controller": (TUNE, (*TUNE[:4], "none", *TUNE[5:])),
+        "journal": (TUNE, (*TUNE[:6], "b", *TUNE[7:])),
+        "settings": (TUNE, (*TUNE[:-1], "R=0.7")),
+        "at": (TUNE, (*TUNE, "--at", "3")),
+    },
+    "board replay": {
+        "model": (REPLAY, (*REPLAY[:2], "none", *REPLAY[3:])),
+        "controller": (REPLAY, (*REPLAY[:4], "none", *REPLAY[5:])),
+        "journal": (REPLAY, (*REPLAY[:-1], "b")),
+    },
+    "board evidence": {
+        "model": (EVIDENCE, (*EVIDENCE[:2], "none", *EVIDENCE[3:])),
+        "controller": (EVIDENCE, (*EVIDENCE[:4], "none", *EVIDENCE[5:])),
+        "board": (EVIDENCE, (*EVIDENCE, "--board", "none")),
+        "compiler": (EVIDENCE, (*EVIDENCE, "--compiler", "tcc")),
+        "samples": (EVIDENCE, (*EVIDENCE[:6], "1", *EVIDENCE[7:])),
+        "disturbed": "tests/runtime/board/test_evidence.py: disturbed=",
+        "out": (EVIDENCE, (*EVIDENCE[:-1], "file")),
     },
     "board emit": {
         "model": (EMIT, (*EMIT[:2], "none", *EMIT[3:])),

@@ -22,7 +22,7 @@ from mehvar.cli.board.loop import (
     with_settings,
 )
 from mehvar.pictures.style import require_matplotlib
-from mehvar.report.board_page import write_report
+from mehvar.report.board.page import write_report
 from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.files import check_folder
 from mehvar.settings import SettingTexts

@@ -27,7 +27,7 @@ from mehvar.cli.board.loop import (
     with_settings,
 )
 from mehvar.errors import bad_value
-from mehvar.report.board_facts import facts
+from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
 from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts
@@ -98,5 +98,8 @@ def _print_outcome(outcome: BoardRun) -> None:
         rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, a fault included"]]
     if outcome.selftest is not None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
+    for tuning in outcome.tunings:
+        values = ", ".join(f"{name} = {value:g}" for name, value in tuning.values.items())
+        rows += [[f"tuned before sample {tuning.sample}", values, tuning.refusal or "set over the link"]]
     rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]
     print_table("", ["", "value", ""], rows)

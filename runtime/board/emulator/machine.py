@@ -161,6 +161,23 @@ class EmulatedBoard:
         self._hooks.append(self._uc.hook_add(unicorn.UC_HOOK_BLOCK, called, begin=first, end=last))
         self._uc.ctl_flush_tb()
 
+    def on_instruction(self, address: int, hook: Callable[[], None]) -> None:
+        """Call `hook` before an instruction runs."""
+
+        def called(_uc: Any, _address: int, _size: int, _data: Any) -> None:
+            hook()
+
+        self._hooks.append(self._uc.hook_add(unicorn.UC_HOOK_CODE, called, begin=address, end=address))
+        self._uc.ctl_flush_tb()
+
+    def flags(self) -> int:
+        """Return the processor's status word, whose highest bits are N, Z, C and V."""
+        return int(self._uc.reg_read(arm_const.UC_ARM_REG_CPSR))
+
+    def register(self, name: str) -> int:
+        """Return what a register holds."""
+        return int(self._uc.reg_read(getattr(arm_const, f"UC_ARM_REG_{name.upper()}")))
+
     def unhook(self) -> None:
         """Remove every hook."""
         for handle in self._hooks:

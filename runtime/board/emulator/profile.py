@@ -205,7 +205,7 @@ def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) ->
     addresses : set of int
         Instructions that ran.
     """
-    rows = _line_table(path)
+    rows = line_table(path)
     result = []
     for name in functions:
         start, size = elf.symbols[name]
@@ -220,7 +220,8 @@ def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) ->
     return result
 
 
-def _line_table(path: Path) -> list[tuple[int, str, int]]:
+def line_table(path: Path) -> list[tuple[int, str, int]]:
+    """Return address, file and line of each row of an image's line table, in the order of addresses."""
     rows = []
     with path.open("rb") as file:
         dwarf = ELFFile(file).get_dwarf_info()

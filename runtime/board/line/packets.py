@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mehvar.names import identifier
 
-from ...model.functions import CBackend
+from ...model.functions import CBackend, Real
 from ...model.parameters import Resolved
 from ..image.build import Program
 from ..image.header import raw_numbers
@@ -60,33 +60,48 @@ class BareLaw:
 
 
 class HostLaw:
-    """The same law in float on this machine, its memory started in float as the board starts it."""
+    """The same law on this machine, its memory started as the board starts it.
 
-    def __init__(self, program: Program, resolved: Resolved) -> None:
+    Parameters
+    ----------
+    real : {"float", "double"}
+        What it computes with.
+    """
+
+    def __init__(self, program: Program, resolved: Resolved, real: Real = "float") -> None:
         backend = program.model.evaluator
         assert isinstance(backend, CBackend)
         name = identifier(program.law.name)
         by_identifier = {identifier(f): f for f in program.model.manifest.functions}
-        self._p, self._c = resolved.p, resolved.c
+        self.set(resolved)
         self._z: Doubles | None = None
-        self._law = _function(backend.address(by_identifier[name], "float"), 8 if program.law.memory else 5)
+        self._law = _function(backend.address(by_identifier[name], real), 8 if program.law.memory else 5)
         start = by_identifier.get(f"{name}_start")
-        self._start = None if start is None else _function(backend.address(start, "float"), 5)
-        self._nu = len(program.layout.outputs)
+        self._start = None if start is None else _function(backend.address(start, real), 5)
+        self._nu, self._real, self._memory = len(program.layout.outputs), real, bool(program.law.memory)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
         """Evaluate the law at the next sample."""
         u = np.zeros(self._nu)
-        if self._start is None:
+        if not self._memory:
             _call(self._law, x, r, self._p, self._c, u)
             return u, z
         if self._z is None:
             self._z = np.zeros_like(z)
-            _call(self._start, x, r, self._p, self._c, self._z)
-        following = np.zeros_like(self._z)
+            if self._start is not None:
+                _call(self._start, x, r, self._p, self._c, self._z)
+        following = np.zeros_like(z)
         _call(self._law, x, r, v, self._z, self._p, self._c, u, following)
         self._z = following
         return u, following
+
+    def set(self, resolved: Resolved) -> None:
+        """Give the law other parameters from the next sample on."""
+        self._p, self._c = resolved.p, resolved.c
+
+    def begin(self, z: Doubles) -> None:
+        """Start from a memory, as a board that is given one by its host."""
+        self._z = z.astype(np.float32).astype(np.float64) if self._real == "float" else z
 
 
 def _function(address: int, arguments: int) -> ctypes._CFunctionType:

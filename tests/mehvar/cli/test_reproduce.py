@@ -21,7 +21,7 @@ from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
-from mehvar.report.board import Boards, OnBoard
+from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show

@@ -6,8 +6,8 @@ import pytest
 
 from mehvar.errors import MissingError
 from mehvar.papers.runs import Runs
-from mehvar.report.board import run_boards
-from mehvar.report.board_page import inputs_figure, metric_values
+from mehvar.report.board.page import inputs_figure, metric_values
+from mehvar.report.board.section import run_boards
 from mehvar.runtime.model.model import load
 
 

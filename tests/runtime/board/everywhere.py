@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every law on every target, bit for bit: fills docs/reference/targets.md, and goes on where it was.
 
-python -m tests.runtime.board.everywhere SAMPLES build/targets.jsonl
+python -m tests.runtime.board.everywhere SAMPLES
+
+The cells stand in benchmarks/results/targets.jsonl. One that has as many samples, of texts that are what they were, is
+not run again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +26,16 @@ from mehvar.errors import MissingError
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.compiling.library import NATIVE
+from mehvar.runtime.model.generated import generated_text
 from tests.runtime.batch.foreign import differing
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "reference" / "targets.md"
+RECORD = ROOT / "benchmarks" / "results" / "targets.jsonl"
+SELF_TEST = 100
+"""Samples of the self-test, whatever a cell's are: its checksum is compared with that of another cell."""
+_RUNTIME = (NATIVE / "include", NATIVE / "step", NATIVE / "methods")
+_STEP = re.compile(r"\b[tm]_[0-9a-z]{5}(_\d+)?\b")
 OWN = "own"
 BATCH = "batch"
 
@@ -118,10 +129,24 @@ def short() -> Iterator[tuple[str, Target]]:
 
 
 def digest(model: runtime.Model) -> str:
-    """Return what a cell depends on besides its compiler: the model's numbers and the text of firmware and runtime."""
-    files = sorted(path for folder in (FIRMWARE, NATIVE) for path in folder.rglob("*.[ch]"))
-    texts = [model.manifest.hash.encode(), *(path.read_bytes() for path in files)]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+    """Return what a cell depends on besides its compiler: the text of law, plant, firmware and runtime."""
+    manifest = model.manifest
+    files = sorted(path for folder in (FIRMWARE, *_RUNTIME) for path in folder.rglob("*.[ch]"))
+    texts = [_unnamed(generated_text(manifest, f"{manifest.model}.c")), *(path.read_text() for path in files)]
+    return hashlib.sha256("\0".join([manifest.hash, *texts]).encode()).hexdigest()[:16]
+
+
+def _unnamed(text: str) -> str:
+    """Number the steps without a name of each function: what they are called is nothing to a compiler."""
+    functions = []
+    for function in text.split("\n}\n"):
+        names: dict[str, str] = {}
+        functions.append(_STEP.sub(partial(_numbered, names), function))
+    return "\n}\n".join(functions)
+
+
+def _numbered(names: dict[str, str], match: re.Match[str]) -> str:
+    return names.setdefault(match[0], f"step{len(names)}")
 
 
 def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
@@ -135,7 +160,14 @@ def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
         return Cell(**given, ulp=int(bool(names)), compared=0, crc="", reason=", ".join(names) or "every result")
     counted = target.target == "unicorn" and target.board == "stm32f4"
     request = BoardRequest(
-        name, target.target, target.board, target.compiler, samples=samples, every=5, selftest=samples, profiled=counted
+        name,
+        target.target,
+        target.board,
+        target.compiler,
+        samples=samples,
+        every=5,
+        selftest=SELF_TEST,
+        profiled=counted,
     )
     o = run_on_board(model, request)
     sizes: dict[str, Any] = {}
@@ -206,13 +238,13 @@ def read(record: Path) -> list[Cell]:
     return [Cell(**json.loads(line)) for line in record.read_text().splitlines()] if record.is_file() else []
 
 
-def fill(samples: int, record: Path) -> None:
+def fill(samples: int, record: Path = RECORD) -> None:
     """Run the cells that a record does not have, the short table's first, and write the page."""
     record.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         own = {law: digest(load(law, folder)) for law in laws()}
-        cells = {(c.law, c.title): c for c in read(record) if c.digest == own.get(c.law) and c.samples == samples}
+        cells = {(c.law, c.title): c for c in read(record) if c.digest == own.get(c.law) and c.samples >= samples}
         everything = [*((law, TARGETS[0]) for law in laws()), *short()]
         everything += [(law, target) for target in TARGETS for law in laws()]
         for law, target in everything:
@@ -230,4 +262,4 @@ def fill(samples: int, record: Path) -> None:
 
 
 if __name__ == "__main__":
-    fill(int(sys.argv[1]), Path(sys.argv[2]))
+    fill(int(sys.argv[1]))

@@ -217,3 +217,15 @@ def test_the_process_ends_with_its_line():
     port = ProcessPort(build(program(load("triangle"), "path"), None, host_toolchain()).path)
     port.close()
     assert port._process.returncode is not None
+
+
+@pytest.mark.parametrize("target", ["sil", "unicorn", pytest.param("qemu", marks=needs("qemu-system-arm"))])
+def test_the_literal_law_diverges_with_the_same_bits(target):
+    """To the end of its own: its torque passes what the model takes for lost, at sample 104 of float."""
+    request = BoardRequest("mrac-literal", target, samples=200, every=5, selftest=0, profiled=False)
+    outcome = run_on_board(load("satellite"), request)
+    assert outcome.board.reason.startswith("lost (torque)")
+    assert len(outcome.board.u_cmd) == 105
+    assert np.abs(outcome.board.u_cmd[104]).max() > 1e5
+    assert (outcome.u.compared, outcome.x.compared) == (3 * 105, 10 * 105)
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)

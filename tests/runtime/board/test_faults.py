@@ -12,9 +12,10 @@ import pytest
 from mehvar.errors import InputError
 from mehvar.runtime.board.image.build import build, program
 from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
+from mehvar.runtime.board.journal import Journal
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
 from mehvar.runtime.board.line.link import Flags, Link, LinkError, RestartError
-from mehvar.runtime.board.session import BoardLaw, Journal
+from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import MachinePort, ProcessPort
 from tests.runtime.board.conftest import Bench, Noisy, load
 
@@ -123,7 +124,7 @@ class Stopped(Exception):  # noqa: N818 - stands for the end of the host's proce
 
 @pytest.mark.parametrize("board_forgets", [False, True])
 def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
-    path, identity, sizes = tmp_path / "journal", {"run": 1}, bench.program.layout.sizes
+    path, identity, layout = tmp_path / "journal", {"run": 1}, bench.program.layout
     calls = 0
 
     def stop() -> None:
@@ -132,7 +133,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
         if calls == 23:
             raise Stopped
 
-    journal = Journal(path, identity, sizes[0], sizes[1])
+    journal = Journal(path, identity, layout)
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal, after=stop)
     with pytest.raises(Stopped):
         bench.simulate(law=law)
@@ -142,7 +143,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     if board_forgets:
         bench.port.machine.power_on()
     bench.port.machine.advance(1100)  # until then the board waits for the host that was stopped
-    journal = Journal(path, identity, sizes[0], sizes[1])
+    journal = Journal(path, identity, layout)
     assert journal.length == 23
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
     assert bench.same(bench.simulate(law=law))
@@ -152,10 +153,10 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
 
 
 def test_a_journal_of_another_run_is_refused(tmp_path):
-    path = tmp_path / "journal"
-    Journal(path, {"run": 1}, 16, 3).close(complete=False)
+    path, layout = tmp_path / "journal", program(load("satellite"), "mrac").layout
+    Journal(path, {"run": 1}, layout).close(complete=False)
     with pytest.raises(InputError, match="belongs to another run"):
-        Journal(path, {"run": 2}, 16, 3)
+        Journal(path, {"run": 2}, layout)
 
 
 def test_another_law_is_refused(bench):

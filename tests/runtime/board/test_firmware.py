@@ -147,10 +147,11 @@ def measured(compiler):
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
 def test_a_step_and_an_image_stay_within_their_budget(compiler):
-    """The adaptive law, designed for the delay; numbers of the same compiler may grow by 2 %."""
+    """The adaptive law, designed for the delay; sizes of the same compiler may grow by 2 %, instructions not at all."""
     result, elf, outcome = measured(compiler)
     budget = BUDGET[compiler]
     if outcome.image.toolchain.version == budget["version"]:
+        assert result["instructions"] == budget["measured"]["instructions"], "change budget.json and the pages"
         for name, value in result.items():
             assert value <= 1.02 * budget["measured"][name], f"{name} grew: change budget.json if it must"
     for name, limit in budget["limits"].items():
@@ -158,6 +159,28 @@ def test_a_step_and_an_image_stay_within_their_budget(compiler):
     assert elf.doubles() == []
     for coverage in outcome.covered:
         assert coverage.run >= 0.95 * coverage.lines or coverage.function == "mv_app_step", coverage
+
+
+@pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
+def test_constants_of_the_text_save_what_the_pages_say(compiler):
+    budget = BUDGET[compiler]
+    for names, instructions in budget["constants"].items():
+        tunable = tuple(filter(None, names.split(",")))
+        request = BoardRequest("mrac", compiler=compiler, samples=60, every=50, selftest=0, tunable=tunable)
+        outcome = run_on_board(load("satellite"), request)
+        assert outcome.max_ulp == 0
+        if outcome.image.toolchain.version == budget["version"]:
+            assert outcome.profile.most == instructions
+
+
+def test_pages_say_of_a_step_what_was_measured():
+    """Wherever a page counts instructions of the adaptive law; budget.json is held by the tests above."""
+    measured = {str(budget["measured"]["instructions"]) for budget in BUDGET.values()}
+    measured |= {str(n) for budget in BUDGET.values() for n in budget["constants"].values()}
+    docs = HERE.parents[2] / "docs"
+    pages = [docs / "tutorials" / "board.md", docs / "known-limits.md", docs / "how-to" / "nucleo.md"]
+    counts = [n for page in pages for n in re.findall(r"\b(\d{3,5})\s+instructions\b", page.read_text())]
+    assert set(counts) == measured
 
 
 @NEEDS_GCC

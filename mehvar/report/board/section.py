@@ -51,8 +51,8 @@ def run_boards(runs: Runs) -> Boards:
 
 
 def _on_board(outcome: BoardRun) -> OnBoard:
-    from .board_facts import facts
-    from .board_page import fact_rows, inputs_figure
+    from .facts import facts
+    from .page import fact_rows, inputs_figure
 
     results = facts(outcome)
     return OnBoard(

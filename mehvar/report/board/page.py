@@ -21,7 +21,7 @@ from mehvar.runtime.files import filling
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.results import to_dataset
 
-from .board_facts import facts
+from .facts import facts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -56,6 +56,9 @@ def facts(outcome: BoardRun) -> dict[str, Any]:
             "board": dict(outcome.stats) or None,
             "restored": outcome.restored,
         },
+        "tunings": [
+            {"sample": t.sample, "values": dict(t.values), "refusal": t.refusal or None} for t in outcome.tunings
+        ],
         "hash": image.program.layout.hash.hex(),
         "model_hash": image.program.model.manifest.hash,
         "versions": dict.fromkeys(_PACKAGES) | installed(*_PACKAGES),

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board evidence`: what can be said of a law in an image, from equation to address."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
+from mehvar.report.board.evidence import write_evidence
+from mehvar.runtime.board.evidence.collect import collect
+from mehvar.runtime.board.evidence.misra import findings
+from mehvar.runtime.files import check_folder
+from mehvar.terminal import working
+
+
+def command(
+    model: ModelName,
+    controller: Law,
+    board: Board = None,
+    compiler: Compiler = None,
+    samples: Samples = 200,
+    disturbed: Annotated[
+        int, typer.Option(metavar="N", help="Steps besides, from memories, parameters and measurements that are drawn.")
+    ] = 400,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
+) -> int:
+    """Compile, run, disturb, write; return the exit status of the run."""
+    check_folder(out)
+    loaded = compiled(model)
+    with working(f"{controller} of {model}: evidence"):
+        evidence = collect(loaded, controller, board, compiler, samples, disturbed)
+        misra = findings(evidence.run.image)
+    write_evidence(evidence, misra, out)
+    step = evidence.lengths[0]
+    both = sum(len(c.outcomes) == 2 for c in evidence.conditions)
+    typer.echo(
+        f"a step: {step.seen} instructions seen, at most {step.bound or 'unbounded'}; "
+        f"{both} of {len(evidence.conditions)} conditions went both ways"
+    )
+    typer.echo(f"evidence: {out / 'evidence.md'}")
+    return status_of(evidence.run)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board replay`: what a board answered, computed again on this machine and compared to the bit."""
+
+from __future__ import annotations
+
+import typer
+
+from mehvar.cli.board.loop import Law, ModelName, compiled
+from mehvar.cli.board.tune import Journal
+from mehvar.runtime.board.tuning import replay
+from mehvar.terminal import print_table
+
+
+def command(model: ModelName, controller: Law, journal: Journal) -> int:
+    """Replay, print, and return the exit status: 1 when an answer or the memory has other bits."""
+    result = replay(compiled(model), controller, journal)
+    place = "same bits" if result.first is None else f"other bits from sample {result.first} on"
+    typer.echo(
+        f"{journal}: {result.samples} samples and {result.memories} numbers of the memory computed again: {place}"
+    )
+    rows = [
+        [str(tuning.sample), ", ".join(f"{n} = {v:g}" for n, v in tuning.values.items()), tuning.refusal or "set"]
+        for tuning in result.tunings
+    ]
+    if rows:
+        print_table("", ["before sample", "asked for", ""], rows)
+    return int(result.first is not None)

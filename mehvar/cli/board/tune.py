@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board tune`: a parameter of a law that runs on a board, set between two samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.cli.board.loop import Law, ModelName, compiled
+from mehvar.runtime.board.tuning import tune
+from mehvar.settings import SettingTexts, read_values
+
+Journal = Annotated[Path, typer.Option(metavar="FILE", help="The journal of the run: `board run --journal FILE`.")]
+
+
+def command(
+    model: ModelName,
+    controller: Law,
+    journal: Journal,
+    settings: SettingTexts = None,
+    at: Annotated[
+        int | None, typer.Option("--at", metavar="K", help="The first sample with them; the next one unless given.")
+    ] = None,
+) -> None:
+    """Ask the run that writes the journal."""
+    loaded = compiled(model)
+    numbers = tune(loaded, controller, journal, read_values(settings, loaded.manifest), at)
+    texts = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
+    when = "the next sample" if at is None else f"sample {at}"
+    typer.echo(f"asked the run of {journal} for {texts} from {when} on")

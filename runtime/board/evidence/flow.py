@@ -1,0 +1,435 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The most instructions that a function can run, from the instructions of the image alone.
+
+A function is a graph of blocks. Without loops its longest path counts. A loop counts when a register goes from one
+value to another in constant steps: then it is turned as often as that takes, each turn as long as its longest. What is
+not known (a jump through a register, a loop whose end is data) is unbounded, with the reason, and never a guess.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import capstone
+from capstone import arm_const
+
+from mehvar.errors import MehvarError
+
+from ..image.elf import Elf
+
+_CONDITIONS = ("eq", "ne", "hs", "cs", "lo", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le")
+_CONDITIONAL = re.compile(rf"b({'|'.join(_CONDITIONS)})(\.w)?|cbn?z")
+_RETURN_IF = re.compile(rf"(bx|pop|ldm\w*?)({'|'.join(_CONDITIONS)})(\.w)?")
+_ARGUMENTS = ("r0", "r1", "r2", "r3")
+_CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
+_CODE = 2**32
+
+Value = tuple[str, int]
+"""What a register holds: the value that another one had at the start of the function, "" for none, and a number."""
+State = dict[str, Value]
+
+
+class UnboundedError(MehvarError, ValueError):
+    """How long a function runs cannot be told from its instructions."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """An instruction: where, its text, where it jumps, which registers it changes."""
+
+    address: int
+    size: int
+    mnemonic: str
+    operands: str
+    target: int | None
+    writes: frozenset[str]
+
+    @property
+    def conditional(self) -> bool:
+        """Whether it is a branch that may be taken or not."""
+        return _CONDITIONAL.fullmatch(self.mnemonic) is not None
+
+    @property
+    def returns_if(self) -> bool:
+        """Whether it returns, or goes on, within an IT block."""
+        if _RETURN_IF.fullmatch(self.mnemonic) is None:
+            return False
+        return self.operands == "lr" or "pc}" in self.operands
+
+    @property
+    def exact(self) -> bool:
+        """Whether it asks for equality, which a count must then meet."""
+        return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
+
+    @property
+    def call(self) -> bool:
+        """Whether it calls."""
+        return self.mnemonic in ("bl", "blx")
+
+    @property
+    def leaves(self) -> bool:
+        """Whether nothing after it runs unless something jumps there."""
+        if self.call or self.conditional or self.returns_if:
+            return False
+        return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
+
+
+def instructions(elf: Elf, name: str) -> list[Instruction]:
+    """Return the instructions of a function, without the constants between them."""
+    return [i for address, size in elf.functions[name] for i in _decoded(elf.stored(address, size), address)]
+
+
+@functools.cache
+def _decoded(code: bytes, address: int) -> tuple[Instruction, ...]:
+    engine = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
+    engine.detail = True
+    return tuple(map(_instruction, engine.disasm(code, address)))
+
+
+def _instruction(i: Any) -> Instruction:
+    writes = frozenset(i.reg_name(register) for register in i.regs_access()[1])
+    target = None
+    if i.mnemonic.split(".")[0] in ("b", "bl", "blx") or _CONDITIONAL.fullmatch(i.mnemonic):
+        last = i.operands[-1]
+        target = last.imm % _CODE if last.type == arm_const.ARM_OP_IMM else None
+    return Instruction(i.address, i.size, i.mnemonic, i.op_str, target, writes)
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The most instructions of one call of a function, with all that it calls."""
+
+    instructions: int
+    own: int
+
+
+class Flow:
+    """Longest ways through the functions of an image."""
+
+    def __init__(self, elf: Elf) -> None:
+        self._elf = elf
+        self._names = {parts[0][0]: name for name, parts in reversed(elf.functions.items())}
+        self._known: dict[tuple[str, tuple[Value, ...]], Worst] = {}
+
+    def worst(self, name: str, arguments: Mapping[str, Value] | None = None, above: tuple[str, ...] = ()) -> Worst:
+        """Return the most instructions of a call.
+
+        Parameters
+        ----------
+        arguments : mapping, optional
+            What is known of its first four registers.
+        above : tuple of str
+            Who calls it.
+
+        Raises
+        ------
+        UnboundedError
+            For recursion, a jump through a register, or a loop that is not counted by a register.
+        """
+        if name in above:
+            raise UnboundedError(f"{name} is recursive")
+        given = {r: (arguments or {}).get(r, (r, 0)) for r in _ARGUMENTS}
+        key = (name, tuple(given.values()))
+        if key not in self._known:
+            self._known[key] = _Function(self, self._elf, name, given, above).worst()
+        return self._known[key]
+
+    def callees(self, name: str) -> set[str]:
+        """Return the functions that a function calls, those that they call included."""
+        result: set[str] = set()
+        waiting = [name]
+        while waiting:
+            parts = instructions(self._elf, waiting.pop())
+            called = {self.owner(i.target) for i in parts if i.target is not None}
+            new = {c for c in called if c and c not in result}
+            result |= new
+            waiting += new
+        return result - {name}
+
+    def owner(self, address: int) -> str | None:
+        """Return the function that begins at an address."""
+        return self._names.get(address)
+
+
+class _Function:
+    def __init__(self, flow: Flow, elf: Elf, name: str, given: State, above: tuple[str, ...]) -> None:
+        self._flow, self._name, self._above = flow, name, (*above, name)
+        self._elf = elf
+        self._instructions = {i.address: i for i in instructions(elf, name)}
+        self._blocks = self._cut()
+        self._next = {first: list(self._successors(first)) for first in self._blocks}
+        self._entry = min(self._blocks)
+        self._states = self._propagated(given)
+
+    def worst(self) -> Worst:
+        """Return the longest way from the entry."""
+        total, own = self._longest(set(self._blocks), self._entry)
+        return Worst(total, own)
+
+    # blocks
+
+    def _cut(self) -> dict[int, list[Instruction]]:
+        first = min(self._instructions)
+        leaders = {first}
+        for i in self._instructions.values():
+            if i.target in self._instructions and not i.call:
+                leaders.add(i.target)
+            if i.conditional or i.leaves or i.returns_if:
+                leaders.add(i.address + i.size)
+        blocks: dict[int, list[Instruction]] = {}
+        leader = first
+        for address in sorted(self._instructions):
+            leader = address if address in leaders else leader
+            blocks.setdefault(leader, []).append(self._instructions[address])
+        return blocks
+
+    def _successors(self, first: int) -> Iterator[int]:
+        block = self._blocks[first]
+        last = block[-1]
+        if last.target is not None and not last.call:
+            if last.target in self._instructions:
+                yield last.target
+            elif self._flow.owner(last.target) is None:
+                raise UnboundedError(f"{self._name} jumps to {last.target:#010x}, where no function begins")
+        elif last.leaves and not self._returns(last):
+            raise UnboundedError(f"{self._name} jumps through a register at {last.address:#010x}")
+        within_if = len(block) > 1 and block[-2].mnemonic.startswith("it")
+        if (not last.leaves or within_if) and last.address + last.size in self._blocks:
+            yield last.address + last.size
+
+    @staticmethod
+    def _returns(last: Instruction) -> bool:
+        return (last.mnemonic == "bx" and last.operands == "lr") or (
+            last.mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in last.operands and "[pc" not in last.operands
+            and "[r" not in last.operands
+        ) or last.mnemonic == "udf"  # fmt: skip
+
+    # what registers hold
+
+    def _propagated(self, given: State) -> dict[int, State]:
+        """Return what is known at the start of each block."""
+        states: dict[int, State] = {self._entry: {**given, "sp": ("sp", 0)}}
+        waiting = [self._entry]
+        while waiting:
+            first = waiting.pop()
+            after = self._after(first, states[first])
+            for following in self._next[first]:
+                merged = after if following not in states else _common(states[following], after)
+                if states.get(following) != merged:
+                    states[following] = merged
+                    waiting.append(following)
+        return states
+
+    def _after(self, first: int, state: State) -> State:
+        state = dict(state)
+        condition = 0
+        for i in self._blocks[first]:
+            value = _value(i, state) if condition == 0 else None
+            condition = max(0, condition - 1)
+            if i.mnemonic.startswith("it"):
+                condition = len(i.mnemonic.split(".")[0]) - 1
+            for register in (*i.writes, *(_CALLER_SAVED if i.call else ())):
+                state.pop(register, None)
+            if value is not None:
+                state[value[0]] = value[1]
+        return state
+
+    # lengths
+
+    def _cost(self, first: int) -> tuple[int, int]:
+        """Return the instructions of a block, with what it calls and its own."""
+        own = total = len(self._blocks[first])
+        state = dict(self._states.get(first, {}))
+        for i in self._blocks[first]:
+            called = None if i.target is None or i.target in self._instructions else self._flow.owner(i.target)
+            if i.call and called is None:
+                raise UnboundedError(f"{self._name} calls through a register at {i.address:#010x}")
+            if called is not None:
+                arguments = {r: state[r] for r in _ARGUMENTS if r in state and state[r][0] == ""}
+                total += self._flow.worst(called, arguments, self._above).instructions
+            value = _value(i, state)
+            for register in (*i.writes, *(_CALLER_SAVED if i.call else ())):
+                state.pop(register, None)
+            if value is not None:
+                state[value[0]] = value[1]
+        return total, own
+
+    def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
+        """Return the length of the longest way from an entry within some blocks; no way goes back to the entry."""
+        arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
+        length: dict[int, tuple[int, int]] = {}
+        for component in _components(arrows, entry):  # each after those that it leads to
+            below = [length[m] for n in component for m in arrows[n] if m not in component]
+            rest = max(below, default=(0, 0))
+            cost = (
+                self._turns(component, nodes) if self._loops(component, arrows) else self._cost(next(iter(component)))
+            )
+            for n in component:
+                length[n] = (cost[0] + rest[0], cost[1] + rest[1])
+        return length[entry]
+
+    @staticmethod
+    def _loops(component: set[int], arrows: Mapping[int, list[int]]) -> bool:
+        return len(component) > 1 or any(n in arrows[n] for n in component)
+
+    def _turns(self, loop: set[int], nodes: set[int]) -> tuple[int, int]:
+        """Return the length of a loop: its longest turn, as often as it is turned."""
+        entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
+        if len(entries) != 1:
+            raise self._unbounded(loop, "more than one way leads into it")
+        (header,) = entries
+        turns = self._count(loop, header)
+        total, own = self._longest(loop, header)
+        return turns * total, turns * own
+
+    def _count(self, loop: set[int], header: int) -> int:
+        """Return how often a loop is turned at most."""
+        before = [self._after(n, self._states[n]) for n in self._blocks if header in self._next[n] and n not in loop]
+        start = functools.reduce(_common, before)
+        for first in sorted(loop):
+            block = self._blocks[first]
+            leaves = block[-1].conditional and any(m not in loop for m in self._next[first])
+            if leaves or block[-1].returns_if:
+                count = self._counted(loop, start, block)
+                if count is not None:
+                    return count
+        raise self._unbounded(loop, "no register counts its turns between values that are known")
+
+    def _counted(self, loop: set[int], start: State, block: list[Instruction]) -> int | None:
+        last = block[-1]
+        zero = last.mnemonic.startswith("cb")
+        test = last if zero else next((i for i in reversed(block[:-1]) if _sets_flags(i)), None)
+        if test is None:
+            return None
+        limits = [(last.operands.split(",")[0], 0)] if zero else _compared(test, start)
+        for register, other in limits:
+            steps = [(i, step) for n in loop for i in self._blocks[n] if (step := _step(i, register)) is not None]
+            changed = [i for n in loop for i in self._blocks[n] if register in i.writes]
+            if len(steps) != 1 or len(changed) != 1 or register not in start:
+                continue
+            if isinstance(other, str):
+                if other not in start or any(other in i.writes for n in loop for i in self._blocks[n]):
+                    continue
+                limit = start[other]
+            else:
+                limit = ("", other)
+            i, step = steps[0]
+            if limit[0] != start[register][0]:
+                continue
+            distance = limit[1] - start[register][1]
+            after = i in block and i.address <= test.address
+            if step == 0 or distance * step < 0 or (distance == 0 and after) or (last.exact and distance % step):
+                continue
+            turns = -(-abs(distance) // abs(step))
+            return turns + (0 if after and last.exact else 1)
+        return None
+
+    def _unbounded(self, loop: set[int], why: str) -> UnboundedError:
+        return UnboundedError(f"{self._name} has a loop at {min(loop):#010x}: {why}")
+
+
+def _common(one: State, other: State) -> State:
+    return {register: value for register, value in one.items() if other.get(register) == value}
+
+
+def _components(arrows: Mapping[int, list[int]], entry: int) -> list[set[int]]:
+    """Return the strongly connected parts that an entry reaches, each after those that it leads to (Tarjan 1972)."""
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    on: set[int] = set()
+    result: list[set[int]] = []
+    work: list[tuple[int, Iterator[int]]] = []
+
+    def enter(node: int) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        on.add(node)
+        work.append((node, iter(arrows[node])))
+
+    enter(entry)
+    while work:
+        node, following = work[-1]
+        for m in following:
+            if m not in index:
+                enter(m)
+                break
+            if m in on:
+                low[node] = min(low[node], index[m])
+        else:
+            work.pop()
+            if work:
+                low[work[-1][0]] = min(low[work[-1][0]], low[node])
+            if low[node] == index[node]:
+                component: set[int] = set()
+                while node not in component:
+                    component.add(stack.pop())
+                on -= component
+                result.append(component)
+    return result
+
+
+_REGISTER_NUMBER = re.compile(r"(\w+), (?:(\w+), )?#(-?0x[0-9a-f]+|-?\d+)$")
+_REGISTER_REGISTER = re.compile(r"(\w+), (?:(\w+), )?(\w+)(?:, lsl #(\d+))?$")
+
+
+def _value(i: Instruction, state: State) -> tuple[str, Value] | None:
+    """Return the register that an instruction sets to a value that is known, and the value."""
+    name = i.mnemonic.split(".")[0]
+    if match := _REGISTER_NUMBER.match(i.operands):
+        to, source, number = match[1], match[2] or match[1], int(match[3], 0)
+        if name in ("mov", "movs", "movw") and match[2] is None:
+            return to, ("", number)
+        if name in ("add", "adds", "addw", "sub", "subs", "subw") and source in state:
+            base, offset = state[source]
+            return to, (base, offset + (number if name.startswith("add") else -number))
+    elif match := _REGISTER_REGISTER.match(i.operands):
+        shift = int(match[4] or 0)
+        if name in ("mov", "movs") and match[2] is None and match[3] in state and not shift:
+            return match[1], state[match[3]]
+        if name in ("add", "adds"):
+            one, other = state.get(match[2] or match[1]), state.get(match[3])
+            if shift and other:
+                other = (other[0], other[1] << shift) if other[0] == "" else None
+            if one and other and "" in (one[0], other[0]):
+                return match[1], (one[0] or other[0], one[1] + other[1])
+    return None
+
+
+def _sets_flags(i: Instruction) -> bool:
+    return i.mnemonic.split(".")[0] in ("cmp", "subs", "adds") or "cpsr" in i.writes
+
+
+def _compared(test: Instruction, start: State) -> list[tuple[str, str | int]]:
+    """Return which register a test compares with what, both ways where it compares two."""
+    name = test.mnemonic.split(".")[0]
+    if name == "cmp":
+        if match := _REGISTER_NUMBER.match(test.operands):
+            return [(match[1], int(match[3], 0))]
+        if (match := _REGISTER_REGISTER.match(test.operands)) and match[2] is match[4] is None:
+            return [(match[1], match[3]), (match[3], match[1])]
+    if name == "subs" and (match := _REGISTER_NUMBER.match(test.operands)) and match[1] in start:
+        return [(match[1], 0)]
+    return []
+
+
+_WRITEBACK = re.compile(r"\[(\w+)\], #(-?0x[0-9a-f]+|-?\d+)$|\[(\w+), #(-?0x[0-9a-f]+|-?\d+)\]!$")
+
+
+def _step(i: Instruction, register: str) -> int | None:
+    """Return by how much an instruction moves a register on."""
+    name = i.mnemonic.split(".")[0]
+    if match := _WRITEBACK.search(i.operands):
+        base, number = (match[1], match[2]) if match[1] else (match[3], match[4])
+        loaded = i.operands.split(",")[0] == register
+        return int(number, 0) if base == register and not loaded else None
+    if (match := _REGISTER_NUMBER.match(i.operands)) and match[1] == register and match[2] in (None, register):
+        if name in ("add", "adds", "addw"):
+            return int(match[3], 0)
+        if name in ("sub", "subs", "subw"):
+            return -int(match[3], 0)
+    return None

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a board has answered so far, on disk: a host that was stopped goes on from there, and a run can be repeated.
+
+One line of JSON says which run it is; records follow, each a letter and its content: `s` a sample (what went down and
+what came back, in float), `t` parameters that were set before the sample that follows (the length, u32, then JSON), `z`
+the law's memory at that point, `e` the end.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError
+
+from .image.header import Layout
+
+_SAMPLE, _TUNING, _MEMORY, _END = b"s", b"t", b"z", b"e"
+_LENGTH = struct.Struct("<I")
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Parameters that were asked for in the middle of a run.
+
+    Attributes
+    ----------
+    sample : int
+        The first sample with them.
+    values : mapping of str to float
+        By name.
+    request : int
+        Which line of the file of requests asked for them.
+    refusal : str
+        Why they were not set; empty when they were.
+    """
+
+    sample: int
+    values: Mapping[str, float]
+    request: int
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class Entries:
+    """What a journal holds.
+
+    Attributes
+    ----------
+    identity : mapping
+        Which run it is.
+    rows : array, (n, inputs + outputs)
+        Of each sample what went to the board and what came back.
+    tunings : tuple of Tuning
+        In their order.
+    memories : mapping of int to array
+        The law's memory before a sample.
+    size : int
+        Bytes that are whole.
+    complete : bool
+        The run came to its end.
+    """
+
+    identity: Mapping[str, object]
+    rows: Floats
+    tunings: tuple[Tuning, ...]
+    memories: Mapping[int, Floats]
+    size: int
+    complete: bool
+
+
+def read_journal(path: Path, layout: Layout) -> Entries:
+    """Return what a journal holds, less a last record that was cut off.
+
+    Raises
+    ------
+    InputError
+        If the file is none of this model and law.
+    """
+    content = path.read_bytes()
+    head, newline, _ = content.partition(b"\n")
+    identity = _identity(head) if newline else None
+    if identity is None or identity.get("layout") != layout.hash.hex():
+        raise InputError(f"journal = {str(path)!r}: no journal of {layout.model} {layout.law} as they are now")
+    at, complete = len(head) + 1, False
+    inputs, outputs, numbers = layout.sizes[:3]
+    rows: list[Floats] = []
+    tunings: list[Tuning] = []
+    memories: dict[int, Floats] = {}
+    while at < len(content):
+        kind, start = content[at : at + 1], at + 1
+        if kind == _TUNING and len(content) >= start + _LENGTH.size:
+            size = _LENGTH.size + _LENGTH.unpack_from(content, start)[0]
+        else:
+            size = {_SAMPLE: 4 * (inputs + outputs), _MEMORY: 4 * numbers, _END: 0}.get(kind, len(content))
+        body = content[start : start + size]
+        if len(body) < size:
+            break
+        if kind == _SAMPLE:
+            rows.append(np.frombuffer(body, "<f4").astype(np.float32))
+        elif kind == _MEMORY:
+            memories[len(rows)] = np.frombuffer(body, "<f4").astype(np.float32)
+        elif kind == _TUNING:
+            tunings.append(Tuning(len(rows), **json.loads(body[_LENGTH.size :])))
+        complete |= kind == _END
+        at = start + size
+    table = np.stack(rows) if rows else np.empty((0, inputs + outputs), np.float32)
+    return Entries(identity, table, tuple(tunings), memories, at, complete)
+
+
+def _identity(head: bytes) -> dict[str, object] | None:
+    try:
+        identity = json.loads(head)
+    except ValueError:
+        return None
+    return identity if isinstance(identity, dict) else None
+
+
+class Journal:
+    """A journal that is written while a board answers.
+
+    Parameters
+    ----------
+    path : Path
+        Continued when it exists.
+    identity : mapping
+        What makes a run the same one; `layout` is added.
+
+    Raises
+    ------
+    InputError
+        If the file belongs to another run, or to one that came to its end.
+    """
+
+    def __init__(self, path: Path, identity: Mapping[str, object], layout: Layout) -> None:
+        self._path, self._inputs = path, layout.sizes[0]
+        whole: dict[str, object] = {**identity, "layout": layout.hash.hex()}
+        head = json.dumps(whole, sort_keys=True).encode() + b"\n"
+        content = path.read_bytes() if path.exists() else b""
+        if content and not content.startswith(head):
+            raise InputError(f"journal = {str(path)!r}: it belongs to another run; remove it or choose another name")
+        entries = read_journal(path, layout) if content else None
+        if entries is not None and entries.complete:
+            raise InputError(
+                f"journal = {str(path)!r}: its run is over; `mehvar board replay` computes it again, another name or "
+                "removing it begins a new one"
+            )
+        self._rows: Floats = np.empty((0, 0), np.float32) if entries is None else entries.rows
+        self.tunings: list[Tuning] = [] if entries is None else list(entries.tunings)
+        self.length = len(self._rows)
+        self._file: BinaryIO = path.open("r+b" if content else "wb")
+        self._file.write(content[: entries.size] if entries else head)
+        self._file.truncate()
+        self._file.flush()
+
+    def answer(self, k: int, numbers: Floats) -> Floats | None:
+        """Return the answer to sample k when there is one, after a look at whether the question was the same."""
+        if k >= self.length:
+            return None
+        if self._rows[k, : self._inputs].tobytes() != numbers.tobytes():
+            raise InputError(f"journal = {str(self._path)!r}: sample {k} was another one; remove the file")
+        return self._rows[k, self._inputs :]
+
+    def append(self, numbers: Floats, u: Floats) -> None:
+        """Write a sample through to the disk's cache: it survives the end of this process."""
+        self._write(_SAMPLE, numbers.astype("<f4").tobytes() + u.astype("<f4").tobytes())
+
+    def append_memory(self, z: Floats) -> None:
+        """Write the law's memory after the last sample."""
+        self._write(_MEMORY, z.astype("<f4").tobytes())
+
+    def append_tuning(self, tuning: Tuning) -> None:
+        """Write what is about to be set, or was refused."""
+        self.tunings.append(tuning)
+        row = {"values": dict(tuning.values), "request": tuning.request, "refusal": tuning.refusal}
+        text = json.dumps(row).encode()
+        self._write(_TUNING, _LENGTH.pack(len(text)) + text)
+
+    def close(self, complete: bool) -> None:
+        """Close the file; remove it when the run is done, unless parameters were tuned: then it is what was done."""
+        kept = any(not tuning.refusal for tuning in self.tunings)
+        if complete and kept:
+            self._write(_END, b"")
+        self._file.close()
+        if complete and not kept:
+            self._path.unlink()
+
+    def _write(self, kind: bytes, body: bytes) -> None:
+        self._file.write(kind + body)
+        self._file.flush()

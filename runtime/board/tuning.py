@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of a law that are changed while it runs on a board, and a run with them computed again on this machine.
+
+Whoever tunes adds a line to a file beside the journal; the host that serves the board takes it up between two samples.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import Controller, Manifest
+
+from ..model.functions import Real
+from ..model.model import Model
+from ..model.parameters import Resolved, number, resolve
+from .image.build import Program, program
+from .image.header import layout
+from .journal import Tuning, read_journal
+from .line.packets import HostLaw
+
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A line of the file of requests: from sample `at` on, or from the next one, the law has these parameters."""
+
+    line: int
+    at: int | None
+    values: Mapping[str, float]
+
+
+class Requests:
+    """The file of requests of a run.
+
+    Parameters
+    ----------
+    journal : Path
+        Of the run.
+    taken : sequence of Tuning
+        What the journal has already.
+    """
+
+    def __init__(self, journal: Path, taken: Sequence[Tuning] = ()) -> None:
+        self._path = path_of(journal)
+        self._taken = {tuning.request for tuning in taken}
+        self._size = -1
+        self._requests: list[Request] = []
+
+    def due(self, k: int) -> list[Request]:
+        """Return what is to be set before sample k; nothing is returned twice."""
+        self._read()
+        due = [request for request in self._requests if request.at is None or request.at <= k]
+        self._taken |= {request.line for request in due}
+        self._requests = [request for request in self._requests if request.line not in self._taken]
+        return due
+
+    def remove(self) -> None:
+        """Remove the file: its run is over."""
+        self._path.unlink(missing_ok=True)
+
+    def _read(self) -> None:
+        size = self._path.stat().st_size if self._path.exists() else 0
+        if size == self._size:
+            return
+        self._size = size
+        lines = self._path.read_text(encoding="utf-8").split("\n")[:-1] if size else []
+        rows = [(i, json.loads(line)) for i, line in enumerate(lines)]
+        self._requests = [Request(i, row["at"], row["values"]) for i, row in rows if i not in self._taken]
+
+
+def path_of(journal: Path) -> Path:
+    """Return the file of requests that belongs to a journal."""
+    return journal.with_name(f"{journal.name}.tune")
+
+
+def tune(
+    model: Model, controller: str, journal: Path, values: Mapping[str, object], at: int | None = None
+) -> dict[str, float]:
+    """Ask the run that writes a journal to set parameters of its law between two samples.
+
+    Only the law on the board gets them: the plant is the host's, and parameters that have formulas keep their values.
+
+    Parameters
+    ----------
+    values : mapping of str to number
+        By name, in SI units and radians.
+    at : int, optional
+        The first sample with them; the next one unless given.
+
+    Returns
+    -------
+    dict of str to float
+        What was asked for.
+
+    Raises
+    ------
+    InputError
+        If a name is no parameter of the plant or the law, a value is out of bounds or beyond the range of float, or the
+        parameter sets the law's period.
+    """
+    law = model.manifest.controller(controller)
+    if not values:
+        raise InputError("nothing to tune: give at least one NAME=VALUE")
+    if at is not None and at < 0:
+        raise bad_value("at", at, "a whole number >= 0")
+    numbers = {name: _value(model.manifest, law, name, value) for name, value in values.items()}
+    row = json.dumps({"at": at, "values": numbers}) + "\n"
+    path = path_of(journal)
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(row)
+    except OSError as error:
+        raise InputError(f"journal = {str(journal)!r}: {path} cannot be written ({error.strerror})") from error
+    return numbers
+
+
+def _value(manifest: Manifest, law: Controller, name: str, value: object) -> float:
+    parameters = {q.name: q for q in (*manifest.parameters, *law.parameters)}
+    if name not in parameters:
+        raise unknown_name(f"parameter of {manifest.model} under {law.name}", name, parameters, "--set")
+    if name in (law.period, law.delay):
+        raise bad_value(name, value, "left as the run began: the host's clock goes by it", "--set")
+    result = number(name, value, "--set")
+    if not parameters[name].allows(result):
+        raise bad_value(name, result, f"in {parameters[name].allowed}", "--set")
+    with np.errstate(over="ignore"):
+        if not np.isfinite(np.float32(result)):
+            raise bad_value(name, result, "a finite float", "--set")
+    return result
+
+
+def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> Resolved:
+    """Return parameters of which some were changed; all others keep their values.
+
+    Raises
+    ------
+    InputError
+        If the model's constraints refuse them, or they are constants of the law's text.
+    """
+    if firmware.tunable is not None:
+        for name in values:
+            if name not in firmware.tunable:
+                raise unknown_name("tunable", name, firmware.tunable, "--tunable")
+    model = firmware.model
+    new = {**before.values, **values}
+    return resolve(model.manifest, model.functions, firmware.law, firmware.scenario, new, "tuned")
+
+
+class TunedLaw(HostLaw):
+    """The law on this machine, its parameters changed as they were on the board; give it to `simulate` as `law`.
+
+    Parameters
+    ----------
+    resolved : Resolved
+        What the run began with.
+    tunings : sequence of Tuning
+        What was asked for since; those that were refused change nothing.
+    real : {"float", "double"}
+        What it computes with.
+    """
+
+    def __init__(self, firmware: Program, resolved: Resolved, tunings: Sequence[Tuning], real: Real = "float") -> None:
+        super().__init__(firmware, resolved, real)
+        self._firmware, self._resolved, self._k = firmware, resolved, 0
+        self._tunings = [tuning for tuning in tunings if not tuning.refusal]
+
+    def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
+        """Evaluate the law at the next sample."""
+        if self._k == 0:
+            self.begin(z)
+        for tuning in self._tunings:
+            if tuning.sample == self._k:
+                self._resolved = tuned(self._firmware, self._resolved, tuning.values)
+                self.set(self._resolved)
+        self._k += 1
+        return super().__call__(x, r, v, z)
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A journal computed again on this machine.
+
+    Attributes
+    ----------
+    samples, memories : int
+        Answers of the board, and numbers of its memory, that were compared.
+    tunings : tuple of Tuning
+        What was set, or refused, and when.
+    first : int or None
+        The first sample whose answer, or the memory before which, has other bits; None when none has.
+    """
+
+    samples: int
+    memories: int
+    tunings: tuple[Tuning, ...]
+    first: int | None
+
+
+def replay(model: Model, controller: str, journal: Path) -> Replay:
+    """Compute on this machine, in float, what a board answered, from what it was sent; compare to the bit.
+
+    Raises
+    ------
+    InputError
+        If there is no such journal, or it is of another model or law.
+    """
+    law = model.manifest.controller(controller)
+    sizes = layout(model.manifest, law)
+    if not journal.is_file():
+        raise InputError(f"journal = {str(journal)!r}: there is no such file")
+    entries = read_journal(journal, sizes)
+    identity = entries.identity
+    scenario, values = identity["scenario"], identity["parameters"]
+    assert isinstance(scenario, str)
+    assert isinstance(values, dict)
+    firmware = program(model, controller, scenario)
+    resolved = resolve(model.manifest, model.functions, law, firmware.scenario, values, "journal")
+    host = TunedLaw(firmware, resolved, entries.tunings)
+    again = _Again(host, firmware, entries.memories.get(0))
+    first: int | None = None
+    compared = 0
+    for k, row in enumerate(entries.rows):
+        z = entries.memories.get(k)
+        if z is not None:
+            compared += z.size
+            first = k if first is None and not _same(again.z, z) else first
+        u = again.step(row[: sizes.sizes[0]])
+        first = k if first is None and not _same(u, row[sizes.sizes[0] :]) else first
+    last = entries.memories.get(len(entries.rows))
+    if last is not None:
+        compared += last.size
+        first = len(entries.rows) if first is None and not _same(again.z, last) else first
+    return Replay(len(entries.rows), compared, entries.tunings, first)
+
+
+def _same(one: Doubles, other: NDArray[np.float32]) -> bool:
+    return one.astype(np.float32).tobytes() == other.tobytes()
+
+
+class _Again:
+    """Steps a law by what a journal says went down the line."""
+
+    def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
+        manifest = firmware.model.manifest
+        nx, nr = len(manifest.states), len(manifest.references)
+        self._law, self._cuts = law, (nx, nx + nr)
+        self.z = np.zeros(len(firmware.layout.memory)) if z is None else z.astype(np.float64)
+
+    def step(self, numbers: NDArray[np.float32]) -> Doubles:
+        """Return the answer to a sample."""
+        x, r, v = np.split(numbers.astype(np.float64), self._cuts)
+        u, self.z = self._law(x, r, v, self.z)
+        return u

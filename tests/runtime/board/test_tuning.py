@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters that are set while a law runs on a board: this machine computes the same bits, and so does the journal."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from mehvar.errors import InputError
+from mehvar.runtime.board.journal import Journal
+from mehvar.runtime.board.line.link import Link
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from mehvar.runtime.board.session import BoardLaw
+from mehvar.runtime.board.tuning import Requests, TunedLaw, path_of, replay, tune, tuned
+from tests.runtime.board.conftest import Bench, load
+from tests.runtime.board.test_faults import Rebooting, Stopped
+from tests.tools import needs
+
+
+@pytest.mark.parametrize("target", ["sil", "unicorn", pytest.param("qemu", marks=needs("qemu-system-arm"))])
+def test_a_tuned_run_and_its_journal_have_the_bits_of_this_machine(tmp_path, target):
+    """Tuned at a checkpoint, between two, and at one sample twice."""
+    model, journal = load("satellite"), tmp_path / "journal"
+    plain = run_on_board(model, BoardRequest("mrac", target, samples=80, selftest=0, profiled=False))
+    for at, values in ((25, {"tau_m": 20.0}), (31, {"forgetting": 0.97, "I_x": 2.5}), (31, {"tau_m": 12.0})):
+        tune(model, "mrac", journal, values, at)
+    o = run_on_board(model, BoardRequest("mrac", target, samples=80, selftest=0, profiled=False, journal=journal))
+    assert (o.max_ulp, o.x.ulp) == (0, 0)
+    assert [(t.sample, t.refusal) for t in o.tunings] == [(25, ""), (31, ""), (31, "")]
+    assert o.board.u_cmd[:25].tobytes() == plain.board.u_cmd[:25].tobytes()
+    for k in (25, 31):
+        assert o.board.u_cmd[k].tobytes() != plain.board.u_cmd[k].tobytes()
+    assert not path_of(journal).exists()
+    result = replay(model, "mrac", journal)
+    assert (result.samples, result.memories, result.first) == (80, 5 * 92, None)
+    with pytest.raises(InputError, match="its run is over"):
+        run_on_board(model, BoardRequest("mrac", target, samples=80, selftest=0, profiled=False, journal=journal))
+
+
+@pytest.mark.parametrize("part", ["answer", "memory", "tuning"])
+def test_a_journal_with_another_bit_is_noticed(tmp_path, part):
+    model, journal = load("satellite"), tmp_path / "journal"
+    tune(model, "mrac", journal, {"tau_m": 20.0}, 10)
+    run_on_board(model, BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal))
+    content = bytearray(journal.read_bytes())
+    if part == "tuning":
+        content[content.index(b"20.0")] ^= 1  # 30
+    else:
+        content[-2 if part == "memory" else -2 - 1 - 92 * 4] ^= 1
+    journal.write_bytes(content)
+    assert replay(model, "mrac", journal).first == {"answer": 29, "memory": 30, "tuning": 10}[part]
+
+
+def session(bench, path, port=None, after=None):
+    """Return a law on a board with a journal, and that journal."""
+    layout = bench.program.layout
+    journal = Journal(path, {"scenario": "paper", "parameters": dict(bench.expected.parameters.values)}, layout)
+    link = Link(port or bench.port, layout, tries=200)
+    link.connect()
+    law = BoardLaw(
+        link, bench.expected.parameters, layout, 5, journal, after, Requests(path, journal.tunings),
+        partial(tuned, bench.program),
+    )  # fmt: skip
+    return law, journal
+
+
+def expected(bench, tunings):
+    return bench.simulate(law=TunedLaw(bench.program, bench.expected.parameters, tunings))
+
+
+@pytest.mark.parametrize("every", [67, 89])
+def test_a_board_that_reboots_gets_the_parameters_of_each_sample_back(tmp_path, every):
+    bench, path = Bench(samples=150), tmp_path / "journal"
+    for at in (20, 60, 75, 110):
+        tune(bench.model, "mrac", path, {"tau_m": 10.0 + at / 10}, at)
+    law, journal = session(bench, path, Rebooting(bench.port, every))
+    run = bench.simulate(law=law)
+    journal.close(complete=True)
+    assert law.restored >= 2
+    assert run.u_cmd.tobytes() == expected(bench, journal.tunings).u_cmd.tobytes()
+
+
+@pytest.mark.parametrize("board_forgets", [False, True])
+def test_a_host_that_was_stopped_goes_on_with_what_was_tuned(tmp_path, board_forgets):
+    """Asked for while it runs; the host ends right after a tuned sample."""
+    bench, path = Bench(), tmp_path / "journal"
+    calls = 0
+
+    def ask_and_stop() -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 17:
+            tune(bench.model, "mrac", path, {"tau_m": 20.0})
+        if calls == 18:
+            raise Stopped
+
+    law, journal = session(bench, path, after=ask_and_stop)
+    with pytest.raises(Stopped):
+        bench.simulate(law=law)
+    journal.close(complete=False)
+    with path.open("ab") as file:
+        file.write(b"t\xff\0\0\0half a record")
+    if board_forgets:
+        bench.port.machine.power_on()
+    bench.port.machine.advance(1100)
+    tune(bench.model, "mrac", path, {"forgetting": 0.97}, 40)
+    law, journal = session(bench, path)
+    run = bench.simulate(law=law)
+    law.finish()
+    journal.close(complete=True)
+    assert [t.sample for t in journal.tunings] == [17, 40]
+    assert run.u_cmd.tobytes() == expected(bench, journal.tunings).u_cmd.tobytes()
+    assert replay(bench.model, "mrac", path).first is None
+
+
+def test_what_cannot_be_tuned_is_refused(tmp_path):
+    model, journal = load("satellite"), tmp_path / "journal"
+    for values, message in (
+        ({"taum": 1.0}, "did you mean tau_m"),
+        ({"tau_m": float("nan")}, "must be a finite number"),
+        ({"tau_m": -1.0}, "must be in"),
+        ({"dead_zone": 1e300}, "must be a finite float"),
+        ({"Ts": 0.25}, "the host's clock"),
+        ({}, "nothing to tune"),
+    ):
+        with pytest.raises(InputError, match=message):
+            tune(model, "mrac", journal, values)
+    with pytest.raises(InputError, match="at = -1"):
+        tune(model, "mrac", journal, {"tau_m": 20.0}, -1)
+    assert not path_of(journal).exists()
+
+
+def test_a_constant_of_the_text_is_refused_and_the_run_goes_on(tmp_path):
+    model, journal = load("satellite"), tmp_path / "journal"
+    tune(model, "mrac", journal, {"tau_m": 20.0}, 10)
+    tune(model, "mrac", journal, {"forgetting": 0.97}, 12)
+    request = BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal, tunable=("forgetting",))
+    o = run_on_board(model, request)
+    assert (o.max_ulp, o.x.ulp) == (0, 0)
+    refused, done = o.tunings
+    assert "tunable" in refused.refusal
+    assert (done.sample, done.refusal) == (12, "")
+    assert replay(model, "mrac", journal).first is None
+
+
+def test_a_journal_without_tuning_goes_when_its_run_is_over(tmp_path):
+    journal = tmp_path / "journal"
+    o = run_on_board(load("triangle"), BoardRequest("path", "sil", samples=10, selftest=0, journal=journal))
+    assert o.max_ulp == 0
+    assert not journal.exists()
+    with pytest.raises(InputError, match="no such file"):
+        replay(load("triangle"), "path", journal)
+
+
+@pytest.mark.parametrize(("model", "law"), [("triangle", "path"), ("slosh", "lyapunov-v1"), ("satellite", "pd")])
+def test_laws_without_memory_are_tuned_too(tmp_path, model, law):
+    loaded, journal = load(model), tmp_path / "journal"
+    controller = loaded.manifest.controller(law)
+    gain = next(q for q in controller.parameters if q.default and q.allows(1.03125 * q.default))
+    tune(loaded, law, journal, {gain.name: 1.03125 * gain.default}, 7)
+    o = run_on_board(loaded, BoardRequest(law, "sil", samples=20, selftest=0, journal=journal))
+    assert [t.refusal for t in o.tunings] == [""]
+    assert (o.max_ulp, o.x.ulp) == (0, 0)
+    assert np.isfinite(o.board.u_cmd).all()
+    assert replay(loaded, law, journal).first is None
