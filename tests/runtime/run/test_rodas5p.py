@@ -97,7 +97,10 @@ def test_a_jacobian_without_a_value_stops_no_run(backend: Any) -> None:
 
 def test_a_loop_that_drives_itself_follows_the_tolerance(tmp_path: Path) -> None:
     """v' = 20 v: the step of 1/(20 gamma) s has no matrix to divide by, and longer ones would turn its sign."""
-    folder, options = written(shaken(), tmp_path), {"t_end": 1.0, "dt_out": 1.0, "parameters": {"gain": -20.0, "top": 1e12}}
+    folder, options = (
+        written(shaken(), tmp_path),
+        {"t_end": 1.0, "dt_out": 1.0, "parameters": {"gain": -20.0, "top": 1e12}},
+    )
     exact = simulate(folder, "brake", rtol=1e-12, atol=1e-12, **options).x[-1]
     for tolerance in (1e-2, 1e-4, 1e-7):
         run = simulate(folder, "brake", method="rodas5p", rtol=tolerance, atol=tolerance, **options)
