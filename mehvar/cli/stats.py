@@ -72,27 +72,39 @@ def print_statistics(store: Store, success: str | None = None) -> None:
         f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, probability "
         f"{statistics.probability:.6g}, 95 % interval [{statistics.low:.6g}, {statistics.high:.6g}]\n"
     )
-    shown = (0.05, 0.5, 0.95)
-    rows = [
-        [
-            row.name,
-            row.unit,
-            str(statistics.stored - row.finite),
-            f"{row.mean:.6g}",
-            f"{row.sd:.3g}",
-            *(f"{row.quantiles[q]:.6g} {_interval(*row.intervals[q])}" for q in shown),
-            f"{row.smallest[1]:.6g} (run {row.smallest[0]})",
-            f"{row.largest[1]:.6g} (run {row.largest[0]})",
-        ]
-        for row in statistics.rows
-    ]
-    titles = ["metric", "unit", "not finite", "mean", "sd", *(f"{100 * q:g} %" for q in shown), "smallest", "largest"]
-    print_table("", titles, rows)
-    for text in grouped({row.name: row.note for row in statistics.rows if row.note}):
-        typer.echo(f"note: {text}")
-    typer.echo("[ ]: 95 % intervals of quantiles, - where there are too few runs for an end")
+    _print_metrics(statistics)
     _print_sensitivities(sensitivities(store))
     _print_refusals(store, statistics)
+
+
+def _print_metrics(statistics: Statistics) -> None:
+    """Print three tables that fit a page: moments and quantiles, intervals of these, extreme runs."""
+    rows, quantiles = statistics.rows, {q: f"{100 * q:g} %" for q in (0.05, 0.5, 0.95)}
+    incomplete = any(row.finite < statistics.stored for row in rows)
+    print_table(
+        "",
+        ["metric", "unit", *(["not finite"] if incomplete else []), "mean", "sd", *quantiles.values()],
+        [
+            [
+                row.name,
+                row.unit,
+                *([str(statistics.stored - row.finite)] if incomplete else []),
+                f"{row.mean:.6g}",
+                f"{row.sd:.3g}",
+                *(f"{row.quantiles[q]:.5g}" for q in quantiles),
+            ]
+            for row in rows
+        ],
+    )
+    for text in grouped({row.name: row.note for row in rows if row.note}):
+        typer.echo(f"note: {text}")
+    typer.echo("\n95 % intervals of the quantiles, - where there are too few runs for an end")
+    intervals = [[row.name, *(_interval(*row.intervals[q]) for q in quantiles)] for row in rows]
+    print_table("", ["metric", *quantiles.values()], intervals)
+    typer.echo("\nextreme runs")
+    ends = [[row.name, *(text for run, value in (row.smallest, row.largest) for text in (f"{value:.6g}", str(run)))]
+            for row in rows]  # fmt: skip
+    print_table("", ["metric", "smallest", "run", "largest", "run"], ends)
 
 
 def _extent(statistics: Statistics) -> str:
