@@ -31,11 +31,11 @@ _FOLDED: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.And: ca.logic_and, sp.Or: ca.logic_or,
 }  # fmt: skip
 _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
-    sp.atan2: ca.atan2, sp.Mod: ca.fmod,
+    sp.atan2: ca.atan2,
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
-_OTHERS = (sp.Pow, sp.Piecewise, ExprCondPair)
+_OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair)
 """What is converted in a way of its own."""
 
 
@@ -157,6 +157,8 @@ class _Converter:
         if isinstance(node, sp.Piecewise):
             return self._piecewise(node)
         arguments = [self._memo[child] for child in node.args]
+        if isinstance(node, sp.Mod):
+            return _modulo(*arguments)
         kind = type(node)
         if kind in _UNARY:
             return _UNARY[kind](arguments[0])
@@ -184,6 +186,12 @@ class _Converter:
         for pair in reversed(node.args[:-1]):
             result = ca.if_else(self._memo[pair.cond], self._memo[pair.expr], result)
         return result
+
+
+def _modulo(dividend: ca.SX, divisor: ca.SX) -> ca.SX:
+    """Return what is left of whole divisors, with the divisor's sign, as SymPy's Mod has it; fmod has the other's."""
+    rest = ca.fmod(dividend, divisor)
+    return ca.if_else(rest * divisor < 0, rest + divisor, rest)
 
 
 def _integer_power(base: ca.SX, exponent: int) -> ca.SX:

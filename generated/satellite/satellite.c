@@ -351,7 +351,7 @@ void satellite_initial(const real *p, const real *s, real *x)
     x[9] = s[latitude_0];
 }
 
-/* reference of a scenario; 10 operations. */
+/* reference of a scenario; 14 operations. */
 void satellite_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)p;
@@ -359,10 +359,12 @@ void satellite_reference(const real *t, const real *p, const real *s, real *r)
     enum { pitch_step_deg = SATELLITE_S_PITCH_STEP_DEG };
     enum { yaw_step_deg = SATELLITE_S_YAW_STEP_DEG };
     enum { half_period = SATELLITE_S_HALF_PERIOD };
-    const real t_37tx4 = K(0.017453292519943295) * (K(1.0) + K(-2.0) * mv_fmod(mv_floor(K(1.000000000000001) * t[0] / s[half_period]), SPLAT(K(2.0))));
-    r[0] = t_37tx4 * s[roll_step_deg];
-    r[1] = t_37tx4 * s[pitch_step_deg];
-    r[2] = t_37tx4 * s[yaw_step_deg];
+    const real t_37tx4 = mv_fmod(mv_floor(K(1.000000000000001) * t[0] / s[half_period]), SPLAT(K(2.0)));
+    const mask m_n2tzu = LT(t_37tx4 + t_37tx4, K(0.0));
+    const real t_syv7i = K(0.017453292519943295) * (K(1.0) + K(-2.0) * SELECT(m_n2tzu, t_37tx4 + K(2.0), t_37tx4));
+    r[0] = t_syv7i * s[roll_step_deg];
+    r[1] = t_syv7i * s[pitch_step_deg];
+    r[2] = t_syv7i * s[yaw_step_deg];
 }
 
 /* margins that stay positive for a feasible scenario; 14 operations. */

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "90a124b9228da7a6e93f21cae1e39ba33b12a56db4299d1b81bf4a1382d5294b"
+#define SATELLITE_HASH "ca969916f7460a30cc372de48506847354aa930116f84c2f1e7c3e91553601e3"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "90a124b9228da7a6e93f21cae1e39ba33b12a56db4299d1b81bf4a1382d5294b"
+HASH = "ca969916f7460a30cc372de48506847354aa930116f84c2f1e7c3e91553601e3"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -458,11 +458,13 @@ def reference(t, p, s):
         pitch_step_deg = s[..., 8]
         yaw_step_deg = s[..., 9]
         half_period = s[..., 10]
-        t_37tx4 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(1.000000000000001 * t / half_period), 2.0))
+        t_37tx4 = np.fmod(np.floor(1.000000000000001 * t / half_period), 2.0)
+        m_n2tzu = (t_37tx4 + t_37tx4 < 0.0)
+        t_syv7i = 0.017453292519943295 * (1.0 + -2.0 * np.where(m_n2tzu, t_37tx4 + 2.0, t_37tx4))
         return _vector(
-            t_37tx4 * roll_step_deg,
-            t_37tx4 * pitch_step_deg,
-            t_37tx4 * yaw_step_deg,
+            t_syv7i * roll_step_deg,
+            t_syv7i * pitch_step_deg,
+            t_syv7i * yaw_step_deg,
         )
 
 

@@ -3239,7 +3239,7 @@ CASADI_SYMBOL_EXPORT int satellite_initial_work_bytes(casadi_int *sz_arg, casadi
 
 /* satellite_reference:(arg_t,arg_p[33],arg_s[11])->(res_r[3]) */
 static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
-  casadi_real a0, a1, a2, a3, a4;
+  casadi_real a0, a1, a2, a3, a4, a5, a6;
   a0=1.7453292519943295e-02;
   a1=1.;
   a2=-2.;
@@ -3251,7 +3251,15 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
   a3=floor(a3);
   a4=2.;
   a3=fmod(a3,a4);
-  a2=(a2*a3);
+  a5=(2.*a3);
+  a6=0.;
+  a5=(a5<a6);
+  a4=(a3+a4);
+  a4=(a5?a4:0);
+  a5=(!a5);
+  a5=(a5?a3:0);
+  a4=(a4+a5);
+  a2=(a2*a4);
   a1=(a1+a2);
   a0=(a0*a1);
   a1=arg[2]? arg[2][7] : 0;

@@ -269,7 +269,7 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
         "END_IN_ERROR": "0",
         "THIRD": "0",
         "STAGE_SUMS": "(void)k;",
-        "GAMMA": repr(tableau.d[0]),
+        "GAMMA": repr(rows["cd"][1][0]),
         "IMPLICIT_A(s, j)": "implicit_a[s][j]",
         "IMPLICIT_G(s, j)": "implicit_g[s][j]",
         "IMPLICIT_C(s)": "implicit_cd[0][s]",

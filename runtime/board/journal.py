@@ -3,13 +3,14 @@
 
 One line of JSON says which run it is; records follow, each a letter and its content: `s` a sample (what went down and
 what came back, in float), `t` parameters that were set before the sample that follows (the length, u32, then JSON), `z`
-the law's memory at that point, `e` the end.
+the law's memory at that point, `e` the end. Behind each stands the CRC-32 of all that is before it in the file.
 """
 
 from __future__ import annotations
 
 import json
 import struct
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,7 @@ from mehvar.errors import InputError
 from .image.header import Layout
 
 _SAMPLE, _TUNING, _MEMORY, _END = b"s", b"t", b"z", b"e"
-_LENGTH = struct.Struct("<I")
+_LENGTH = struct.Struct("<I")  # of a text, and how a CRC is written
 
 Floats = NDArray[np.float32]
 
@@ -66,6 +67,8 @@ class Entries:
         The law's memory before a sample.
     size : int
         Bytes that are whole.
+    check : int
+        The CRC-32 of the last whole record, with which the next goes on.
     complete : bool
         The run came to its end.
     """
@@ -75,6 +78,7 @@ class Entries:
     tunings: tuple[Tuning, ...]
     memories: Mapping[int, Floats]
     size: int
+    check: int
     complete: bool
 
 
@@ -84,27 +88,31 @@ def read_journal(path: Path, layout: Layout) -> Entries:
     Raises
     ------
     InputError
-        If the file is none of this model and law.
+        If the file is none of this model and law, or is damaged.
     """
     content = path.read_bytes()
     head, newline, _ = content.partition(b"\n")
     identity = _identity(head) if newline else None
     if identity is None or identity.get("layout") != layout.hash.hex():
         raise InputError(f"journal = {str(path)!r}: no journal of {layout.model} {layout.law} as they are now")
-    at, complete = len(head) + 1, False
+    at, complete, check = len(head) + 1, False, zlib.crc32(head + newline)
     inputs, outputs, numbers = layout.sizes[:3]
     rows: list[Floats] = []
     tunings: list[Tuning] = []
     memories: dict[int, Floats] = {}
+    sizes = {_SAMPLE: 4 * (inputs + outputs), _MEMORY: 4 * numbers, _END: 0}
     while at < len(content):
         kind, start = content[at : at + 1], at + 1
         if kind == _TUNING and len(content) >= start + _LENGTH.size:
             size = _LENGTH.size + _LENGTH.unpack_from(content, start)[0]
         else:
-            size = {_SAMPLE: 4 * (inputs + outputs), _MEMORY: 4 * numbers, _END: 0}.get(kind, len(content))
-        body = content[start : start + size]
-        if len(body) < size:
+            size = sizes.get(kind, 0)
+        body, end = content[start : start + size], start + size
+        if (kind in sizes or kind == _TUNING) and len(content) < end + _LENGTH.size:
             break
+        check = zlib.crc32(kind + body, check)
+        if content[end : end + _LENGTH.size] != _LENGTH.pack(check):
+            raise InputError(f"journal = {str(path)!r}: it is damaged at byte {at} or before; its run cannot be told")
         if kind == _SAMPLE:
             rows.append(np.frombuffer(body, "<f4").astype(np.float32))
         elif kind == _MEMORY:
@@ -112,9 +120,9 @@ def read_journal(path: Path, layout: Layout) -> Entries:
         elif kind == _TUNING:
             tunings.append(Tuning(len(rows), **json.loads(body[_LENGTH.size :])))
         complete |= kind == _END
-        at = start + size
+        at = end + _LENGTH.size
     table = np.stack(rows) if rows else np.empty((0, inputs + outputs), np.float32)
-    return Entries(identity, table, tuple(tunings), memories, at, complete)
+    return Entries(identity, table, tuple(tunings), memories, at, check, complete)
 
 
 def _identity(head: bytes) -> dict[str, object] | None:
@@ -157,8 +165,10 @@ class Journal:
         self._rows: Floats = np.empty((0, 0), np.float32) if entries is None else entries.rows
         self.tunings: list[Tuning] = [] if entries is None else list(entries.tunings)
         self.length = len(self._rows)
+        self._check = zlib.crc32(head) if entries is None else entries.check
         self._file: BinaryIO = path.open("r+b" if content else "wb")
-        self._file.write(content[: entries.size] if entries else head)
+        whole_records = content[: entries.size] if entries else head
+        self._file.write(whole_records)
         self._file.truncate()
         self._file.flush()
 
@@ -195,5 +205,6 @@ class Journal:
             self._path.unlink()
 
     def _write(self, kind: bytes, body: bytes) -> None:
-        self._file.write(kind + body)
+        self._check = zlib.crc32(kind + body, self._check)
+        self._file.write(kind + body + _LENGTH.pack(self._check))
         self._file.flush()

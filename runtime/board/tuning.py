@@ -196,12 +196,15 @@ class Replay:
         What was set, or refused, and when.
     first : int or None
         The first sample whose answer, or the memory before which, has other bits; None when none has.
+    complete : bool
+        The journal has the end of its run.
     """
 
     samples: int
     memories: int
     tunings: tuple[Tuning, ...]
     first: int | None
+    complete: bool
 
 
 def replay(model: Model, controller: str, journal: Path) -> Replay:
@@ -210,7 +213,7 @@ def replay(model: Model, controller: str, journal: Path) -> Replay:
     Raises
     ------
     InputError
-        If there is no such journal, or it is of another model or law.
+        If there is no such journal, it is damaged, or of another model or law.
     """
     law = model.manifest.controller(controller)
     sizes = layout(model.manifest, law)
@@ -238,7 +241,7 @@ def replay(model: Model, controller: str, journal: Path) -> Replay:
     if last is not None:
         compared += last.size
         first = len(entries.rows) if first is None and not _same(again.z, last) else first
-    return Replay(len(entries.rows), compared, entries.tunings, first)
+    return Replay(len(entries.rows), compared, entries.tunings, first, entries.complete)
 
 
 def _same(one: Doubles, other: NDArray[np.float32]) -> bool:

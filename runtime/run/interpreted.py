@@ -278,8 +278,7 @@ class _Solver:
         """Yield SciPy's solver after every accepted step."""
         from scipy.integrate import DOP853, RK45
 
-        from .rock4 import Rock4
-        from .rodas5p import Rodas5P
+        from .solvers import Rock4, Rodas5P
 
         problem, statistics = self._loop.problem, self._loop.statistics
         if not np.all(np.isfinite(self._evaluate(t, x))):

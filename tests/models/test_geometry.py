@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-import mehvar
 from mehvar.cli.new import scaffold
+from mehvar.codegen.functions.requests import requests
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
@@ -17,6 +17,7 @@ from mehvar.pictures.geometry import geometry_scene
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate
+from tests.models.edits import cart
 
 O = (sp.S.Zero, sp.S.Zero, sp.S.Zero)  # noqa: E741 - the origin
 
@@ -71,4 +72,4 @@ def test_points_are_where_the_expressions_say(project):
 
 
 def test_a_system_without_a_geometry_has_no_such_function():
-    assert "geometry" not in mehvar.load("triangle").functions
+    assert "geometry" not in [request.name for request in requests(cart())]

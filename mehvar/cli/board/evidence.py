@@ -23,7 +23,10 @@ def command(
     compiler: Compiler = None,
     samples: Samples = 200,
     disturbed: Annotated[
-        int, typer.Option(metavar="N", help="Steps besides, from memories, parameters and measurements that are drawn.")
+        int,
+        typer.Option(
+            metavar="N", min=0, help="Steps besides, from memories, parameters and measurements that are drawn."
+        ),
     ] = 400,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:

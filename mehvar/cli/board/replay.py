@@ -12,16 +12,18 @@ from mehvar.terminal import print_table
 
 
 def command(model: ModelName, controller: Law, journal: Journal) -> int:
-    """Replay, print, and return the exit status: 1 when an answer or the memory has other bits."""
+    """Replay, print, and return the exit status: 1 when an answer or the memory has other bits, 3 without an end."""
     result = replay(compiled(model), controller, journal)
     place = "same bits" if result.first is None else f"other bits from sample {result.first} on"
     typer.echo(
         f"{journal}: {result.samples} samples and {result.memories} numbers of the memory computed again: {place}"
     )
+    if not result.complete:
+        typer.echo("the journal breaks off there: its run did not end, or what came after is lost")
     rows = [
         [str(tuning.sample), ", ".join(f"{n} = {v:g}" for n, v in tuning.values.items()), tuning.refusal or "set"]
         for tuning in result.tunings
     ]
     if rows:
         print_table("", ["before sample", "asked for", ""], rows)
-    return int(result.first is not None)
+    return 1 if result.first is not None else 0 if result.complete else 3

@@ -27,6 +27,13 @@ def evaluate(expr: sp.Expr, x: float, y: float) -> float:
     return float(ca.Function("f", [sx, sy], [graph])(x, y))
 
 
+@pytest.mark.parametrize("divisor", [2.0, -2.0, 1000.0, 0.3, -0.3])
+@pytest.mark.parametrize("dividend", [-5.5, -4.0, -0.1, -1e-30, 0.0, 0.1, 3.9, 4.0, 7.25])
+def test_mod_has_the_sign_of_the_divisor(dividend, divisor):
+    """As SymPy's has, by which equations are compared; the fmod of C has that of the dividend."""
+    assert evaluate(sp.Mod(X, Y), dividend, divisor) == dividend % divisor
+
+
 @pytest.mark.parametrize("expr", POSITIVE, ids=str)
 def test_agrees_with_sympy(expr):
     for x, y in [(0.3, 0.7), (2.1, 1.4), (1.5, 3.25), (2.6, 0.2)]:

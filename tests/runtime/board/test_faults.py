@@ -139,7 +139,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
         bench.simulate(law=law)
     journal.close(complete=False)
     with path.open("ab") as file:
-        file.write(b"half a record")
+        file.write(b"s" + b"half a record")
     if board_forgets:
         bench.port.machine.power_on()
     bench.port.machine.advance(1100)  # until then the board waits for the host that was stopped

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import contextlib
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.runtime.board.journal import Journal
+from mehvar.runtime.board.image.header import layout
+from mehvar.runtime.board.journal import Journal, read_journal
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.board.session import BoardLaw
@@ -41,16 +44,46 @@ def test_a_tuned_run_and_its_journal_have_the_bits_of_this_machine(tmp_path, tar
 
 @pytest.mark.parametrize("part", ["answer", "memory", "tuning"])
 def test_a_journal_with_another_bit_is_noticed(tmp_path, part):
-    model, journal = load("satellite"), tmp_path / "journal"
+    """Written as such: what answered was another board."""
+    model, journal, other = load("satellite"), tmp_path / "journal", tmp_path / "other"
     tune(model, "mrac", journal, {"tau_m": 20.0}, 10)
-    run_on_board(model, BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal))
-    content = bytearray(journal.read_bytes())
-    if part == "tuning":
-        content[content.index(b"20.0")] ^= 1  # 30
-    else:
-        content[-2 if part == "memory" else -2 - 1 - 92 * 4] ^= 1
-    journal.write_bytes(content)
-    assert replay(model, "mrac", journal).first == {"answer": 29, "memory": 30, "tuning": 10}[part]
+    o = run_on_board(model, BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal))
+    sizes = layout(model.manifest, model.manifest.controller("mrac"))
+    entries = read_journal(journal, sizes)
+    identity = {name: value for name, value in entries.identity.items() if name != "layout"}
+    entries.rows[29, -1] += np.float32(part == "answer")
+    entries.memories[30][5] += np.float32(part == "memory")
+    again = Journal(other, identity, sizes)
+    for k in range(31):
+        for tuning in entries.tunings:
+            if tuning.sample == k:
+                again.append_tuning(replace(tuning, values={"tau_m": 30.0}) if part == "tuning" else tuning)
+        if k in entries.memories:
+            again.append_memory(entries.memories[k])
+        if k < 30:
+            again.append(entries.rows[k, : sizes.sizes[0]], entries.rows[k, sizes.sizes[0] :])
+    again.close(complete=True)
+    assert replay(model, "mrac", journal).first is None
+    assert replay(model, "mrac", other).first == {"answer": 29, "memory": 30, "tuning": 10}[part]
+    assert o.max_ulp == 0
+
+
+def test_a_damaged_journal_is_refused_or_breaks_off(tmp_path):
+    """Whichever byte is damaged, and wherever it is cut off."""
+    model, journal = load("satellite"), tmp_path / "journal"
+    tune(model, "mrac", journal, {"tau_m": 20.0}, 4)
+    run_on_board(model, BoardRequest("mrac", "sil", samples=8, selftest=0, journal=journal))
+    sizes, content = layout(model.manifest, model.manifest.controller("mrac")), journal.read_bytes()
+    assert read_journal(journal, sizes).complete
+    for at in range(0, len(content), 3):
+        damaged = content[:at] + bytes([content[at] ^ 1 << at % 8]) + content[at + 1 :]
+        for text in (damaged, content[:at]):
+            journal.write_bytes(text)
+            with contextlib.suppress(InputError):
+                assert not read_journal(journal, sizes).complete
+    journal.write_bytes(content + bytes(40))
+    with pytest.raises(InputError, match="it is damaged at byte"):
+        read_journal(journal, sizes)
 
 
 def session(bench, path, port=None, after=None):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import mehvar
 from mehvar.runtime import simulate
 from mehvar.runtime.compiling.library import NATIVE
-from mehvar.runtime.run.rock4 import Rock4
+from mehvar.runtime.run.solvers import Rock4
 
 A, B, C, E = Rock4.A, Rock4.B, Rock4.C, Rock4.E[:-1]
 METHODS = NATIVE / "methods"

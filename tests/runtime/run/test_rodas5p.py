@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from mehvar.runtime import InputError, Status, load, simulate
-from mehvar.runtime.run.rodas5p import Rodas5P
+from mehvar.runtime.run.solvers import Rodas5P
 from tests.models.test_clock import shaken, written
 
 Array = NDArray[np.float64]

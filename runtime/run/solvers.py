@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The method `rodas5p` as a solver of SciPy's, for the Python backend."""
+"""The methods `rock4` and `rodas5p` as solvers of SciPy's, for the Python backend."""
 
 from __future__ import annotations
 
@@ -8,24 +8,41 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DenseOutput, OdeSolver
+from scipy.integrate import RK45, DenseOutput, OdeSolver
 from scipy.integrate._ivp.common import norm, num_jac, select_initial_step
 from scipy.linalg import lu_factor, lu_solve
 
 from ..compiling.library import NATIVE
 from ..model.functions import FloatArray
 
-_STAGES = 8
+_ROCK_STAGES = 16
+_RODAS_STAGES = 8
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
 """Of SciPy's own explicit solvers."""
 _TIME_STEP = 1.5e-8
 """As in native/step/implicit.h."""
 
 
-def _rows() -> FloatArray:
+class Rock4(RK45):  # type: ignore[misc]  # SciPy has no annotations
+    """Sixteen stages of order four with a long stable piece of the negative real axis.
+
+    The coefficients of the native integrator, from `native/methods/rock4.inc`; dense output is the cubic Hermite
+    polynomial of a step. Source: Abdulle, SIAM J. Sci. Comput. 23 (2002) 2041.
+    """
+
+    order, error_estimator_order, n_stages = 4, 3, _ROCK_STAGES
+    _text = (NATIVE / "methods" / "rock4.inc").read_text(encoding="utf-8")
+    _rows = np.array(_text.rstrip(",\n").split(","), dtype=np.float64).reshape(_ROCK_STAGES + 3, _ROCK_STAGES)
+    A, B, C = _rows[:_ROCK_STAGES], _rows[_ROCK_STAGES], _rows[_ROCK_STAGES + 1]
+    E = np.append(_rows[_ROCK_STAGES + 2], 0.0)
+    _start, _end, _all = np.eye(_ROCK_STAGES + 1)[0], np.eye(_ROCK_STAGES + 1)[-1], np.append(B, 0.0)
+    P = np.stack([_start, 3 * _all - 2 * _start - _end, _start + _end - 2 * _all], axis=1)
+
+
+def _rodas_rows() -> FloatArray:
     text = (NATIVE / "methods" / "rodas5p.inc").read_text(encoding="utf-8")
     rows = [[float(number) for number in row.split(",")] for row in re.findall(r"\{([^}]*)\}", text)]
-    return np.array([row + [0.0] * (_STAGES - len(row)) for row in rows])
+    return np.array([row + [0.0] * (_RODAS_STAGES - len(row)) for row in rows])
 
 
 class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
@@ -40,7 +57,7 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
         Jacobian of the slope, as a function of time and coordinates; by differences unless given.
     """
 
-    A, G, (C, D), DENSE = np.split(_rows(), (8, 16, 18))
+    A, G, (C, D), DENSE = np.split(_rodas_rows(), (8, 16, 18))
     order = 4  # of the estimate
     t: float
     y: FloatArray
@@ -100,9 +117,9 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
 
     def _stages(self, h: float, jacobian: FloatArray, in_time: FloatArray) -> tuple[FloatArray, FloatArray]:
         n = len(self.y)
-        matrix, stages, at = np.eye(n) / (h * self.D[0]) - jacobian, np.zeros((_STAGES, n)), self.y
+        matrix, stages, at = np.eye(n) / (h * self.D[0]) - jacobian, np.zeros((_RODAS_STAGES, n)), self.y
         factors = lu_factor(matrix, check_finite=False)
-        for s in range(_STAGES):
+        for s in range(_RODAS_STAGES):
             at = self.y + self.A[s, :s] @ stages[:s]
             slope = self.fun(self.t + self.C[s] * h, at) if s else self.f
             right = slope + self.G[s, :s] @ stages[:s] / h + self.D[s] * h * in_time
