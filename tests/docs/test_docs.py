@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib import pyplot
 from PIL import Image
 
 from docs.site import pictures
@@ -95,6 +96,7 @@ def test_blocks_are_found_with_their_markers() -> None:
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
+    pyplot.close("all")  # a page begins without the figures of the page before it in this process
     monkeypatch.setattr(sys, "path", [*sys.path])
     names: dict[str, Any] = {"__name__": "__main__"}
     output, text = "", page.read_text(encoding="utf-8")
