@@ -58,6 +58,11 @@ CAMPAIGNS = {
         {"t_end": 1000.0, "dt_out": 1.0, "method": "rock4", **TIGHT},
         {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
     ),
+    "slosh, implicit": Campaigned(
+        "slosh, `paper`, lyapunov-v2, 1000 s, samples every 1 s, rodas5p", 10**5, 10**5, "slosh", "lyapunov-v2",
+        {"t_end": 1000.0, "dt_out": 1.0, "method": "rodas5p", **TIGHT},
+        {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
+    ),
     "triangle": Campaigned(
         "triangle, `paper`, path, 35 s, samples every 0.1 s, dopri5", 10**6, 10**6, "triangle", "path",
         {"t_end": 35.0, "dt_out": 0.1, "method": "dopri5", **TIGHT},
