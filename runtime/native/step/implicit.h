@@ -12,7 +12,7 @@
 
 /* Pivots stand on the diagonal, in its order, so that lanes need no rows of their own. Those of h gamma W are one where
  * h is small, whatever the units of the coordinates; where one is smaller than this the step is tried again, shorter.
- * Own: rounding is then at most a thousand times what it need be, of the correction that J makes. */
+ * Own, not measured: a pivot this small makes rounding a thousand times larger, in the correction that J makes. */
 #define LEAST_PIVOT 1e-3
 
 /* Of the instant, for a difference of slopes in time: the root of the spacing of doubles, half of whose digits it keeps. */
