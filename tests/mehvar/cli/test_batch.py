@@ -70,7 +70,8 @@ def test_statistics_stand_at_the_end_and_come_again(folder: Path) -> None:
         assert 0 < impossible < 40
     assert f"done {40 - impossible}  impossible {impossible}" in again.stdout
     assert f"success (final(rho) < 0.25): {good} of 40" in again.stdout
-    assert f"(run {worst})" in next(line for line in again.stdout.splitlines() if line.startswith("travel"))
+    _, extremes = again.stdout.split("extreme runs\n")
+    assert next(line.split()[-1] for line in extremes.splitlines() if line.startswith("travel")) == str(worst)
     assert "R = 0.7" in again.stdout
     assert "must be in (0, 0.707106781187)" in again.stdout
 
