@@ -312,9 +312,9 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 LONGEST_SCHEDULED = 10_000
 """Operations of a function, above which gcc does not order its statements, whose time grows faster than their number.
-Slosh with sixteen pendulums, 6840 operations, compiles in 10.9 instead of 22.6 s without, but a right-hand side takes 1.07
-times as long; with 32 it compiles in 32 instead of 102 s, with 64 in 105 instead of 447 (the longer ones on another
-machine). Half would take the sixteen in, twice would leave the 32 out."""
+Slosh with sixteen pendulums, 6840 operations, compiles in 10.9 instead of 22.6 s without, but a right-hand side takes
+1.07 times as long; with 32 it compiles in 32 instead of 102 s, with 64 in 105 instead of 447 (the longer ones on
+another machine). Half would take the sixteen in, twice would leave the 32 out."""
 
 
 def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, ...]:
