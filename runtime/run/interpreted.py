@@ -18,7 +18,7 @@ import numpy as np
 from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
-from .calls import jacobian_name
+from .calls import check_method, jacobian_name
 from .options import IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 
@@ -77,6 +77,9 @@ class _Loop:
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
         )
         self._project = project if charted or "to_coordinates" not in manifest.functions else None
+        self._of_manifold = (problem.p,) if manifest.projects_by_parameters else ()
+        check_method(manifest, problem.method)
+        self.mass = raw("mass_diagonal")(problem.p) if manifest.algebraic else None
         self._loop = raw(f"{law}_loop{problem.suffix}") if charted else None
         self._observe = raw(f"{law}_observe") if charted else None
         self._jacobian = None
@@ -139,7 +142,7 @@ class _Loop:
 
     def projected(self, q: FloatArray) -> FloatArray:
         """Return coordinates put back on their manifold."""
-        return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
+        return q if self._project is None else np.asarray(self._project(q, *self._of_manifold), dtype=np.float64)
 
     def record(
         self,
@@ -283,12 +286,12 @@ class _Solver:
         problem, statistics = self._loop.problem, self._loop.statistics
         if not np.all(np.isfinite(self._evaluate(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
-        jacobian = {"jac": self._jacobian} if problem.method in IMPLICIT else {}
+        implicit = {"jac": self._jacobian, "mass": self._loop.mass} if problem.method in IMPLICIT else {}
         method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4, "rodas5p": Rodas5P}[problem.method]
         first = None if h is None else min(h, end - t)
         rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
         tolerances = {"rtol": rtol, "atol": problem.atol * tighter}
-        solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **jacobian)
+        solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
         while solver.status == "running":
             if self.trials == problem.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)

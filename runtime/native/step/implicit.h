@@ -3,8 +3,9 @@
  *
  * With W = 1/(h gamma) - J, J the Jacobian where the step begins, the stages are
  *   W u_i = f(t + c_i h, q + sum_j a_ij u_j) + sum_j g_ij u_j / h + d_i h df/dt
- * and q + sum_j a_sj u_j + u_s is the end, u_s the estimate of its error. Source: Hairer & Wanner, Solving Ordinary
- * Differential Equations II, 2nd ed., section IV.7. */
+ * and q + sum_j a_sj u_j + u_s is the end, u_s the estimate of its error. Before 1/h stands M, one but for algebraic
+ * states, where it is zero: their f is zero at the end. Source: Hairer & Wanner, Solving Ordinary Differential Equations
+ * II, 2nd ed., sections IV.7 and VI.3. */
 #ifndef MEHVAR_IMPLICIT_H
 #define MEHVAR_IMPLICIT_H
 
@@ -12,7 +13,8 @@
 
 /* Pivots stand on the diagonal, in its order, so that lanes need no rows of their own. Those of h gamma W are one where
  * h is small, whatever the units of the coordinates; where one is smaller than this the step is tried again, shorter.
- * Own, not measured: a pivot this small makes rounding a thousand times larger, in the correction that J makes. */
+ * Own, not measured: a pivot this small makes rounding a thousand times larger, in the correction that J makes. Those of
+ * algebraic states have any size, at any h: they must not be zero. */
 #define LEAST_PIVOT 1e-3
 
 /* Of the instant, for a difference of slopes in time: the root of the spacing of doubles, half of whose digits it keeps. */
@@ -30,15 +32,22 @@ static inline void mv_jacobian(mv_loop *l)
     for (int i = 0; i < NQ * NQ; i++) l->w[i] = SELECT0(EQ(l->w[i] - l->w[i], SPLAT(0)), l->w[i]);
 }
 
+/* A number that stands before the rate of state i: nothing, if that is algebraic. */
+static inline real mv_under_mass(const mv_loop *l, int i, real number)
+{
+    return ALGEBRAIC ? l->mass[i] * number : number;
+}
+
 /* Put the factors of W in the place of J, with reciprocals on the diagonal. Returns the lanes that have them. */
 static mask mv_factor(mv_loop *l, real h)
 {
     real *const w = l->w;
     const real diagonal = K(1) / (h * K(GAMMA));
     mask good = mv_all();
-    for (int i = 0; i < NQ * NQ; i++) w[i] = (i % (NQ + 1) ? SPLAT(0) : diagonal) - w[i];
+    for (int i = 0; i < NQ * NQ; i++) w[i] = (i % (NQ + 1) ? SPLAT(0) : mv_under_mass(l, i / NQ, diagonal)) - w[i];
     for (int k = 0; k < NQ; k++) {
-        good = AND(good, LE(K(LEAST_PIVOT) * diagonal, mv_fabs(w[k * NQ + k])));
+        good = AND(good, LE(K(LEAST_PIVOT) * mv_under_mass(l, k, diagonal), mv_fabs(w[k * NQ + k])));
+        if (ALGEBRAIC) good = AND(good, NE(w[k * NQ + k], SPLAT(0)));
         w[k * NQ + k] = K(1) / w[k * NQ + k];
         for (int i = k + 1; i < NQ; i++) {
             if (!mv_any(NE(w[i * NQ + k], SPLAT(0)))) continue;
@@ -86,7 +95,7 @@ static void mv_implicit_stages(mv_loop *l, real h)
         else
             mv_copy(u, l->k[0], NQ);
         for (int j = 0; j < s; j++)
-            for (int i = 0; i < NQ; i++) u[i] += K(IMPLICIT_G(s, j)) / h * l->k[j + 1][i];
+            for (int i = 0; i < NQ; i++) u[i] += mv_under_mass(l, i, K(IMPLICIT_G(s, j)) / h) * l->k[j + 1][i];
         for (int i = 0; timed && i < NQ; i++) u[i] += K(IMPLICIT_D(s)) * h * in_time[i];
         mv_solve(l, u);
     }
