@@ -388,6 +388,11 @@ class Manifest:
         """Whether the manifold of the coordinates depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
+    def check_rates(self, what: str) -> None:
+        """Refuse what takes every row of `rhs` for a rate where there are algebraic states."""
+        if self.algebraic:
+            raise InputError(f"{self.model} has algebraic states, which {what} cannot have")
+
 
 def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Manifest:
     """Read manifest.json of a generated folder.

@@ -43,8 +43,8 @@ def check_counterparts(system: System) -> None:
 def verify(system: System) -> None:
     """Compare x' of the evaluation form with x' of the derived equations at random points.
 
-    Where rounding makes rates differ that solve the equations to 1e-12 of their own terms, as it does under a mass matrix
-    whose entries are of several sizes, they are the same.
+    Where rounding makes rates differ that solve the equations to 1e-12 of their own terms, as it does under a mass
+    matrix whose entries are of several sizes, they are the same.
 
     States and inputs are drawn from [-1, 1], parameters within 20 % of their defaults and inside their bounds.
 

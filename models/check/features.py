@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 
-from ..implicit import algebraic_rows
+from ..implicit import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
@@ -49,7 +49,7 @@ def _check_mass(system: System) -> None:
             f"{system.origin}: mass has the shape {system.mass.shape}: must have a row and a column for each of the "
             f"{n} states"
         )
-    for what in ("coordinates", "variants", "residual", "rates"):
+    for what in ("coordinates", "variants", *(() if has_rates(system) else ("residual", "rates"))):
         if getattr(system, what):
             raise ModelError(
                 f"{system.origin}: {what} cannot stand beside mass, by which the rates are not those of rhs; solve for "

@@ -36,7 +36,7 @@ class Factors:
     lower: dict[Place, sp.Expr]
     upper: dict[Place, sp.Expr]
 
-    def solved(self, right: Sequence[sp.Expr], define: Callable[[int, sp.Expr], sp.Expr]) -> list[sp.Expr]:
+    def solution(self, right: Sequence[sp.Expr], define: Callable[[int, sp.Expr], sp.Expr]) -> list[sp.Expr]:
         """Return x of matrix x = right; `define` names an entry of it."""
         between: dict[int, sp.Expr] = {}
         for row, _ in self.pivots:

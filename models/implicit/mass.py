@@ -26,7 +26,7 @@ def with_mass(system: System) -> System:
     which generation holds the solved form against.
     """
     mass = system.mass
-    if mass is None or mass == _ones(system):
+    if mass is None or has_rates(system):
         return system
     names, printed = [q.name for q in system.states], [q.latex or sp.latex(q.symbol) for q in system.states]
     moving = [k for k in range(len(names)) if k not in algebraic_rows(system)]
@@ -54,7 +54,7 @@ def with_mass(system: System) -> System:
     right = [system.rhs[k] for k in moving]
     matrix = named.extract(moving, moving)
     try:
-        solved = dict(zip(moving, factors(matrix, factor).solved(right, rate), strict=True))
+        rates_of = dict(zip(moving, factors(matrix, factor).solution(right, rate), strict=True))
     except SingularError as error:
         raise ModelError(f"{system.origin}: mass is singular: {error}; {_ADVICE}") from None
     rates = _rates(system)
@@ -63,7 +63,7 @@ def with_mass(system: System) -> System:
         system,
         mass=_ones(system) if len(moving) < len(names) else None,
         steps=tuple(steps.steps),
-        rhs=tuple(solved.get(k, row) for k, row in enumerate(system.rhs)),
+        rhs=tuple(rates_of.get(k, row) for k, row in enumerate(system.rhs)),
         rates={names[k]: rates[k] for k in moving},
         residual=tuple(left[k] - system.rhs[k] for k in moving),
     )
@@ -98,6 +98,11 @@ def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
     """Return mass times rates, one expression a row."""
     assert system.mass is not None
     return tuple(system.mass * sp.Matrix(rates))
+
+
+def has_rates(system: System) -> bool:
+    """Tell whether a mass has ones and zeros on its diagonal alone: `rhs` has the rates."""
+    return system.mass == _ones(system)
 
 
 def _ones(system: System) -> sp.Matrix:

@@ -19,6 +19,7 @@ from mehvar.names import identifier
 from ..arguments import check_arguments
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
+from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import consistent, misses, variant_suffix
@@ -216,6 +217,7 @@ class Plan:
         }
         given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
         check_effects(given, self.options.method, self.sampled, bool(self.model.manifest.noise), self.origin)
+        check_method(self.model.manifest, self.options.method)
         if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
             raise bad_value(
                 "seed", campaign.seed, "left out unless something varies or the runs have noise", self.origin

@@ -56,7 +56,7 @@ def loop_calls(
     Raises
     ------
     InputError
-        If a function is missing, or takes other arguments; if the method is none for the model.
+        If a function is missing, or takes other arguments.
     """
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     law, charted = identifier(controller.name), "to_coordinates" in functions
@@ -71,7 +71,6 @@ def loop_calls(
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
-    check_method(manifest, method)
     if manifest.algebraic:
         names["mass"] = "mass_diagonal"
     if method in IMPLICIT:

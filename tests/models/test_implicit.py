@@ -17,6 +17,7 @@ from mehvar.models.implicit.elimination import SingularError, factors
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Group, System
 from mehvar.runtime import simulate
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from tests.models.edits import POSITIVE, cart, parameter, quantity, turner
@@ -44,7 +45,7 @@ def test_factors_solve(n, symmetric):
         values[symbol] = float(row[-1].subs(values))
         return symbol
 
-    x = factors(matrix, define).solved([sp.Float(number) for number in right], define)
+    x = factors(matrix, define).solution([sp.Float(number) for number in right], define)
     np.testing.assert_allclose(numbers @ [values[symbol] for symbol in x], right, atol=1e-12)
 
 
@@ -53,8 +54,8 @@ def test_zeros_cost_nothing():
     n, names = 6, []
     arrow = sp.Matrix(n, n, lambda i, j: sp.Symbol(f"m_{i}{j}") if i == j or 0 in (i, j) else 0)
     result = factors(arrow, lambda *row: names.append(row) or row[-1])
-    assert result.pivots[-1] == (0, 0)
-    assert len(result.lower) == n - 1 and len(result.upper) == 2 * n - 1
+    assert result.pivots.index((0, 0)) >= n - 2
+    assert (len(result.lower), len(result.upper)) == (n - 1, 2 * n - 1)
 
 
 @pytest.mark.parametrize("matrix", [[[1, 1], [1, 1]], [[0, 0], [0, 1]], [[1, 1, 0], [2, 3, 0], [4, 5, 0]]])
@@ -66,7 +67,7 @@ def test_a_singular_matrix_has_no_factors(matrix):
 def motor(mass=None) -> System:
     """A motor whose current has no inductance: J w' = k i - b w, 0 = v - R i - k w - z i^3."""
     x, u = Group("x", (quantity("i", "A"), quantity("w", "rad/s"))), Group("u", (quantity("v", "V"),))
-    rows = (("J", "kg m^2", 0.01), ("k", "N m/A", 0.05), ("b", "N m s", 0.001), ("R", "ohm", 2.0), ("z", "V/A^3", 0.0))
+    rows = (("J", "kg m^2", 0.01), ("k", "N m/A", 0.05), ("b", "N m s", 0.001), ("R", "Ohm", 2.0), ("z", "V/A^3", 0.0))
     p = Group("p", (*(parameter(*row) for row in rows), parameter("Ts", "s", 0.1, POSITIVE)))
     s, c = Group("s", (parameter("i_0", "A", 6.0),)), Group("c", (parameter("V", "V", 12.0),))
     return dataclasses.replace(
@@ -92,7 +93,7 @@ def robertson() -> System:
     )  # fmt: skip
 
 
-def solved(system, path):
+def folder_of(system, path):
     """Check and write a system; what is checked is the text's, what is written its solved form."""
     check(system)
     verify(with_mass(system))
@@ -101,7 +102,7 @@ def solved(system, path):
 
 @pytest.fixture(scope="module")
 def motored(tmp_path_factory):
-    return solved(motor(), tmp_path_factory.mktemp("motor"))
+    return folder_of(motor(), tmp_path_factory.mktemp("motor"))
 
 
 def turned(t, J=0.01):
@@ -132,7 +133,7 @@ def test_an_algebraic_state_in_lanes(motored, tmp_path):
 def test_robertsons_reaction(tmp_path):
     """Source of the numbers: Hairer & Wanner II, 2nd ed., section IV.1 has the problem; these are of the test set for
     initial value problem solvers, at 40 s."""
-    folder = solved(robertson(), tmp_path)
+    folder = folder_of(robertson(), tmp_path)
     for backend in ("c", "python"):
         run = simulate(folder, "on", method="rodas5p", backend=backend, rtol=1e-9, atol=1e-12, t_end=40.0, dt_out=1.0)
         np.testing.assert_allclose(run.x[-1], [0.7158270687, 9.185534764e-6, 0.2841637457], rtol=1e-7)
@@ -141,14 +142,16 @@ def test_robertsons_reaction(tmp_path):
 
 def test_a_nonlinear_equation_after_a_jump_of_its_input(tmp_path):
     """A command that jumps at each sample moves the algebraic state at once."""
-    system = motor()
-    c = Group("c", (parameter("V", "V", 12.0),))
-    wave = Controller("steps", "", c, (c.V * sp.sign(sp.sin(system.states.w)),), period="Ts")
-    folder = solved(dataclasses.replace(system, controllers=(wave,)), tmp_path)
-    run = simulate(folder, "steps", method="rodas5p", parameters={"z": 0.05}, initial={"w": 6.2}, rtol=1e-9, atol=1e-9)
-    i, w, v = run.x[1:, 0], run.x[1:, 1], run.u[:-1, 0]
-    assert np.ptp(v) == 24
-    np.testing.assert_allclose(v - 2 * i - 0.05 * w - 0.05 * i**3, 0, atol=1e-7)
+    system, c = motor(), Group("c", (parameter("V", "V", 12.0),))
+    sign = sp.sign(sp.sin(system.states.w * system.parameters.Ts * 10))
+    wave = Controller("steps", "", c, (c.V * sign,), period="Ts")
+    folder = folder_of(dataclasses.replace(system, controllers=(wave,)), tmp_path)
+    options = {"method": "rodas5p", "parameters": {"z": 0.05}, "initial": {"w": 6.2}, "rtol": 1e-9, "atol": 1e-9}
+    for backend in ("c", "python"):
+        run = simulate(folder, "steps", backend=backend, **options)
+        i, w, v = run.x[1:, 0], run.x[1:, 1], run.u[:-1, 0]
+        assert np.ptp(v) == 24
+        np.testing.assert_allclose(v - 2 * i - 0.05 * w - 0.05 * i**3, 0, atol=1e-7)
 
 
 @pytest.mark.parametrize("method", ["rk4", "dopri5", "dop853", "rock4"])
@@ -166,21 +169,24 @@ def test_an_explicit_method_is_refused_in_a_batch(motored, tmp_path):
 def test_what_is_not_consistent_is_refused_by_name(motored):
     with pytest.raises(InputError, match=r"initial state i = 5.* about 6, as its equation says"):
         simulate(motored, "on", method="rodas5p", parameters={"i_0": 5.0})
-    with pytest.raises(InputError, match=r"initial state i = 6.* about 5\.\d+, as its equation says"):
+    with pytest.raises(InputError, match=r"initial state i = 6.* about 4.3125, as its equation says"):
         simulate(motored, "on", method="rodas5p", parameters={"z": 0.1})
 
 
 def test_runs_of_a_batch_that_are_not_consistent_are_impossible(motored, tmp_path):
     vary = {"i_0": "uniform(5, 7)"}
     mehvar.batch(motored, "on", n=5, seed=1, vary=vary, out=tmp_path / "b.zarr", method="rodas5p")
-    with open_store(tmp_path / "b.zarr") as store:
-        assert set(store.summary()["status_text"]) == {"impossible"}
+    store = open_store(tmp_path / "b.zarr")
+    assert set(np.asarray(store.read("status"))) == {IMPOSSIBLE}
 
 
 def refused(system, message):
-    with pytest.raises(ModelError, match=message) as error:
+    def derived():
         check(system)
         with_mass(system)
+
+    with pytest.raises(ModelError, match=message) as error:
+        derived()
     assert re.match(r".*\.py:\d+: ", str(error.value))
 
 
@@ -195,7 +201,7 @@ def refused(system, message):
         (lambda p: sp.Matrix([[0, 0], [p.R, p.J]]), "the row of 'i' is zero and its column is not"),
         (lambda p: sp.Matrix([[0, p.J], [0, p.J]]), "the column of 'i' is zero and its row is not"),
         (lambda p: sp.Matrix([[1, 1], [1, 1]]) * p.J, "mass"),
-        (lambda p: sp.diag(0, p.R), r"mass, row 2 of 2.* stand together"),
+        (lambda p: sp.diag(0, p.J * p.R), r"mass, row 2 of 2.* stand together"),
         (lambda p: sp.diag(0, sp.Symbol("stranger")), "'stranger' belongs to no group"),
     ],
 )

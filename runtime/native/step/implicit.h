@@ -9,7 +9,7 @@
 #ifndef MEHVAR_IMPLICIT_H
 #define MEHVAR_IMPLICIT_H
 
-#include "state.h"
+#include "control.h"
 
 /* Pivots stand on the diagonal, in its order, so that lanes need no rows of their own. Those of h gamma W are one where
  * h is small, whatever the units of the coordinates; where one is smaller than this the step is tried again, shorter.
@@ -66,6 +66,30 @@ static void mv_solve(const mv_loop *l, real *u)
     for (int i = NQ - 1; i >= 0; i--) {
         for (int j = i + 1; j < NQ; j++) u[i] -= w[i * NQ + j] * u[j];
         u[i] *= w[i * NQ + i];
+    }
+}
+
+/* Newton's method for algebraic states, when a law's input jumps: it ends where a correction is a tenth of the tolerance,
+ * as the next would be its square, or after so many. Own: starts that are far off take up to six; what is left after
+ * ten the error control sees. */
+#define NEWTON_STEPS 10
+#define SETTLED 0.1
+
+/* Let algebraic states be what their equations say; the others stay. In W their rows are then those of one. */
+static void mv_settle(mv_loop *l)
+{
+    real *const u = l->k[1];
+    mask open = l->alive;
+    for (int step = 0; step < NEWTON_STEPS && mv_any(open); step++) {
+        mv_slope(l, l->t, l->q, u);
+        mv_jacobian(l);
+        for (int i = 0; i < NQ * NQ; i++) l->w[i] = SELECT0(EQ(l->mass[i / NQ], SPLAT(0)), l->w[i]);
+        for (int i = 0; i < NQ; i++) u[i] = SELECT0(EQ(l->mass[i], SPLAT(0)), u[i]);
+        open = AND(open, mv_factor(l, SPLAT(1) / K(GAMMA)));
+        mv_solve(l, u);
+        open = AND(open, mv_finite(u, NQ));
+        for (int i = 0; i < NQ; i++) l->q[i] = SELECT(open, l->q[i] + u[i], l->q[i]);
+        open = AND(open, LT(K(SETTLED), mv_scaled_rms(l, u, l->q)));
     }
 }
 
