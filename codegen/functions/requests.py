@@ -82,8 +82,10 @@ def _plant(system: System) -> list[Request]:
         of_parameters = not free_symbols(system.projection, system.definitions).isdisjoint(p.symbols)
         arguments, result = (q, p) if of_parameters else (q,), (("q_next", system.projection),)
         functions.append(Request("project", "coordinates put back on their manifold", arguments, result))
-    if getattr(system, "mass", None) is not None:  # a checkout from before it has none
-        functions.append(_mass(system))
+    mass = getattr(system, "mass", None)  # a checkout from before it has none
+    if mass is not None:
+        diagonal, description = (("m", tuple(mass.diagonal())),), "one, and zero of algebraic states"
+        functions.append(Request("mass_diagonal", description, (p,), diagonal))
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)
         result = (("u", system.actuator.applied),)
@@ -93,12 +95,6 @@ def _plant(system: System) -> list[Request]:
         result = (("x_seen", system.sensor.measured),)
         functions.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
     return functions
-
-
-def _mass(system: System) -> Request:
-    """Return the diagonal that a linearly implicit method takes: one, and zero of algebraic states."""
-    diagonal = tuple(system.mass[k, k] for k in range(len(system.states)))
-    return Request("mass_diagonal", "one, and zero of algebraic states", (system.parameters,), (("m", diagonal),))
 
 
 def _scenario(system: System) -> list[Request]:

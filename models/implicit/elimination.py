@@ -22,7 +22,7 @@ class SingularError(ValueError):
 
 @dataclass(frozen=True)
 class Factors:
-    """A matrix as the product of a lower and an upper triangle, in the order of its pivots.
+    """A matrix as the product of a lower and an upper one, in the order of its pivots.
 
     Attributes
     ----------

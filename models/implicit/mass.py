@@ -41,11 +41,11 @@ def with_mass(system: System) -> System:
             named[i, j] = twin or _named(steps, f"mass_{names[i]}_{names[j]}", mass[i, j], title, latex)
     steps.section("Rates from the mass matrix")
 
-    def factor(triangle: str, i: int, j: int, value: Expr) -> Expr:
+    def factor(half: str, i: int, j: int, value: Expr) -> Expr:
         i, j = moving[i], moving[j]
-        title = f"factor {triangle} of the mass matrix, row of {names[i]}, column of {names[j]}"
-        latex = rf"{triangle}_{{{printed[i]},{printed[j]}}}"
-        return _named(steps, f"mass_{triangle}_{names[i]}_{names[j]}", value, title, latex)
+        title = f"factor {half} of the mass matrix, row of {names[i]}, column of {names[j]}"
+        latex = rf"{half}_{{{printed[i]},{printed[j]}}}"
+        return _named(steps, f"mass_{half}_{names[i]}_{names[j]}", value, title, latex)
 
     def rate(k: int, value: Expr) -> Expr:
         k = moving[k]
@@ -102,7 +102,7 @@ def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
 
 def has_rates(system: System) -> bool:
     """Tell whether a mass has ones and zeros on its diagonal alone: `rhs` has the rates."""
-    return system.mass == _ones(system)
+    return bool(system.mass == _ones(system))
 
 
 def _ones(system: System) -> sp.Matrix:

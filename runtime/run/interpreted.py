@@ -245,7 +245,7 @@ def _run_sampled(loop: _Loop) -> None:
 
 def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
     """Let algebraic states be what their equations say under the input that is held now, as native/step/implicit.h."""
-    problem, moving = loop.problem, loop.mass != 0
+    problem, moving = loop.problem, np.asarray(loop.mass) != 0
     for _ in range(_NEWTON_STEPS):
         slope = np.where(moving, 0.0, loop.held(0.0, x))
         matrix = np.where(moving[:, None], np.eye(len(x)), -loop.held_jacobian(0.0, x))

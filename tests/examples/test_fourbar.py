@@ -120,6 +120,6 @@ def test_gates(folder):
 def test_the_rest(folder, tmp_path):
     checks.backends_agree(folder, "drive", "phi_1", 1e-8)
     checks.runs_repeat(folder, ("drive", "sampled"), {"l_2": "uniform(0.88, 0.95)", "w_0": "normal(6, 0.1)"}, tmp_path)
-    checks.diff_tells(folder, "mass[6:, 3:6] = G.T, G", "mass[6:, 3:6] = G.T, 2 * G", "mass_S_x_w_1")
+    checks.diff_tells(folder, "mass[6:, 3:6] = G.T, G", "mass[6:, 3:6] = 2 * G.T, 2 * G", "mass_w_1_S_x")
     checks.board_agrees(folder, "sampled")
     assert lines(Path(__file__).parent / "models" / "fourbar") <= 80

@@ -16,10 +16,11 @@ from mehvar.models.implicit import with_mass
 from mehvar.models.implicit.elimination import SingularError, factors
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Group, System
-from mehvar.runtime import simulate
+from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.board.image.build import program
 from tests.models.edits import POSITIVE, cart, parameter, quantity, turner
 from tests.models.test_clock import pushed, written
 
@@ -110,7 +111,7 @@ def turned(t, J=0.01):
     return 0.05 * 12 / 2 / J / rate * (1 - np.exp(-rate * t))
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("backend", ["c", "python", "casadi"])
 @pytest.mark.parametrize("law", ["on", "steps"])
 def test_an_algebraic_state(motored, backend, law):
     """It is what its equation says at every sample, and the motion is that of the equation without it."""
@@ -178,6 +179,30 @@ def test_runs_of_a_batch_that_are_not_consistent_are_impossible(motored, tmp_pat
     mehvar.batch(motored, "on", n=5, seed=1, vary=vary, out=tmp_path / "b.zarr", method="rodas5p")
     store = open_store(tmp_path / "b.zarr")
     assert set(np.asarray(store.read("status"))) == {IMPOSSIBLE}
+
+
+def test_what_takes_rows_of_rhs_for_rates_refuses_algebraic_states(motored, tmp_path):
+    model = load(motored, "c")
+    takers = (
+        lambda: model.linearize([0.0, 0.0], [0.0], model.parameters()),
+        lambda: model.linearize([0.0, 0.0], None, model.parameters(), controller="on"),
+        lambda: model.as_solve_ivp(u=[0.0]),
+        lambda: mehvar.export_fmu(motored, tmp_path / "motor.fmu"),
+        lambda: mehvar.export_web(motored, tmp_path / "page"),
+        lambda: program(model, "steps"),
+    )
+    for taker in takers:
+        with pytest.raises(InputError, match="motor has algebraic states, which .* cannot have"):
+            taker()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_rest_is_where_the_equations_hold(motored):
+    """`trim` looks for a zero of every row, which is right for both kinds."""
+    model = load(motored)
+    x, _, residual = mehvar.trim(model, fix={"v": 12.0}, free=["i", "w"], steady=["i", "w"])
+    np.testing.assert_allclose(x, [(12 - 0.05 * x[1]) / 2, turned(1e9)], rtol=1e-9)
+    assert np.abs(residual).max() < 1e-9
 
 
 def refused(system, message):
