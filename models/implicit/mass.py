@@ -14,7 +14,7 @@ from dataclasses import replace
 import sympy as sp
 
 from ..derivation import Derivation
-from ..quantities import ModelError
+from ..quantities import ModelError, Quantity
 from ..system import Expr, System
 from .elimination import SingularError, factors
 
@@ -25,48 +25,70 @@ def with_mass(system: System) -> System:
     Of a mass with algebraic states the diagonal stays, ones and zeros. The equations as declared are the residual,
     which generation holds the solved form against.
     """
-    mass = system.mass
-    if mass is None or has_rates(system):
+    if system.mass is None or has_rates(system):
         return system
-    names, printed = [q.name for q in system.states], [q.latex or sp.latex(q.symbol) for q in system.states]
-    moving = [k for k in range(len(names)) if k not in algebraic_rows(system)]
-    steps = Derivation(system.steps)
-    steps.section("Mass matrix")
-    named = sp.zeros(*mass.shape)
-    for i in moving:
-        for j in moving:
-            twin = named[j, i] if j < i and mass[i, j] == mass[j, i] else None
-            title = f"mass matrix, row of {names[i]}, column of {names[j]}"
-            latex = rf"M_{{{printed[i]},{printed[j]}}}"
-            named[i, j] = twin or _named(steps, f"mass_{names[i]}_{names[j]}", mass[i, j], title, latex)
-    steps.section("Rates from the mass matrix")
-
-    def factor(half: str, i: int, j: int, value: Expr) -> Expr:
-        i, j = moving[i], moving[j]
-        title = f"factor {half} of the mass matrix, row of {names[i]}, column of {names[j]}"
-        latex = rf"{half}_{{{printed[i]},{printed[j]}}}"
-        return _named(steps, f"mass_{half}_{names[i]}_{names[j]}", value, title, latex)
-
-    def rate(k: int, value: Expr) -> Expr:
-        k = moving[k]
-        return _named(steps, f"mass_rate_{names[k]}", value, f"rate of {names[k]}", rf"\dot{{{printed[k]}}}")
-
-    right = [system.rhs[k] for k in moving]
-    matrix = named.extract(moving, moving)
+    algebraic = algebraic_rows(system)
+    moving = [k for k in range(len(system.states)) if k not in algebraic]
+    states, right = ([of[k] for k in moving] for of in (system.states.quantities, system.rhs))
+    steps = _Steps(system, states)
+    matrix = steps.matrix(system.mass.extract(moving, moving))
     try:
-        rates_of = dict(zip(moving, factors(matrix, factor).solution(right, rate), strict=True))
+        solution = dict(zip(moving, steps.solution(matrix, right), strict=True))
     except SingularError as error:
         raise ModelError(f"{system.origin}: mass is singular: {error}; {_ADVICE}") from None
-    rates = _rates(system)
-    left = named * sp.Matrix(rates)
+    rates = _rates(system, states)
+    left = matrix * sp.Matrix(rates) - sp.Matrix(right)
     return replace(
         system,
-        mass=_ones(system) if len(moving) < len(names) else None,
-        steps=tuple(steps.steps),
-        rhs=tuple(rates_of.get(k, row) for k, row in enumerate(system.rhs)),
-        rates={names[k]: rates[k] for k in moving},
-        residual=tuple(left[k] - system.rhs[k] for k in moving),
+        mass=_ones(system) if algebraic else None,
+        steps=tuple(steps.derivation.steps),
+        rhs=tuple(solution.get(k, row) for k, row in enumerate(system.rhs)),
+        rates={q.name: rate for q, rate in zip(states, rates, strict=True)},
+        residual=tuple(left),
     )
+
+
+class _Steps:
+    """What a mass matrix adds to a derivation, named after the states of its rows and columns."""
+
+    def __init__(self, system: System, states: Sequence[Quantity]) -> None:
+        self.derivation = Derivation(system.steps)
+        self._names = [q.name for q in states]
+        self._latex = [q.latex or sp.latex(q.symbol) for q in states]
+
+    def matrix(self, mass: sp.MatrixBase) -> sp.Matrix:
+        """Name the entries; opposite ones that are equal have one name."""
+        self.derivation.section("Mass matrix")
+        named = sp.zeros(*mass.shape)
+        for i in range(mass.rows):
+            for j in range(mass.cols):
+                alike = j < i and mass[i, j] == mass[j, i]
+                named[i, j] = named[j, i] if alike else self._entry("M", i, j, mass[i, j])
+        return named
+
+    def solution(self, matrix: sp.Matrix, right: Sequence[Expr]) -> list[Expr]:
+        """Return the rates of matrix rates = right."""
+        self.derivation.section("Rates from the mass matrix")
+        return factors(matrix, self._entry).solution(right, self._rate)
+
+    def _entry(self, letter: str, i: int, j: int, value: Expr) -> Expr:
+        """Name an entry of the matrix or of a factor; what is a number, or has a name in the matrix, needs none."""
+        if value.is_Number or (letter != "M" and value.is_Atom):
+            return value
+        row, column = self._names[i], self._names[j]
+        what, name = ("", "mass") if letter == "M" else (f"factor {letter} of the ", f"mass_{letter}")
+        return self.derivation.define(
+            f"{name}_{row}_{column}",
+            value,
+            title=f"{what}mass matrix, row of {row}, column of {column}",
+            latex=rf"{letter}_{{{self._latex[i]},{self._latex[j]}}}",
+        )
+
+    def _rate(self, k: int, value: Expr) -> Expr:
+        if value.is_Atom:
+            return value
+        name, latex = self._names[k], rf"\dot{{{self._latex[k]}}}"
+        return self.derivation.define(f"mass_rate_{name}", value, title=f"rate of {name}", latex=latex)
 
 
 _ADVICE = "an algebraic state has a column and a row of zeros"
@@ -110,19 +132,14 @@ def _ones(system: System) -> sp.Matrix:
     return sp.diag(*(0 if k in algebraic else 1 for k in range(len(system.states))))
 
 
-def _rates(system: System) -> list[sp.Symbol]:
+def _rates(system: System, states: Sequence[Quantity]) -> list[sp.Symbol]:
     """Return a symbol for the rate of each state, under a name that nothing else has."""
     groups = (system.states, system.inputs, system.parameters)
     taken = {q.name for group in groups for q in group} | {symbol.name for symbol in system.definitions}
     names = []
-    for q in system.states:
+    for q in states:
         name = f"{q.name}_rate"
         while name in taken:
             name += "_"
         names.append(name)
     return [sp.Symbol(name, real=True) for name in names]
-
-
-def _named(steps: Derivation, name: str, value: Expr, title: str, latex: str) -> Expr:
-    """Name an expression; a number needs no name."""
-    return value if value.is_Number else steps.define(name, value, title=title, latex=latex)

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mehvar
-from mehvar.physics.gates import balance, gates
+from mehvar.physics.gates import balance, derived_equations, gates
 from mehvar.physics.machine import Machine, Points
 from tests.examples import checks
 from tests.examples.pages import lines, model_here
@@ -110,7 +110,7 @@ def test_gates(folder):
 
     power = balance("energy changes by the torque's power", energy, lambda at: at["tau"] * at["w_1"], where=closed)
     loop = balance("the loop stays closed", lambda at: at.call("outputs"), lambda at: np.zeros((12, 2)), where=closed)
-    declared = [power, loop]
+    declared = [power, loop, derived_equations()]
     ranges = {"phi_1": (0.8, 1.2), "phi_2": (0.5, 0.7), "phi_3": (1.2, 1.5)}
     errors = gates(declared, Machine(system, ranges))
     assert max(errors.values()) < 1e-9
@@ -122,4 +122,5 @@ def test_the_rest(folder, tmp_path):
     checks.runs_repeat(folder, ("drive", "sampled"), {"l_2": "uniform(0.88, 0.95)", "w_0": "normal(6, 0.1)"}, tmp_path)
     checks.diff_tells(folder, "mass[6:, 3:6] = G.T, G", "mass[6:, 3:6] = 2 * G.T, 2 * G", "mass_w_1_S_x")
     checks.board_agrees(folder, "sampled")
+    mehvar.export_fmu(folder, tmp_path / "fourbar.fmu", controller="drive")
     assert lines(Path(__file__).parent / "models" / "fourbar") <= 80

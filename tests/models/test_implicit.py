@@ -2,6 +2,7 @@
 """Mass matrices: rates that are solved for, algebraic states against closed forms, and what is refused by name."""
 
 import dataclasses
+import random
 import re
 
 import numpy as np
@@ -21,6 +22,7 @@ from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.board.image.build import program
+from mehvar.web.export import export_web
 from tests.models.edits import POSITIVE, cart, parameter, quantity, turner
 from tests.models.test_clock import pushed, written
 
@@ -188,11 +190,11 @@ def test_what_takes_rows_of_rhs_for_rates_refuses_algebraic_states(motored, tmp_
         lambda: model.linearize([0.0, 0.0], None, model.parameters(), controller="on"),
         lambda: model.as_solve_ivp(u=[0.0]),
         lambda: mehvar.export_fmu(motored, tmp_path / "motor.fmu"),
-        lambda: mehvar.export_web(motored, tmp_path / "page"),
+        lambda: export_web(motored, tmp_path / "page"),
         lambda: program(model, "steps"),
     )
     for taker in takers:
-        with pytest.raises(InputError, match="motor has algebraic states, which .* cannot have"):
+        with pytest.raises(InputError, match=r"motor has algebraic states, which .* cannot have"):
             taker()
     assert list(tmp_path.iterdir()) == []
 
@@ -254,3 +256,24 @@ def test_a_system_without_a_mass_is_itself():
     assert with_mass(cart()) is not None
     system = cart()
     assert with_mass(system) is system
+
+
+def test_an_edited_mass_is_refused_with_its_place_or_solves():
+    """Any entry may become anything: what passes every check has rates that solve the equations as they stand."""
+    draw, accepted, refusals = random.Random(5), 0, []
+    for base in (motor(), motor(lambda p: sp.diag(p.J * p.k / p.R, p.J)), robertson()):
+        symbols = [*base.states.symbols, *base.inputs.symbols, *base.parameters.symbols, sp.Symbol("stranger")]
+        numbers = [sp.S.Zero, sp.S.One, sp.Rational(-3, 2), sp.nan, sp.oo, sp.I, sp.sign(symbols[0])]
+        for _ in range(40):
+            mass = sp.Matrix(base.mass)
+            for _ in range(draw.choice((1, 2))):
+                mass[draw.randrange(mass.rows), draw.randrange(mass.cols)] = draw.choice([*symbols, *numbers])
+            system = dataclasses.replace(base, mass=mass)
+            try:
+                check(system)
+                verify(with_mass(system))
+                accepted += 1
+            except (ModelError, VerificationError) as error:
+                refusals.append(str(error))
+    assert accepted > 5
+    assert [text for text in refusals if not re.match(r".*\.py:\d+: ", text)] == []
