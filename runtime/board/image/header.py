@@ -136,7 +136,6 @@ def board_law_header(
     InputError
         If a name is no parameter of model or law.
     """
-    manifest.check_rates("a board's self-test")
     link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
     own = f"p[{upper}_P_{identifier(law.period).upper()}]" if law.period else f"K({_number(period)})"
