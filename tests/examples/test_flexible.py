@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
 def test_the_tensor_is_one_line_and_the_model_is_short(folder):
     text = (folder.parents[1] / "models/flexible/parameters.toml").read_text(encoding="utf-8")
     assert [line.split(" = ")[0] for line in text.splitlines() if "120.0" in line] == ["I"]
-    assert lines(folder.parents[1] / "models/flexible") <= 100
+    assert lines(folder.parents[1] / "models/flexible") <= 80
 
 
 def test_frequencies_of_the_free_body(folder):
