@@ -237,6 +237,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         from mehvar.models.arrays.constraints import with_arrays
 
         system = with_arrays(system)
+    with contextlib.suppress(ModuleNotFoundError):  # and from before mass matrices
+        from mehvar.models.implicit import with_mass
+
+        system = with_mass(system)
     return with_clock(system)
 
 

@@ -378,6 +378,21 @@ class Manifest:
             raise unknown_name(f"scenario of {self.model}", name, self.scenarios)
         return self.scenarios[name]
 
+    @property
+    def algebraic(self) -> bool:
+        """Whether there are algebraic states, whose row of `rhs` is no rate but zero along a run."""
+        return "mass_diagonal" in self.functions
+
+    @property
+    def projects_by_parameters(self) -> bool:
+        """Whether the manifold of the coordinates depends on parameters, such as lengths."""
+        return "project" in self.functions and len(self.functions["project"].arguments) > 1
+
+    def check_rates(self, what: str) -> None:
+        """Refuse what takes every row of `rhs` for a rate where there are algebraic states."""
+        if self.algebraic:
+            raise InputError(f"{self.model} has algebraic states, which {what} cannot have")
+
 
 def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Manifest:
     """Read manifest.json of a generated folder.
@@ -495,6 +510,7 @@ def _check_functions(manifest: Manifest) -> None:
         "dx": len(manifest.states),
         "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
         "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
+        "m": len(manifest.states),
     }  # fmt: skip
     _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
     _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
@@ -503,8 +519,9 @@ def _check_functions(manifest: Manifest) -> None:
     _check_sizes(manifest, "reference", ("t", "p", "s"), ("r",), sizes)
     _check_sizes(manifest, "constraints", ("p", "s"), ("margin",), sizes | {"margin": len(manifest.constraints)})
     optional = {
-        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"), "project": ("q", "q_next"),
-        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "x_seen"),
+        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"),
+        "project": ("q p" if manifest.projects_by_parameters else "q", "q_next"),
+        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "x_seen"), "mass_diagonal": ("p", "m"),
     }  # fmt: skip
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:

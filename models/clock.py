@@ -39,6 +39,7 @@ def plant_of_time(system: System) -> bool:
     """Tell whether time stands in the plant, whose functions receive no reference."""
     parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
     parts += [(limit.margin,) for limit in system.limits]
+    parts += [tuple(system.mass)] if system.mass is not None else []
     parts += [system.coordinates.rhs] if system.coordinates else []
     parts += [system.actuator.applied] if system.actuator else []
     parts += [system.sensor.measured] if system.sensor else []
@@ -54,6 +55,7 @@ def _in_state(system: System) -> System:
         system,
         states=states,
         rhs=(*system.rhs, sp.S.One),
+        mass=sp.diag(system.mass, 1) if system.mass is not None else None,
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
         sensor=replace(system.sensor, measured=(*system.sensor.measured, last)) if system.sensor else None,

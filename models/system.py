@@ -321,6 +321,9 @@ class System(Located):
         evaluate. Generation fails unless both agree.
     geometry : tuple of Shape
         What a picture of the system shows, such as the animation of a run; none without.
+    mass : sympy.Matrix, optional
+        A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
+        is algebraic: its row of `rhs` is zero along a run, and determines it.
     """
 
     name: str
@@ -353,6 +356,7 @@ class System(Located):
     rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
     residual: tuple[Expr, ...] = ()
     geometry: tuple[Shape, ...] = ()
+    mass: sp.MatrixBase | None = None
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

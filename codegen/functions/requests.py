@@ -79,9 +79,13 @@ def _plant(system: System) -> list[Request]:
         functions.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
         functions.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
     if system.projection:
-        functions.append(
-            Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
-        )
+        of_parameters = not free_symbols(system.projection, system.definitions).isdisjoint(p.symbols)
+        arguments, result = (q, p) if of_parameters else (q,), (("q_next", system.projection),)
+        functions.append(Request("project", "coordinates put back on their manifold", arguments, result))
+    mass = getattr(system, "mass", None)  # a checkout from before it has none
+    if mass is not None:
+        diagonal, description = (("m", tuple(mass.diagonal())),), "one, and zero of algebraic states"
+        functions.append(Request("mass_diagonal", description, (p,), diagonal))
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)
         result = (("u", system.actuator.applied),)

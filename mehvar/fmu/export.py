@@ -74,6 +74,7 @@ def export_fmu(
     if out is None or Path(out).suffix.lower() != ".fmu":
         raise bad_value("out", out, "a file name that ends in .fmu")
     what = subject(load(model), controller, scenario)
+    what.model.manifest.check_rates("a functional mock-up unit")
     name = identifier("_".join(filter(None, (what.model.name, controller))))
     draft = c_sources(what, fmi, "")
     digest = hashlib.sha256("".join(text for item in sorted(draft.items()) for text in item).encode()).hexdigest()

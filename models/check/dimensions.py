@@ -72,7 +72,7 @@ def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -
     parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
     with placed(vector.row(k)):
         values = [dimensions(part) for part in parts]  # of a smallest margin only the sign counts
-        if k < len(vector.rows) and values[0] is not None:
+        if k < len(vector.rows) and values[0] is not None and not vector.in_balance:
             unit = vector.rows[k].unit + ("/s" if vector.rate else "")
             if values[0] != dimension(unit):
                 raise MisfitError(f"{short(entry)} is in {unit_text(values[0])}, and must be in {unit}")

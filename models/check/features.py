@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 
+from ..implicit import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
@@ -33,8 +34,29 @@ def check_features(system: System) -> None:
             f"{system.origin}: residual has {len(system.residual)} entries for {len(system.rates)} rates: there must "
             "be one for each"
         )
+    _check_mass(system)
     _check_geometry(system)
     _check_messages(system)
+
+
+def _check_mass(system: System) -> None:
+    """Refuse a mass that is not one row and column a state, and what says the rates a second time."""
+    if system.mass is None:
+        return
+    n = len(system.states)
+    if system.mass.shape != (n, n):
+        raise ModelError(
+            f"{system.origin}: mass has the shape {system.mass.shape}: must have a row and a column for each of the "
+            f"{n} states"
+        )
+    for what in ("coordinates", "variants", *(() if has_rates(system) else ("residual", "rates"))):
+        if getattr(system, what):
+            raise ModelError(
+                f"{system.origin}: {what} cannot stand beside mass, by which the rates are not those of rhs; solve for "
+                "the rates in rhs, or leave one of both out"
+            )
+    if len(algebraic_rows(system)) == n:
+        raise ModelError(f"{system.origin}: mass is zero: a system must have a state that has a rate")
 
 
 def _check_geometry(system: System) -> None:

@@ -10,6 +10,7 @@ import sympy as sp
 
 from ..derivation import free_symbols
 from ..geometry import shape_coordinates
+from ..implicit import mass_rows
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
 from ..tables import suggestion
@@ -41,6 +42,8 @@ class Vector:
         Whether only the signs of the entries count.
     in_numbers : bool
         Whether its units are not to be checked.
+    in_balance : bool
+        Whether another vector holds each row to its unit.
     more : mapping of Symbol to str
         Symbols that it receives beside those of groups, with their units.
     """
@@ -55,6 +58,7 @@ class Vector:
     group: str = ""
     margin: bool = False
     in_numbers: bool = False
+    in_balance: bool = False
     more: Mapping[sp.Symbol, str] = field(default_factory=dict)
 
     @property
@@ -108,8 +112,11 @@ def own(law: Controller) -> list[tuple[str, Group]]:
 def _plant(system: System) -> Iterator[Vector]:
     motion = (*_motion(system), system.parameters)
     yield Vector(
-        "rhs", system.rhs, system.states.quantities, motion, system.origin, of_time=True, rate=True, group="states"
-    )
+        "rhs", system.rhs, system.states.quantities, motion, system.origin,
+        of_time=True, rate=system.mass is None, group="states", in_balance=system.mass is not None,
+    )  # fmt: skip
+    if system.mass is not None:
+        yield _balance(system, motion)
     yield Vector(
         "output", system.output, system.outputs.quantities, (*motion, system.references), system.origin,
         of_time=True, group="outputs",
@@ -119,6 +126,15 @@ def _plant(system: System) -> Iterator[Vector]:
         yield _geometry(system, (*motion, system.references))
     if system.residual or system.rates:
         yield Vector("residual", system.residual, (), motion, system.origin, of_time=True, more=_rates(system))
+
+
+def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
+    """Return mass x' - rhs, whose terms are in one unit, row by row."""
+    rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
+    units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
+    rows = zip(mass_rows(system, rates), system.rhs, strict=False)
+    left = tuple(row - entry if isinstance(entry, sp.Expr) else row for row, entry in rows)
+    return Vector("mass", left, (), receives, system.origin, of_time=True, more=units)
 
 
 def _geometry(system: System, receives: tuple[Group, ...]) -> Vector:
@@ -165,7 +181,7 @@ def _hardware(system: System) -> Iterator[Vector]:
     if system.projection:
         q = system.coordinates.states if system.coordinates else x
         yield Vector(
-            "projection", system.projection, q.quantities, (q,), system.origin,
+            "projection", system.projection, q.quantities, (q, p), system.origin,
             group="coordinates" if system.coordinates else "states",
         )  # fmt: skip
 

@@ -32,6 +32,7 @@ _RESULTS = {
     "actuate": "u",
     "measure": "x_seen",
     "project": "q_next",
+    "mass": "diagonal",
     "start": "z",
     "to_coordinates": "q",
     "from_coordinates": "x",
@@ -189,6 +190,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "SAMPLED": loop.sampled,
         "RECORDS_COMMAND": loop.records_command,
         "PROJECTED": "project" in calls,
+        "ALGEBRAIC": manifest.algebraic,
         "REFERENCE_CONSTANT": manifest.reference_constant,
     }
     return {name: str(int(value)) for name, value in numbers.items()}

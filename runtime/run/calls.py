@@ -25,6 +25,8 @@ _ARGUMENTS = {
     "actuate": "x u_cmd p",
     "measure": "x e p",
     "project": "q",
+    "project by parameters": "q p",
+    "mass": "p",
     "start": "x r p c",
     "to_coordinates": "x",
     "from_coordinates": "q",
@@ -69,11 +71,20 @@ def loop_calls(
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
+    if manifest.algebraic:
+        names["mass"] = "mass_diagonal"
     if method in IMPLICIT:
         names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
-    return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+    return {call: _function(functions, name, _arguments(call, manifest, controller)) for call, name in names.items()}
+
+
+def check_method(manifest: Manifest, method: Method) -> None:
+    """Refuse an explicit method for a model with algebraic states, which have no rates that it could add up."""
+    if manifest.algebraic and method not in IMPLICIT:
+        allowed = f"{either(IMPLICIT)}: {manifest.model} has algebraic states"
+        raise bad_value("method", method, allowed)
 
 
 def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:
@@ -98,11 +109,15 @@ def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: 
         renamed["observe"] = "observe_command"
     if manifest.references:
         renamed["loop_jac"] = "loop_jac_r"
+    if manifest.projects_by_parameters:
+        renamed["project"] = "project_p"
     return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
 
 
-def _arguments(call: str, controller: Controller) -> list[str]:
-    return _ARGUMENTS["law with memory" if call == "law" and controller.memory else call].split()
+def _arguments(call: str, manifest: Manifest, controller: Controller) -> list[str]:
+    other = {"law": "law with memory"} if controller.memory else {}
+    other |= {"project": "project by parameters"} if manifest.projects_by_parameters else {}
+    return _ARGUMENTS[other.get(call, call)].split()
 
 
 def _function(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:

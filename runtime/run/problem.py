@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import Controller, Manifest, Scenario
@@ -17,6 +18,7 @@ from mehvar.names import identifier
 from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
+from .calls import check_method
 from .noise import normals
 from .options import OPTIONS, Method, RunOptions, check_effects
 from .own.law import Law, OwnLaw
@@ -159,6 +161,9 @@ def pose(
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
+    check_method(model.manifest, options.method)
+    if model.manifest.algebraic and hold is None:
+        _check_consistent(model, law, resolved, x0, options, origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
@@ -224,6 +229,48 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
 def evaluations_of(ticks: int, hold_every: int | None) -> int:
     """Return how often a sampled law is evaluated in a run of so many ticks."""
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
+
+
+def misses(model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> FloatArray:
+    """Return how far algebraic states are at the start from what their equations say, shape (..., states).
+
+    By Newton's correction, the other states kept, in the loop of a continuous law of the model; zero of other states.
+    """
+    functions, name = model.functions, identifier(law.name)
+    r = functions["reference"](0.0, p, s)
+    slopes = np.asarray(functions[f"{name}_loop"](x0, r, p, c))
+    jacobians = functions[f"{name}_loop_jac"](x0, r, p, c)
+    jacobians = np.asarray(jacobians[0] if isinstance(jacobians, tuple) else jacobians)
+    kept = np.asarray(functions["mass_diagonal"](p)) * np.ones_like(slopes)
+    n = slopes.shape[-1]
+    matrices = np.where(kept[..., None] == 0, jacobians.reshape(*slopes.shape[:-1], n, n), np.eye(n))
+    right = np.where(kept == 0, slopes, 0.0)
+    try:
+        corrections: FloatArray = np.linalg.solve(matrices, -right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return np.full_like(slopes, math.nan)
+    return corrections
+
+
+def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
+    """Tell of each state whether it is at the start what its equation says, within the tolerances of the run."""
+    allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
+    return allowed
+
+
+def _check_consistent(
+    model: Model, law: Controller, resolved: Resolved, x0: FloatArray, options: RunOptions, origin: str
+) -> None:
+    """Refuse algebraic states that do not satisfy their equations when the run begins."""
+    if law.name not in model.manifest.controllers:
+        return
+    corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
+    for name, value, miss, good in zip(
+        model.state_names, x0, corrections, consistent(corrections, x0, options), strict=True
+    ):
+        if not good:
+            allowed = f"about {value + miss:.9g}, as its equation says: it is algebraic"
+            raise bad_value(f"initial state {name}", float(value), allowed, origin)
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:

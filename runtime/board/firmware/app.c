@@ -117,7 +117,7 @@ static void advance(real x[MV_BOARD_NX], const real u[MV_BOARD_NU])
             for (int i = 0; i < MV_BOARD_NX; i++) sum[i] += weight[stage] * slope[i];
         }
         for (int i = 0; i < MV_BOARD_NX; i++) y[i] = x[i] + h / K(6) * sum[i];
-        mv_board_project(y, x);
+        mv_board_project(y, p, x);
     }
 }
 

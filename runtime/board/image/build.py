@@ -121,6 +121,7 @@ def program(
     resolved : Resolved, optional
         Other parameters than the scenario's.
     """
+    model.manifest.check_rates("a board's self-test")
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
     values = {controller.delay: 1.0} if controller.delay else {}
     if resolved is None:

@@ -252,10 +252,13 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inl
         call, unused = "for (int i = 0; i < MV_BOARD_NU; i++) u[i] = u_cmd[i]", ("x", "p")
     lines += _inline("actuate", "const real *x, const real *u_cmd, const real *p, real *u", call, unused)
     if "project" in names and "to_coordinates" not in names:
-        call = f"{model}_project(q, projected)"
+        of_parameters = manifest.projects_by_parameters
+        call = f"{model}_project({'q, p' if of_parameters else 'q'}, projected)"
     else:
+        of_parameters = False
         call = "for (int i = 0; i < MV_BOARD_NX; i++) projected[i] = q[i]"
-    return lines + _inline("project", "const real *q, real *projected", call)
+    arguments = "const real *q, const real *p, real *projected"
+    return lines + _inline("project", arguments, call, () if of_parameters else ("p",))
 
 
 def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) -> list[str]:

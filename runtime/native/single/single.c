@@ -15,7 +15,8 @@
 #define NOISE (l->model.ne)
 #define SAMPLED (l->model.sampled)
 #define REFERENCE_CONSTANT (l->model.reference_constant)
-#define PROJECTED (l->model.project != 0)
+#define PROJECTED (l->model.project != 0 || l->model.project_p != 0)
+#define ALGEBRAIC (l->model.mass != 0)
 #define RECORDS_COMMAND 1
 
 #define METHOD (&mv_tableaux[l->model.method])
@@ -53,7 +54,10 @@
 #define CALL_MEASURE                                                                                                 \
     if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
     else mv_copy(x_seen, x, m->nx)
-#define CALL_PROJECT m->project(q, q_next)
+#define CALL_PROJECT                                                                                                 \
+    if (m->project_p) m->project_p(q, m->p, q_next);                                                                 \
+    else m->project(q, q_next)
+#define CALL_MASS m->mass(m->p, diagonal)
 #define CALL_HOLD
 
 #define REALS(a, n) real *a
@@ -132,6 +136,7 @@ static double *divide(mv_loop *l, double *place)
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
         {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
+        {&l->mass, ALGEBRAIC ? NQ : 0},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -6,6 +6,7 @@
 #include "schedule.h"
 
 typedef void mv_1_1(const double *, double *);
+typedef void mv_2_1(const double *, const double *, double *);
 typedef void mv_3_1(const double *, const double *, const double *, double *);
 typedef void mv_4_1(const double *, const double *, const double *, const double *, double *);
 typedef void mv_4_2(const double *, const double *, const double *, const double *, double *, double *);
@@ -32,6 +33,8 @@ typedef struct {
     mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
     mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */
     mv_1_1 *project;          /* q -> q; null without a manifold */
+    mv_2_1 *project_p;        /* q, p -> q; in place of it where parameters decide */
+    mv_1_1 *mass;             /* p -> one, and zero of algebraic states; null without any */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */
 } mv_model;

@@ -26,6 +26,7 @@ static void mv_begin(mv_loop *l, mask alive)
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
     for (int i = 0; i < l->schedule->delay * NU; i++) l->queue[i] = SPLAT(0);
     mv_call_reference(&l->model, l->t, l->r);
+    if (ALGEBRAIC) mv_call_mass(&l->model, l->mass);
 }
 
 /* The law's input enters the queue; the one of `delay` evaluations ago leaves it and goes to the actuator. */

@@ -7,6 +7,7 @@
  *   LIMITS, NOISE                    of the model's limits and of the noise of one measurement
  *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
+ *   ALGEBRAIC                        there are algebraic states, whose slope is to be zero instead of their rate
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
  *                                    the local error goes like step^ORDER, 0 for a fixed step
@@ -60,6 +61,7 @@ typedef struct {
     ROWS(k, STAGES + 1, NQ);   /* slopes at the stages and at the end of the step */
     REALS(w, GAMMA ? NQ * NQ : 0); /* Jacobian, then the factors of its matrix */
     REALS(w_r, GAMMA ? NQ * NR : 0); /* Jacobian with respect to the references */
+    REALS(mass, ALGEBRAIC ? NQ : 0); /* one, and zero of algebraic states */
     real begin[2], span[2];    /* of the last two steps that passed over a tick: where they began, how long they were */
     ROWS(before, KEPT, NQ);    /* the coordinates there */
     ROWS(dense, KEPT * TERMS, NQ);

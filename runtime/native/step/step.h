@@ -86,6 +86,7 @@ static inline void mv_check_limits(mv_loop *l, mask moved)
 static inline void mv_prepare_steps(mv_loop *l, real target)
 {
     if (SAMPLED) mv_hold(&l->model, l->column + U_COLUMN);
+    if (SAMPLED && ALGEBRAIC) mv_settle(l);
     if (!PASSES) l->trials = SPLAT(0);
     if (l->ready) return;
     mv_slope(l, l->t, l->q, l->k[0]);
