@@ -237,6 +237,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         from mehvar.models.arrays.constraints import with_arrays
 
         system = with_arrays(system)
+    with contextlib.suppress(ModuleNotFoundError):  # or from before laws that hold their commands
+        from mehvar.models.multirate import with_held_commands
+
+        system = with_held_commands(system)
     return with_clock(system)
 
 

@@ -17,7 +17,7 @@ from mehvar.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
 from .quantities import TIME, Group, Quantity
-from .system import Controller, Coordinates, Expr, Function, System, Variant
+from .system import Controller, Coordinates, Expr, Function, Sensor, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 """The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
@@ -56,7 +56,7 @@ def _in_state(system: System) -> System:
         rhs=(*system.rhs, sp.S.One),
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
-        sensor=replace(system.sensor, measured=(*system.sensor.measured, last)) if system.sensor else None,
+        sensor=_sensor(system.sensor) if system.sensor else None,
         coordinates=_chart(system.coordinates) if system.coordinates else None,
         variants=tuple(_variant(variant) for variant in system.variants),
         functions=tuple(_function(function, system.states, states) for function in system.functions),
@@ -65,6 +65,12 @@ def _in_state(system: System) -> System:
 
 def _longer(group: Group) -> Group:
     return Group(group.name, (*group.quantities, CLOCK))
+
+
+def _sensor(sensor: Sensor) -> Sensor:
+    """Show laws the time as well, by the name that it has in the state."""
+    seen = _longer(sensor.seen) if len(sensor.seen) else sensor.seen
+    return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
 
 
 def _chart(chart: Coordinates) -> Coordinates:
@@ -92,4 +98,4 @@ def _results(function: Function) -> tuple[Expr, ...]:
 
 
 def _expressions(law: Controller) -> tuple[Expr, ...]:
-    return (*law.command, *law.start, *law.update, *(output.value for output in law.outputs))
+    return (*law.command, *law.start, *law.update, *law.rates, *(output.value for output in law.outputs))

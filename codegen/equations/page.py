@@ -31,6 +31,7 @@ _TITLES = {
     "law": "Commands of the laws",
     "memory at start": "Memory of the laws before the first sample",
     "memory update": "Memory of the laws after a sample",
+    "memory rate": "Rates of the continuous laws' own states",
     "law output": "What the laws report",
     "actuator": "What becomes of a command",
     "sensor": "What the laws see",

@@ -63,6 +63,7 @@ def _header(subject: Subject, token: str) -> str:
     defines |= {
         "FMU_NX": len(manifest.states),
         "FMU_NE": len(manifest.noise),
+        "FMU_SEEN": len(manifest.seen),
         "FMU_KIND": KINDS.index(subject.kind),
         "FMU_VALUES": len(subject.variables),
         "FMU_TOKEN": f'"{token}"',

@@ -96,6 +96,8 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     manifest = model.manifest
     law = None if controller is None else manifest.controller(controller)
     case = manifest.scenario(scenario)
+    if law is not None and law.period is None and law.memory:
+        raise bad_value("controller", law.name, "a law without states of its own that are integrated", "the call")
     kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
     some = law or next(iter(manifest.controllers.values()), None)
     if some is None:

@@ -66,10 +66,12 @@ def _units(system: System, request: Request, name: str) -> list[str] | None:
     memory = request.law.memory if request.law else ()
     groups = {
         "x": system.states, "u": system.inputs, "y": system.outputs, "r": system.references,
-        "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "z": memory, "z_next": memory,
+        "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "seen": system.seen, "z": memory, "z_next": memory,
     }  # fmt: skip
-    if name in ("dx", "dq"):
-        return [f"{quantity.unit}/s" for quantity in (system.states if name == "dx" else q)]
+    if name in ("dx", "dq", "dz"):
+        integrated = (*q, *memory) if request.law and not request.law.period else tuple(q)
+        rows = {"dx": system.states, "dq": integrated, "dz": memory}[name]
+        return [f"{quantity.unit}/s" for quantity in rows]
     if name == "derived":
         (group,) = request.arguments
         return [p.unit for p in group if p.name in formulas(group)]

@@ -13,9 +13,9 @@ from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
 
-_OF_SAMPLES = ("delay", "applied", "memory", "start", "update", "bears_loss")
+_OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
 """What only a sampled law has."""
-_OF_MEMORY = ("applied", "start", "update")
+_OF_MEMORY = ("applied", "start", "update", "rates")
 """What only a law with memory has."""
 
 
@@ -24,8 +24,8 @@ def check_features(system: System) -> None:
     if not len(system.states):
         raise ModelError(f"{system.origin}: states = (): a system must have at least one state")
     for law in system.controllers:
-        _check_times(system, law)
         _check_law(law)
+        _check_times(system, law)
     _check_chart(system)
     _check_choices(system)
     if len(system.residual) != len(system.rates):
@@ -54,15 +54,25 @@ def _check_geometry(system: System) -> None:
 def _check_law(law: Controller) -> None:
     for names, missing in ((_OF_SAMPLES, "period"), (_OF_MEMORY, "memory")):
         for name in names:
+            if name == "applied" and law.every:
+                continue  # a law that commands at some samples has memory
             value = getattr(law, name)
             if (len(value) if isinstance(value, Group | tuple) else value) and not getattr(law, missing):
                 kind = "continuous in time (it has no period)" if missing == "period" else "without memory"
                 raise ModelError(f"{law.origin}: {name} of law {law.name!r} would be ignored: the law is {kind}")
+    if law.period and law.rates:
+        raise ModelError(
+            f"{law.origin}: rates of law {law.name!r} would be ignored: the law is sampled, and its memory is what "
+            "update makes of it"
+        )
 
 
 def _check_times(system: System, law: Controller) -> None:
-    """Refuse a law whose period or delay is no parameter."""
-    for what, name, group in (("period", law.period, system.parameters), ("delay", law.delay, law.parameters)):
+    """Refuse a law whose period, delay or multiple of the period is no parameter."""
+    for what, name, group in (
+        ("period", law.period, system.parameters), ("delay", law.delay, law.parameters),
+        ("every", law.every, law.parameters),
+    ):  # fmt: skip
         names = [q.name for q in group]
         if name and name not in names:
             raise ModelError(
@@ -75,6 +85,12 @@ def _check_times(system: System, law: Controller) -> None:
             f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: must be above "
             "zero, as in (0, inf)"
         )
+    multiple = next((q for q in law.parameters if q.name == law.every), None)
+    if isinstance(multiple, Parameter) and not multiple.bounds.lower >= 1:
+        raise ModelError(
+            f"{law.origin}: every = {law.every!r} of law {law.name!r} has the bounds {multiple.bounds}: must be one or "
+            "above, as in [1, inf)"
+        )
 
 
 def _check_chart(system: System) -> None:
@@ -83,6 +99,12 @@ def _check_chart(system: System) -> None:
         raise ModelError(
             f"{system.actuator.origin}: actuator would be ignored by law {continuous[0]!r}: with coordinates a "
             "continuous law commands the inputs of the chart; leave out one of actuator and coordinates"
+        )
+    if system.coordinates and system.seen is not system.states and continuous:
+        assert system.sensor is not None
+        raise ModelError(
+            f"{system.sensor.origin}: seen of the sensor would be ignored by law {continuous[0]!r}: with coordinates a "
+            "continuous law is a function of the chart; leave out one of seen and coordinates"
         )
 
 

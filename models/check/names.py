@@ -234,6 +234,7 @@ def _check_letters(system: System) -> None:
         ("y", system.outputs),
         ("p", system.parameters),
         ("s", system.scenario_parameters),
+        *((("seen", system.seen),) if system.seen is not system.states else ()),
         *(("c", law.parameters) for law in system.controllers),
     ]
     for letter, group in groups:

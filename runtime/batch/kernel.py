@@ -26,7 +26,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, check_hold, variant_suffix
+from ..run.problem import check_delay, check_hold, check_integrated, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -114,6 +114,7 @@ def compile_kernel(
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
+    check_integrated(options.hold, law, origin)
     check_effects(given, options.method, sampled, bool(model.manifest.noise), origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
@@ -257,7 +258,7 @@ class Kernel:
         """Run all blocks from one sample of a law in Python to the next; return whether they are complete."""
         assert self.own is not None
         manifest, library, every = self.loop.manifest, self.library, job.schedule.hold_every
-        widths = {"x": len(manifest.states), "r": len(manifest.references), "u": len(manifest.inputs)}
+        widths = {"x": len(manifest.seen), "r": len(manifest.references), "u": len(manifest.inputs)}
         rows = {name: np.empty((width, job.runs)) for name, width in widths.items()}
         rows["z"] = np.repeat(self.own.start[:, None], job.runs, axis=1)
         places = np.empty(blocks * library.mv_place_size(ctypes.byref(job)) + _ALIGNMENT, np.uint8)

@@ -180,6 +180,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "NY": len(manifest.outputs),
         "NZ": len(loop.controller.memory),
         "NR": len(manifest.references),
+        "SEEN": len(manifest.seen),
         "NQ": states if loop.sampled else calls["loop"].results[0].size,
         "NP": len(manifest.parameters),
         "NC": len(loop.controller.parameters),
@@ -223,7 +224,7 @@ def _expression(name: str, call: str) -> str:
     """Return an array of a generated function in C: parameters and what is computed beforehand are in the model."""
     if name in ("h", "w"):
         return f"m->{name}_{call}"
-    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
+    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x"}.get(name, name)
 
 
 def _method(method: Method) -> tuple[list[str], dict[str, str]]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Function, Manifest
+from mehvar.manifest import Controller, Function, Manifest, law_signature
 from mehvar.names import identifier
 
 from .options import IMPLICIT, METHODS, Method, either
@@ -20,8 +20,6 @@ _ARGUMENTS = {
     "observe": "q r p c",
     "outputs": "x u r p",
     "limits": "x u p",
-    "law": "x r p c",
-    "law with memory": "x r v z p c",
     "actuate": "x u_cmd p",
     "measure": "x e p",
     "project": "q",
@@ -65,15 +63,19 @@ def loop_calls(
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
         names |= {name: name for name in ("actuate", "measure") if name in functions}
-        names |= {"start": f"{law}_start"} if controller.memory and generated else {}
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
+    names |= {"start": f"{law}_start"} if controller.memory and generated else {}
     if method in IMPLICIT:
         names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
-    return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+    law_arguments = law_signature(manifest, controller)[0]
+    return {
+        call: _function(functions, name, law_arguments if call == "law" else tuple(_ARGUMENTS[call].split()))
+        for call, name in names.items()
+    }
 
 
 def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:
@@ -101,13 +103,9 @@ def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: 
     return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
 
 
-def _arguments(call: str, controller: Controller) -> list[str]:
-    return _ARGUMENTS["law with memory" if call == "law" and controller.memory else call].split()
-
-
-def _function(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:
+def _function(functions: dict[str, Function], name: str, arguments: tuple[str, ...]) -> Function:
     function = functions.get(name)
-    if function is None or [a.name for a in function.arguments] != arguments:
+    if function is None or tuple(a.name for a in function.arguments) != arguments:
         signature = f"{name}({', '.join(arguments)})"
         raise InputError(f"the generated folder lacks the function {signature}; generate the model again")
     return function

@@ -72,6 +72,7 @@ class _Loop:
         self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
         self.to_coordinates = raw("to_coordinates") if charted and "to_coordinates" in manifest.functions else _same
+        self._own_states = len(problem.controller.memory) if charted else 0
         self.law = None if own else raw(law)
         self.actuate, self.measure, project = (
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
@@ -139,7 +140,22 @@ class _Loop:
 
     def projected(self, q: FloatArray) -> FloatArray:
         """Return coordinates put back on their manifold."""
-        return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
+        if self._project is None:
+            return q
+        return np.concatenate((self._project(q[: len(q) - self._own_states]), self.own_states(q)))
+
+    def own_states(self, q: FloatArray) -> FloatArray:
+        """Return the memory of a continuous law, the last of what is integrated."""
+        return q[len(q) - self._own_states :]
+
+    def start(self) -> FloatArray:
+        """Return what is integrated of a continuous loop, at the start."""
+        plant = np.asarray(self.to_coordinates(self.problem.x0), dtype=np.float64)
+        return np.concatenate((plant, self.problem.z0[: self._own_states]))
+
+    def record_continuous(self, tick: int, q: FloatArray) -> None:
+        """Record a sample of a continuous loop."""
+        self.record(tick, *self.observed(self.problem.t[tick], q), self.own_states(q))
 
     def record(
         self,
@@ -190,8 +206,8 @@ def _same(x: FloatArray) -> FloatArray:
 def _run_dense(loop: _Loop) -> None:
     """Run a continuous closed loop in the integrator's own steps."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
-    loop.record(0, *loop.observed(t[0], q))
+    q = loop.start()
+    loop.record_continuous(0, q)
     tick, tighter = 1, 1.0 if loop.problem.method in IMPLICIT else _DENSE
     for step in solver.steps(t[0], q, t[-1], None, tighter):
         dense = step.dense_output()
@@ -199,7 +215,7 @@ def _run_dense(loop: _Loop) -> None:
         while tick < len(t) and t[tick] <= step.t:
             at_tick = dense(t[tick]) if t[tick] < step.t else step.y
             loop.check(t[tick], at_tick)
-            loop.record(tick, *loop.observed(t[tick], at_tick))
+            loop.record_continuous(tick, at_tick)
             solver.trials = 0
             tick += 1
         loop.check(step.t, step.y)
@@ -208,9 +224,9 @@ def _run_dense(loop: _Loop) -> None:
 def _run_stopping(loop: _Loop) -> None:
     """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
+    q = loop.start()
     for tick in range(len(t)):
-        loop.record(tick, *loop.observed(t[tick], q))
+        loop.record_continuous(tick, q)
         if tick + 1 < len(t):
             q = solver.advance(t[tick], q, t[tick + 1])
 

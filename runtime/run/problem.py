@@ -51,7 +51,7 @@ class Problem:
     p, c, s : array
         Parameters of plant, law and scenario.
     x0, z0 : array
-        Initial state, and the memory of a sampled law before its first sample.
+        Initial state, and the memory of the law before its first sample or at the start.
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
     suffix : str
@@ -154,6 +154,7 @@ def pose(
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
+    check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
@@ -221,13 +222,20 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
         raise bad_value("hold", hold, allowed, origin)
 
 
+def check_integrated(hold: float | None, law: Controller, origin: str) -> None:
+    """Refuse to sample a continuous law whose own states are integrated with the plant's."""
+    if hold is not None and law.period is None and law.memory:
+        allowed = f"left out: the states of the continuous law {law.name} are integrated"
+        raise bad_value("hold", hold, allowed, origin)
+
+
 def evaluations_of(ticks: int, hold_every: int | None) -> int:
     """Return how often a sampled law is evaluated in a run of so many ticks."""
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a sampled law's memory before its first sample."""
+    """Return a law's memory before its first sample, or at the start."""
     if not law.memory:
         return np.empty(0)
     r = model.functions["reference"](0.0, resolved.p, resolved.s)

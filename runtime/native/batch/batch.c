@@ -90,6 +90,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     gather(b, job->x0, NX, x0);
     mv_call_start(&l->model, x0, l->r, l->column + Z_COLUMN);
     mv_call_to_coordinates(&l->model, x0, l->q);
+    if (!SAMPLED) mv_copy(mv_integrated(l, l->q), l->column + Z_COLUMN, NZ);
 }
 
 static void mv_draw(const mv_loop *l, int64_t evaluation, real *e)

@@ -11,6 +11,7 @@
 #define NZ (l->model.nz)
 #define NY (l->model.ny)
 #define NR (l->model.nr)
+#define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
 #define NOISE (l->model.ne)
 #define SAMPLED (l->model.sampled)

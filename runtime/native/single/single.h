@@ -15,6 +15,7 @@ typedef void mv_6_2(const double *, const double *, const double *, const double
 
 typedef struct {
     int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
+    int32_t nseen;            /* what the law receives of the state */
     int32_t sampled, reference_constant;
     int32_t method;           /* an mv_method */
     mv_3_1 *rhs;              /* x, u, p -> dx */

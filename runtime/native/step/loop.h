@@ -44,7 +44,7 @@ static void mv_apply(mv_loop *l, int64_t evaluation)
 
 static void mv_evaluate_law(mv_loop *l, int64_t evaluation)
 {
-    real x_seen[NX], e[NOISE + 1];
+    real x_seen[SEEN], e[NOISE + 1];
     mv_draw(l, evaluation, e);
     mv_call_measure(&l->model, l->column, e, x_seen);
     mv_call_law(&l->model, x_seen, l->r, l->column + U_COLUMN, l->column + Z_COLUMN, l->u_cmd, l->z_next);
@@ -57,7 +57,9 @@ static void mv_sample(mv_loop *l)
     mv_refer(l, SPLAT(l->schedule->t[l->tick]));
     if (!SAMPLED) {
         if (PASSES) mv_between(l, l->schedule->t[l->tick], l->y);
-        mv_call_observe(&l->model, PASSES ? l->y : l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        real *const q = PASSES ? l->y : l->q;
+        mv_call_observe(&l->model, q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        mv_copy(l->column + Z_COLUMN, mv_integrated(l, q), NZ);
         return;
     }
     mv_copy(l->column, l->q, NX);

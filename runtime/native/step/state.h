@@ -4,8 +4,9 @@
  * Included after a model under a law, which is
  *   mv_model and CALL_NAME           see calls.h
  *   NQ, NX, NU, NZ, NY, NR           numbers of coordinates, states, inputs, memory, outputs and references
- *   LIMITS, NOISE                    of the model's limits and of the noise of one measurement
- *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
+ *   LIMITS, NOISE, SEEN              of the model's limits, of the noise of one measurement, and of what is measured
+ *   SAMPLED                          the law is evaluated every so many ticks and its input held in between; the
+ *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
@@ -103,6 +104,16 @@ static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
 {
     l->status = SELECT(m, SPLAT(status), l->status);
     l->alive = AND(l->alive, NOT(m));
+}
+
+/* The memory of a continuous law, among coordinates. */
+static inline real *mv_integrated(const mv_loop *l, real *q) { (void)l; return q + (NQ - NZ); }
+
+/* Put coordinates back on the manifold of the plant's. */
+static inline void mv_project(mv_loop *l, real *q, real *q_next)
+{
+    mv_call_project(&l->model, q, q_next);
+    if (!SAMPLED) mv_copy(mv_integrated(l, q_next), mv_integrated(l, q), NZ);
 }
 
 static inline void mv_refer(mv_loop *l, real t)

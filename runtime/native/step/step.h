@@ -47,7 +47,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     *ratio = SELECT(good, ESTIMATED ? mv_error_ratio(l, h) : SPLAT(0), SPLAT(MV_NAN));
     mask taken = AND(open, ORDER ? LE(*ratio, K(1)) : good);
     if (PROJECTED) {
-        mv_call_project(&l->model, l->y, l->stage);
+        mv_project(l, l->y, l->stage);
         mv_copy(l->y, l->stage, NQ);
     }
     if ((PROJECTED || !END_IN_ERROR) && mv_any(AND(taken, goes_on))) {
