@@ -319,6 +319,8 @@ class Manifest:
         Laws, runs, what runs are judged by, options with named values, and the generated functions.
     measured : tuple of Quantity
         What laws receive in place of the state; none where they receive the state.
+    wiener, random_step : tuple of Quantity
+        The Wiener processes of process noise, and the random numbers of a random step.
     geometry : tuple of Shape
         What a picture of the system shows.
     constraints, limits, reference_constant
@@ -355,6 +357,8 @@ class Manifest:
     choices: Mapping[str, Choice]
     noise: tuple[Quantity, ...]
     measured: tuple[Quantity, ...] = ()
+    wiener: tuple[Quantity, ...] = ()
+    random_step: tuple[Quantity, ...] = ()
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     geometry: tuple[Shape, ...] = ()
@@ -371,6 +375,10 @@ class Manifest:
     def seen(self) -> tuple[Quantity, ...]:
         """What laws receive: the state, or what is measured in its place."""
         return self.measured or self.states
+
+    def random(self, sampled: bool) -> bool:
+        """Tell whether runs depend on a seed."""
+        return bool(self.wiener) or (sampled and bool(self.noise or self.random_step))
 
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the names that there are."""
@@ -485,7 +493,7 @@ def _check_vectors(manifest: Manifest) -> None:
         raise SchemaError(" = []: must be one state or more", "states")
     vectors = {name: getattr(manifest, name) for name in (
         "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
-        "measured",
+        "measured", "wiener", "random_step",
     )}  # fmt: skip
     for law in manifest.controllers.values():
         vectors |= {f"controllers.{law.name}.{name}": getattr(law, name) for name in ("memory", "parameters")}
@@ -504,7 +512,7 @@ def _check_functions(manifest: Manifest) -> None:
         "dx": len(manifest.states),
         "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
         "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
-        "seen": len(manifest.measured),
+        "seen": len(manifest.measured), "dw": len(manifest.wiener), "x_step": len(manifest.states),
     }  # fmt: skip
     _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
     _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
@@ -519,6 +527,11 @@ def _check_functions(manifest: Manifest) -> None:
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:
             _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    if manifest.wiener:
+        _check_sizes(manifest, "diffuse", ("x", "dw", "p"), ("x_step",), sizes)
+    if manifest.random_step:
+        own = sizes | {"e": len(manifest.random_step), "x_after": len(manifest.states)}
+        _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import chain
+from typing import TypeVar
 
 import sympy as sp
 
@@ -17,10 +18,13 @@ from mehvar.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
 from .quantities import TIME, Group, Quantity
-from .system import Controller, Coordinates, Expr, Function, Sensor, System, Variant
+from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomStep, Sensor, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 """The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
+
+
+_Part = TypeVar("_Part", Diffusion | None, RandomStep | None)
 
 
 def with_clock(system: System) -> System:
@@ -42,6 +46,8 @@ def plant_of_time(system: System) -> bool:
     parts += [system.coordinates.rhs] if system.coordinates else []
     parts += [system.actuator.applied] if system.actuator else []
     parts += [system.sensor.measured] if system.sensor else []
+    parts += [system.diffusion.change] if system.diffusion else []
+    parts += [system.random_step.after] if system.random_step else []
     parts += [_results(function) for function in system.functions if system.states in function.arguments]
     entries = [entry for entry in chain(*parts) if isinstance(entry, sp.Basic)]
     return TIME.symbol in free_symbols(entries, system.definitions)
@@ -57,6 +63,8 @@ def _in_state(system: System) -> System:
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
         sensor=_sensor(system.sensor) if system.sensor else None,
+        diffusion=_rowed(system.diffusion, "change", sp.S.Zero),
+        random_step=_rowed(system.random_step, "after", last),
         coordinates=_chart(system.coordinates) if system.coordinates else None,
         variants=tuple(_variant(variant) for variant in system.variants),
         functions=tuple(_function(function, system.states, states) for function in system.functions),
@@ -71,6 +79,11 @@ def _sensor(sensor: Sensor) -> Sensor:
     """Show laws the time as well, by the name that it has in the state."""
     seen = _longer(sensor.seen) if len(sensor.seen) else sensor.seen
     return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
+
+
+def _rowed(part: _Part, rows: str, last: Expr) -> _Part:
+    """Return a part that has a row for each state, with that of the clock; None where there is none."""
+    return None if part is None else replace(part, **{rows: (*getattr(part, rows), last)})
 
 
 def _chart(chart: Coordinates) -> Coordinates:

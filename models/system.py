@@ -44,6 +44,7 @@ __all__ = [
     "Coordinates",
     "Definition",
     "Derivation",
+    "Diffusion",
     "Equation",
     "Expr",
     "Function",
@@ -54,6 +55,7 @@ __all__ = [
     "Output",
     "Parameter",
     "Quantity",
+    "RandomStep",
     "Scenario",
     "Sensor",
     "Shape",
@@ -264,6 +266,39 @@ class Sensor(Located):
 
 
 @dataclass(frozen=True)
+class Diffusion(Located):
+    """Process noise: dx = f dt + G dW, in the sense of Ito.
+
+    Parameters
+    ----------
+    wiener : Group
+        Independent Wiener processes, in s^(1/2): their increments over a step h have the variance h.
+    change : tuple of Expr
+        G dW, a row for each state: linear in the symbols of `wiener`, which stand for the increments, with
+        coefficients in state and p.
+    """
+
+    wiener: Group
+    change: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class RandomStep(Located):
+    """A random change of the state at each sample of a sampled law but the first.
+
+    Parameters
+    ----------
+    noise : Group
+        Independent standard normal numbers, drawn anew at each sample.
+    after : tuple of Expr
+        The state after the change, as a function of the state before it, noise and p.
+    """
+
+    noise: Group
+    after: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
 class Variant(Located):
     """What a system becomes when choices differ from their defaults.
 
@@ -322,6 +357,10 @@ class System(Located):
         What becomes of a commanded input; the input acts as commanded without one.
     sensor : Sensor, optional
         What sampled laws see, and all laws where it has quantities of its own; the state itself without one.
+    diffusion : Diffusion, optional
+        Process noise; a run needs a method for it.
+    random_step : RandomStep, optional
+        What happens to the state at each sample.
     projection : tuple of Expr
         Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
     choices, variants : tuple
@@ -359,6 +398,8 @@ class System(Located):
     coordinates: Coordinates | None = None
     actuator: Actuator | None = None
     sensor: Sensor | None = None
+    diffusion: Diffusion | None = field(default=None, kw_only=True)
+    random_step: RandomStep | None = field(default=None, kw_only=True)
     projection: tuple[Expr, ...] = ()
     choices: tuple[Choice, ...] = ()
     variants: tuple[Variant, ...] = ()

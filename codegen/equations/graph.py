@@ -224,6 +224,10 @@ def outcomes(system: System) -> Iterator[Outcome]:
     if system.sensor:
         seen = getattr(system, "seen", system.states)  # a checkout from before it is derived with its own vocabulary
         yield from _named(seen, system.sensor.measured, "sensor")
+    if diffusion := getattr(system, "diffusion", None):
+        yield from _named(system.states, diffusion.change, "diffusion", "d{}", r"\mathrm{{d}}{}")
+    if step := getattr(system, "random_step", None):
+        yield from _named(system.states, step.after, "random step", "{}+", "{}^{{+}}")
     if system.coordinates:
         yield from _coordinates(system)
     integrated = system.coordinates.states if system.coordinates else system.states
@@ -309,6 +313,10 @@ def groups(system: System) -> dict[str, Iterable[Quantity]]:
     if system.sensor:
         roles["noise"] = system.sensor.noise
         roles["measured"] = getattr(system.sensor, "seen", ())
+    if diffusion := getattr(system, "diffusion", None):
+        roles["wiener"] = diffusion.wiener
+    if step := getattr(system, "random_step", None):
+        roles["noise of steps"] = step.noise
     for law in system.controllers:
         roles[f"law {law.name}"] = law.parameters
         roles[f"memory {law.name}"] = law.memory

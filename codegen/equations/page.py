@@ -35,6 +35,8 @@ _TITLES = {
     "law output": "What the laws report",
     "actuator": "What becomes of a command",
     "sensor": "What the laws see",
+    "diffusion": "Process noise, beside the rates",
+    "random step": "The state after a random step",
     "coordinate": "Rates of the regular coordinates",
     "from state": "Regular coordinates from the state",
     "from input": "Regular inputs from the inputs",

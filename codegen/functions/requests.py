@@ -92,6 +92,13 @@ def _plant(system: System) -> list[Request]:
         result = (("seen" if own else "x_seen", system.sensor.measured),)
         what = "what a law sees" if own else "state that a law sees"
         functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
+    if system.diffusion:
+        wiener, result = Group("dw", system.diffusion.wiener.quantities), (("x_step", system.diffusion.change),)
+        what = "change of the state by Wiener processes"
+        functions.append(Request("diffuse", what, (x, wiener, p), result, repeated=True))
+    if system.random_step:
+        noise, result = Group("e", system.random_step.noise.quantities), (("x_after", system.random_step.after),)
+        functions.append(Request("jump", "state after a random step", (x, noise, p), result, repeated=True))
     return functions
 
 

@@ -60,6 +60,9 @@ def cases_of(model: Model) -> list[Case]:
         If no law can run any scenario.
     """
     manifest = model.manifest
+    if manifest.wiener or manifest.random_step:
+        allowed = "a model without process noise and random steps, which a page has no numbers for"
+        raise bad_value("model", manifest.model, allowed)
     pairs = [(law, scenario) for law in manifest.controllers.values() for scenario in manifest.scenarios.values()]
     cases = [case for pair in pairs if (case := _case(model, *pair))]
     if not cases:

@@ -7,6 +7,8 @@ import itertools
 import string
 from collections.abc import Iterable, Sequence
 
+import sympy as sp
+
 from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 
 from ..quantities import Group, ModelError, Parameter
@@ -27,6 +29,7 @@ def check_features(system: System) -> None:
         _check_law(law)
         _check_times(system, law)
     _check_chart(system)
+    _check_noise(system)
     _check_choices(system)
     if len(system.residual) != len(system.rates):
         raise ModelError(
@@ -106,6 +109,38 @@ def _check_chart(system: System) -> None:
             f"{system.sensor.origin}: seen of the sensor would be ignored by law {continuous[0]!r}: with coordinates a "
             "continuous law is a function of the chart; leave out one of seen and coordinates"
         )
+
+
+def _check_noise(system: System) -> None:
+    """Refuse process noise that is none, and random steps that never come."""
+    diffusion, step = system.diffusion, system.random_step
+    if diffusion:
+        if system.coordinates:
+            raise ModelError(
+                f"{diffusion.origin}: diffusion would be ignored: with coordinates the chart is integrated; leave out "
+                "one of diffusion and coordinates"
+            )
+        for q in diffusion.wiener:
+            if q.unit != "s^(1/2)":
+                raise ModelError(
+                    f"{diffusion.origin}: Wiener process {q.name!r} is in {q.unit}, and must be in s^(1/2)"
+                )
+        for k, row in enumerate(diffusion.change):
+            if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):
+                raise ModelError(
+                    f"{diffusion.origin}: change of the diffusion, row {k + 1}: {row} must be linear in "
+                    f"{', '.join(q.name for q in diffusion.wiener)}, as in p.sigma * dW"
+                )
+    if step and not any(law.period for law in system.controllers):
+        raise ModelError(
+            f"{step.origin}: random_step would be ignored: it comes at the samples of a law, and no law has a period"
+        )
+
+
+def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:
+    slopes = [row.diff(symbol) for symbol in symbols]
+    rest = sp.expand(row - sum(slope * symbol for slope, symbol in zip(slopes, symbols, strict=True)))
+    return rest == 0 and not any(slope.free_symbols.intersection(symbols) for slope in slopes)
 
 
 def _check_choices(system: System) -> None:

@@ -66,6 +66,10 @@ def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     if system.sensor:
         groups.append(("noise", system.sensor.noise, system.sensor.origin))
         groups.append(("measured quantity", system.sensor.seen, system.sensor.origin))
+    if system.diffusion:
+        groups.append(("Wiener process", system.diffusion.wiener, system.diffusion.origin))
+    if system.random_step:
+        groups.append(("noise of the random step", system.random_step.noise, system.random_step.origin))
     for kind, group, origin in groups:
         for q in group:
             if q.symbol not in used:

@@ -96,6 +96,10 @@ def known(system: System) -> list[tuple[str, Group]]:
         groups.append(("commanded input", system.actuator.commanded))
     if system.sensor:
         groups += [("noise", system.sensor.noise), ("measured quantity", system.sensor.seen)]
+    if system.diffusion:
+        groups.append(("Wiener process", system.diffusion.wiener))
+    if system.random_step:
+        groups.append(("noise of the random step", system.random_step.noise))
     return groups
 
 
@@ -161,6 +165,18 @@ def _hardware(system: System) -> Iterator[Vector]:
         yield Vector(
             "measured of the sensor", sensor.measured, system.seen.quantities, receives, sensor.origin,
             of_time=True, group="measured quantities" if len(sensor.seen) else "states",
+        )  # fmt: skip
+    if system.diffusion:
+        noise = system.diffusion
+        yield Vector(
+            "change of the diffusion", noise.change, x.quantities, (x, noise.wiener, p), noise.origin,
+            of_time=True, group="states",
+        )  # fmt: skip
+    if system.random_step:
+        step = system.random_step
+        yield Vector(
+            "after of the random step", step.after, x.quantities, (x, step.noise, p), step.origin,
+            of_time=True, group="states",
         )  # fmt: skip
     if system.projection:
         q = system.coordinates.states if system.coordinates else x

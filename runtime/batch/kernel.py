@@ -26,7 +26,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, check_hold, check_integrated, variant_suffix
+from ..run.problem import check_delay, check_hold, check_integrated, check_noise, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -115,7 +115,8 @@ def compile_kernel(
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
     check_integrated(options.hold, law, origin)
-    check_effects(given, options.method, sampled, bool(model.manifest.noise), origin)
+    check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
+    check_noise(model.manifest, options.method, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
     loop = KernelLoop(model.manifest, law, suffix, sampled, options.method)

@@ -22,6 +22,8 @@ _ARGUMENTS = {
     "limits": "x u p",
     "actuate": "x u_cmd p",
     "measure": "x e p",
+    "diffuse": "x dw p",
+    "jump": "x e p",
     "project": "q",
     "start": "x r p c",
     "to_coordinates": "x",
@@ -62,11 +64,13 @@ def loop_calls(
         names["limits"] = "limits"
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
-        names |= {name: name for name in ("actuate", "measure") if name in functions}
+        names |= {name: name for name in ("actuate", "measure", "jump") if name in functions}
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
     names |= {"start": f"{law}_start"} if controller.memory and generated else {}
+    if manifest.wiener:
+        names["diffuse"] = "diffuse"
     if method in IMPLICIT:
         names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):

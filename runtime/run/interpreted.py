@@ -19,7 +19,8 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import jacobian_name
-from .options import IMPLICIT, SMALLEST_RTOL
+from .noise import Draws, Stream
+from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 
 _PROGRESS_SECONDS = 0.1
@@ -50,7 +51,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method == "rk4" or problem.own is not None:
+            elif problem.method in FIXED or problem.own is not None:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -89,7 +90,33 @@ class _Loop:
         self._reference = raw("reference")
         self._constant = self._reference_at(0.0) if manifest.reference_constant else None
         self._no_memory = np.empty(0)
+        self._diffuse = raw("diffuse") if manifest.wiener else None
+        self._jump = raw("jump") if manifest.random_step and not self.continuous else None
+        self._wiener = Draws(problem.seed, problem.run, Stream.WIENER_PROCESSES, len(manifest.wiener))
+        self._steps = Draws(problem.seed, problem.run, Stream.RANDOM_STEPS, len(manifest.random_step))
+        self._diffused = 0
         self._reported = time.perf_counter()
+
+    def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
+        """Return what process noise adds over a step from q, as native/step/random.h has it."""
+        change = np.zeros(len(q))
+        if self._diffuse is None:
+            return change
+        n, p, root = len(self.problem.x0), self.problem.p, math.sqrt(h)
+        dw = root * self._wiener(self._diffused)
+        self._diffused += 1
+        change[:n] = self._diffuse(q[:n], dw, p)
+        for j, along in enumerate(np.eye(len(dw)) if self.problem.method == "platen" else ()):
+            support = q[:n] + h * slope[:n] + self._diffuse(q[:n], root * along, p)
+            pair = (dw[j] * dw - h * along) / 2
+            change[:n] += (self._diffuse(support, pair, p) - self._diffuse(q[:n], pair, p)) / root
+        return change
+
+    def stepped(self, x: FloatArray, evaluation: int) -> FloatArray:
+        """Return the state after the random step of a sample."""
+        if self._jump is None:
+            return x
+        return np.asarray(self._jump(x, self._steps(evaluation), self.problem.p), dtype=np.float64)
 
     def reference(self, t: float) -> FloatArray:
         """Return r(t)."""
@@ -250,6 +277,8 @@ def _run_sampled(loop: _Loop) -> None:
         if tick + 1 < len(t):
             loop.u = u
             x = solver.advance(t[tick], x, t[tick + 1])
+            if (tick + 1) % problem.hold_every == 0:
+                x = loop.stepped(x, (tick + 1) // problem.hold_every)
 
 
 def _command(
@@ -283,8 +312,8 @@ class _Solver:
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
         """Integrate to `end` exactly, with a look at the limits after every step."""
         self.trials = 0
-        if self._loop.problem.method == "rk4":
-            return self._advance_rk4(t, x, end)
+        if self._loop.problem.method in FIXED:
+            return self._advance_fixed(t, x, end)
         for step in self.steps(t, x, end, self._h):
             self._h, x = step.h_abs, self.project(step)
             self._loop.check(step.t, x)
@@ -329,7 +358,7 @@ class _Solver:
         self._last_finite = bool(np.all(np.isfinite(slope)))
         return slope
 
-    def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
+    def _advance_fixed(self, t: float, x: FloatArray, end: float) -> FloatArray:
         pieces = float(end - t) / self._loop.problem.step * (1 - 1e-12)
         if pieces > self._loop.problem.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
@@ -337,14 +366,21 @@ class _Solver:
         h = (end - t) / count
         for i in range(count):
             now = t + i * h
-            k1 = self._evaluate(now, x)
-            k2 = self._evaluate(now + h / 2, x + h / 2 * k1)
-            k3 = self._evaluate(now + h / 2, x + h / 2 * k2)
-            k4 = self._evaluate(now + h, x + h * k3)
-            y = x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+            y = self._rk4(now, x, h) if self._loop.problem.method == "rk4" else self._euler(now, x, h)
             if not np.all(np.isfinite(y)):
                 raise _EndOfRun(Status.NOT_FINITE, now)
             x = self._loop.projected(y)
             self._loop.statistics["steps"] += 1
             self._loop.check(now + h, x)
         return x
+
+    def _rk4(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        k1 = self._evaluate(t, x)
+        k2 = self._evaluate(t + h / 2, x + h / 2 * k1)
+        k3 = self._evaluate(t + h / 2, x + h / 2 * k2)
+        k4 = self._evaluate(t + h, x + h * k3)
+        return x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+
+    def _euler(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        slope = self._evaluate(t, x)
+        return x + h * slope + self._loop.diffused(x, slope, h)

@@ -18,7 +18,7 @@ from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
 from .noise import normals
-from .options import OPTIONS, Method, RunOptions, check_effects
+from .options import OPTIONS, STOCHASTIC, Method, RunOptions, check_effects, either
 from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
@@ -54,6 +54,8 @@ class Problem:
         Initial state, and the memory of the law before its first sample or at the start.
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
+    seed, run : int
+        What all noise of the run depends on.
     suffix : str
         Of the functions that the chosen variant of the plant has of its own.
     real : str
@@ -73,7 +75,7 @@ class Problem:
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float
-        Largest step of rk4, s.
+        Largest step of a method with a fixed one, s.
     max_steps : int
         Trial steps from one tick to the next after which the run ends.
     progress : callable, optional
@@ -92,6 +94,8 @@ class Problem:
     x0: FloatArray
     z0: FloatArray
     noise: FloatArray
+    seed: int
+    run: int
     suffix: str
     real: Real
     t: FloatArray
@@ -157,7 +161,8 @@ def pose(
     check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
-    check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
+    check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
+    check_noise(model.manifest, options.method, hold is not None, origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
@@ -172,6 +177,8 @@ def pose(
         x0=x0,
         z0=_memory(model, law, resolved, x0) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
+        seed=options.seed,
+        run=options.run,
         suffix=suffix,
         real=options.real,
         t=ticks,
@@ -220,6 +227,17 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
         raise bad_value("hold", hold, allowed, origin)
+
+
+def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
+    """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
+    if manifest.wiener and method not in STOCHASTIC:
+        raise bad_value("method", method, f"{either(STOCHASTIC)}: {manifest.model} has process noise", origin)
+    if not manifest.wiener and method in STOCHASTIC:
+        raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
+    if manifest.random_step and not sampled:
+        allowed = f"given, or a sampled law: the random steps of {manifest.model} come at samples"
+        raise bad_value("hold", None, allowed, origin)
 
 
 def check_integrated(hold: float | None, law: Controller, origin: str) -> None:

@@ -24,7 +24,7 @@ from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
-from .options import OPTIONS, merged, read_options
+from .options import FIXED, OPTIONS, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -347,6 +347,6 @@ def _effective(problem: Problem) -> dict[str, float | str]:
     if problem.hold is not None:
         options |= {"hold": problem.hold, "delay": problem.delay}
     options |= {"method": problem.method}
-    if problem.method == "rk4":
+    if problem.method in FIXED:
         return options | {"step": problem.step}
     return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -53,7 +53,7 @@ def test_a_compensator_is_integrated(folder, backend, method):
 
 def test_a_loop_with_a_compensator_is_linearised(folder):
     model = load(folder)
-    system = model.linearize([0.1, 0.2], controller="lead")
+    system = model.linearize([0.1, 0.2], None, model.parameters(), controller="lead", c=model.law_parameters("lead"))
     assert system.states == ("place", "speed", "late", "sum")
     np.testing.assert_allclose(system.A, loop()[:4, :4], atol=1e-13)
 

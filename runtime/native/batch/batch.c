@@ -93,10 +93,10 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     if (!SAMPLED) mv_copy(mv_integrated(l, l->q), l->column + Z_COLUMN, NZ);
 }
 
-static void mv_draw(const mv_loop *l, int64_t evaluation, real *e)
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, real *e)
 {
     const mv_block *b = (const mv_block *)l;
-    mv_noise(b->job->seed, b->run, (uint64_t)evaluation, NOISE, e);
+    mv_noise(b->job->seed, b->run, stream, (uint64_t)index, size, e);
 }
 
 static void save(const mv_block *b, int64_t row)

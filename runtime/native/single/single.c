@@ -3,6 +3,7 @@
 #include "single.h"
 
 #include "mehvar/private/arithmetic.h"
+#include "noise.h"
 #include "tableaux.h"
 
 #define NQ (l->model.nq)
@@ -14,12 +15,15 @@
 #define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
 #define NOISE (l->model.ne)
+#define WIENER (l->model.nw)
+#define JUMP (l->model.nj)
 #define SAMPLED (l->model.sampled)
 #define REFERENCE_CONSTANT (l->model.reference_constant)
 #define PROJECTED (l->model.project != 0)
 #define RECORDS_COMMAND 1
 
 #define METHOD (&mv_tableaux[l->model.method])
+#define STRONG (l->model.method == MV_PLATEN)
 #define STAGES (METHOD->stages)
 #define ORDER (METHOD->order)
 #define ESTIMATED (METHOD->order != 0)
@@ -54,6 +58,8 @@
 #define CALL_MEASURE                                                                                                 \
     if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
     else mv_copy(x_seen, x, m->nx)
+#define CALL_DIFFUSE m->diffuse(x, dw, m->p, x_step)
+#define CALL_JUMP m->jump(x, e, m->p, x_after)
 #define CALL_PROJECT m->project(q, q_next)
 #define CALL_HOLD
 
@@ -105,7 +111,12 @@ static inline void mv_estimate(const mv_loop *l, double *error, double *third_er
     if (m->e3) combine(l, m->e3, m->stages, third_error);
 }
 
-static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e, l->model.e + evaluation * NOISE, NOISE); }
+/* That of measurements was drawn before, for whoever evaluates the law elsewhere. */
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, double *e)
+{
+    if (stream == MV_OF_MEASUREMENTS) mv_copy(e, l->model.e + index * size, size);
+    else mv_noise(l->model.seed, &l->model.run, stream, (uint64_t)index, size, e);
+}
 
 static void mv_record(mv_loop *l, mask lanes, int due)
 {

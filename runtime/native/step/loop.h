@@ -5,15 +5,14 @@
 
 #include "step.h"
 
-/* Defined by whoever includes this: the noise of one evaluation of the law, and what is done with a row. */
-static void mv_draw(const mv_loop *l, int64_t evaluation, real *e);
+/* Defined by whoever includes this: what is done with a row. */
 static void mv_record(mv_loop *l, mask lanes, int due);
 
 /* Before the first tick; schedule, model and queue are there. */
 static void mv_begin(mv_loop *l, mask alive)
 {
     l->alive = alive;
-    l->tick = l->evaluations = 0;
+    l->tick = l->evaluations = l->diffused = 0;
     l->bounded = mv_none();
     l->ready = l->started = 0;
     l->t = l->begin[0] = l->begin[1] = SPLAT(l->schedule->t[0]);
@@ -45,7 +44,7 @@ static void mv_apply(mv_loop *l, int64_t evaluation)
 static void mv_evaluate_law(mv_loop *l, int64_t evaluation)
 {
     real x_seen[SEEN], e[NOISE + 1];
-    mv_draw(l, evaluation, e);
+    mv_draw(l, MV_OF_MEASUREMENTS, evaluation, NOISE, e);
     mv_call_measure(&l->model, l->column, e, x_seen);
     mv_call_law(&l->model, x_seen, l->r, l->column + U_COLUMN, l->column + Z_COLUMN, l->u_cmd, l->z_next);
     mv_apply(l, evaluation);
@@ -106,6 +105,7 @@ static void mv_tick(mv_loop *l)
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);
+        if (SAMPLED && JUMP && (l->tick + 1) % s->hold_every == 0) mv_jump(l, (l->tick + 1) / s->hold_every);
     }
     l->tick++;
 }

@@ -9,6 +9,8 @@
  *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
+ *   WIENER, JUMP, STRONG             numbers of Wiener processes and of the noise of a random step; whether the method is
+ *                                    of strong order one, see random.h
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
  *                                    the local error goes like step^ORDER, 0 for a fixed step
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
@@ -46,6 +48,7 @@ typedef struct {
     mv_model model;
     int64_t tick;              /* the next one */
     int64_t evaluations;       /* of the slope, in all lanes at once */
+    int64_t diffused;          /* steps with process noise, which are the same in all lanes */
     mask alive;
     mask bounded;              /* the last trial was refused */
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
