@@ -238,9 +238,9 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
         system = with_arrays(system)
     with contextlib.suppress(ModuleNotFoundError):  # or from before laws that hold their commands
-        from mehvar.models.multirate import with_held_commands
+        from mehvar.models.samples import with_samples
 
-        system = with_held_commands(system)
+        system = with_samples(system)
     return with_clock(system)
 
 

@@ -321,6 +321,8 @@ class Manifest:
         What laws receive in place of the state; none where they receive the state.
     wiener, random_step : tuple of Quantity
         The Wiener processes of process noise, and the random numbers of a random step.
+    delays : mapping of str to str
+        For inputs by name, the parameter that is the number of samples after which each acts.
     geometry : tuple of Shape
         What a picture of the system shows.
     constraints, limits, reference_constant
@@ -359,6 +361,7 @@ class Manifest:
     measured: tuple[Quantity, ...] = ()
     wiener: tuple[Quantity, ...] = ()
     random_step: tuple[Quantity, ...] = ()
+    delays: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     geometry: tuple[Shape, ...] = ()
@@ -532,6 +535,8 @@ def _check_functions(manifest: Manifest) -> None:
     if manifest.random_step:
         own = sizes | {"e": len(manifest.random_step), "x_after": len(manifest.states)}
         _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
+    if manifest.delays:
+        _check_sizes(manifest, "input_delays", ("p",), ("d",), sizes | {"d": len(manifest.inputs)})
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})

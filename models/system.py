@@ -361,6 +361,8 @@ class System(Located):
         Process noise; a run needs a method for it.
     random_step : RandomStep, optional
         What happens to the state at each sample.
+    delays : mapping of str to str
+        For inputs by name, the plant parameter that says how many samples after its command each one acts.
     projection : tuple of Expr
         Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
     choices, variants : tuple
@@ -400,6 +402,7 @@ class System(Located):
     sensor: Sensor | None = None
     diffusion: Diffusion | None = field(default=None, kw_only=True)
     random_step: RandomStep | None = field(default=None, kw_only=True)
+    delays: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     projection: tuple[Expr, ...] = ()
     choices: tuple[Choice, ...] = ()
     variants: tuple[Variant, ...] = ()

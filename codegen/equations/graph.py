@@ -226,6 +226,9 @@ def outcomes(system: System) -> Iterator[Outcome]:
         yield from _named(seen, system.sensor.measured, "sensor")
     if diffusion := getattr(system, "diffusion", None):
         yield from _named(system.states, diffusion.change, "diffusion", "d{}", r"\mathrm{{d}}{}")
+    for name, count in getattr(system, "delays", {}).items():
+        quantity = next(q for q in system.parameters if q.name == count)
+        yield Outcome(name, "delay", quantity.symbol, f"k_{{{name}}}", "1", f"samples from command to action of {name}")
     if step := getattr(system, "random_step", None):
         yield from _named(system.states, step.after, "random step", "{}+", "{}^{{+}}")
     if system.coordinates:

@@ -35,6 +35,7 @@ _TITLES = {
     "law output": "What the laws report",
     "actuator": "What becomes of a command",
     "sensor": "What the laws see",
+    "delay": "Samples after which inputs act",
     "diffusion": "Process noise, beside the rates",
     "random step": "The state after a random step",
     "coordinate": "Rates of the regular coordinates",

@@ -94,8 +94,8 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
         For an unknown law or scenario, or parameters that do not fit together.
     """
     manifest = model.manifest
-    if manifest.wiener or manifest.random_step:
-        what = "a model without process noise and random steps, which an FMU has no numbers for"
+    if manifest.wiener or manifest.random_step or manifest.delays:
+        what = "a model without process noise and random steps, and without delays of its inputs, which an FMU leaves out"
         raise bad_value("model", manifest.model, what)
     law = None if controller is None else manifest.controller(controller)
     case = manifest.scenario(scenario)

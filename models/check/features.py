@@ -30,6 +30,7 @@ def check_features(system: System) -> None:
         _check_times(system, law)
     _check_chart(system)
     _check_noise(system)
+    _check_delays(system)
     _check_choices(system)
     if len(system.residual) != len(system.rates):
         raise ModelError(
@@ -135,6 +136,22 @@ def _check_noise(system: System) -> None:
         raise ModelError(
             f"{step.origin}: random_step would be ignored: it comes at the samples of a law, and no law has a period"
         )
+
+
+def _check_delays(system: System) -> None:
+    """Refuse delays of what is no input, by what is no count of samples."""
+    parameters = {q.name: q for q in system.parameters}
+    check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
+    check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")
+    for name in system.delays.values():
+        q = parameters[name]
+        if isinstance(q, Parameter) and not (q.bounds.lower >= 0 and q.unit == "1"):
+            raise ModelError(
+                f"{system.origin}: delays: parameter {name!r} is in {q.unit} with the bounds {q.bounds}: must be a "
+                "number of samples, zero or above, as in [0, 100]"
+            )
+    if system.delays and not any(law.period for law in system.controllers):
+        raise ModelError(f"{system.origin}: delays would be ignored: they are counted in samples of a law with a period")
 
 
 def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:

@@ -47,7 +47,7 @@ def _check_parameters(system: System) -> None:
 def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
     for group in (system.parameters, system.scenario_parameters):
         used = {s.name for s in free_symbols((e for v in vectors for e in v.entries), system.definitions)}
-        used |= {law.period for law in system.controllers}
+        used |= {law.period for law in system.controllers} | {*system.delays.values()}
         _refuse_unused(group, used, f"group {group.name!r} of {system.name}", system.origin)
     for law in system.controllers:
         own = [e for v in vectors if law.parameters in v.receives for e in v.entries]

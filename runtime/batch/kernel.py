@@ -26,7 +26,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, check_hold, check_integrated, check_noise, variant_suffix
+from ..run.problem import check_delay, check_hold, check_integrated, check_noise, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -188,7 +188,7 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
-        schedule, ticks = self._schedule(self._hold(p), t_end, dt)
+        schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
@@ -225,10 +225,11 @@ class Kernel:
         InputError
             As `run` does.
         """
-        self._schedule(self._hold(p), t_end, dt)
+        self._schedule(p, t_end, dt)
 
-    def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
+    def _schedule(self, p: FloatArray, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
+        hold = self._hold(p)
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
@@ -241,6 +242,7 @@ class Kernel:
             rtol=self.options.rtol,
             atol=self.options.atol,
             step=self.options.step or min(dt, hold or dt),
+            longest=max(input_delays(self.loop.manifest, p, len(ticks), hold_every, self.origin), default=0),
         )
         return schedule, ticks
 

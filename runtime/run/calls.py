@@ -24,6 +24,7 @@ _ARGUMENTS = {
     "measure": "x e p",
     "diffuse": "x dw p",
     "jump": "x e p",
+    "input_delays": "p",
     "project": "q",
     "start": "x r p c",
     "to_coordinates": "x",
@@ -64,7 +65,7 @@ def loop_calls(
         names["limits"] = "limits"
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
-        names |= {name: name for name in ("actuate", "measure", "jump") if name in functions}
+        names |= {name: name for name in ("actuate", "measure", "jump", "input_delays") if name in functions}
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}

@@ -144,6 +144,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
         rtol=problem.rtol,
         atol=problem.atol,
         step=problem.step,
+        longest=max(problem.late, default=0),
     )
     model = _Model(
         **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},

@@ -265,13 +265,17 @@ def _run_sampled(loop: _Loop) -> None:
     x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held, loop.held_jacobian)
     u = u_cmd = loop.u
-    queue = deque([u] * problem.delay)
+    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.late, default=0))
     for tick in range(len(t)):
         memory = z
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
+            if problem.late:
+                sent.append(u)
+                u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.late)])
+                sent.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))
         if tick + 1 < len(t):

@@ -70,6 +70,8 @@ class Problem:
         Ticks for which a sampled law's input is held; None for a continuous closed loop.
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
+    late : tuple of int
+        Further samples until each input acts, for a plant whose inputs have delays of their own.
     method : str
         One of `METHODS`.
     rtol, atol : float
@@ -104,6 +106,7 @@ class Problem:
     record_every: int
     hold_every: int | None
     delay: int
+    late: tuple[int, ...]
     method: Method
     rtol: float
     atol: float
@@ -168,6 +171,7 @@ def pose(
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
+    late = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -187,6 +191,7 @@ def pose(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
+        late=late,
         method=options.method,
         rtol=options.rtol,
         atol=options.atol,
@@ -238,6 +243,30 @@ def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) 
     if manifest.random_step and not sampled:
         allowed = f"given, or a sampled law: the random steps of {manifest.model} come at samples"
         raise bad_value("hold", None, allowed, origin)
+
+
+def input_delays(
+    manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str
+) -> tuple[int, ...]:
+    """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
+
+    Raises
+    ------
+    InputError
+        For a loop without samples, and for a delay after which an input never acts.
+    """
+    if not manifest.delays:
+        return ()
+    if hold_every is None:
+        allowed = f"given, or a sampled law: the inputs of {manifest.model} are delayed by samples"
+        raise bad_value("hold", None, allowed, origin)
+    names, rows = [q.name for q in manifest.parameters], np.atleast_2d(p)
+    greatest = {name: int(rows[:, names.index(name)].max()) for name in manifest.delays.values()}
+    periods = -(-(ticks - 1) // hold_every)
+    for name, delay in greatest.items():
+        if delay and delay >= periods:
+            raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
+    return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
 
 
 def check_integrated(hold: float | None, law: Controller, origin: str) -> None:

@@ -10,14 +10,14 @@ from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
-from mehvar.models.multirate import with_held_commands
+from mehvar.models.samples import with_samples
 from mehvar.models.system import System
 
 
 def written(system: System, path: Path) -> Path:
     """Check a system and write its folder."""
     check(system)
-    whole = with_clock(with_held_commands(system))
+    whole = with_clock(with_samples(system))
     graphs = generate_functions(whole)
     functions = printed(graphs)
     manifest = manifest_of(whole, functions, {})

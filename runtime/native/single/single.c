@@ -15,6 +15,7 @@
 #define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
 #define NOISE (l->model.ne)
+#define DELAYED (l->model.input_delays != 0)
 #define WIENER (l->model.nw)
 #define JUMP (l->model.nj)
 #define SAMPLED (l->model.sampled)
@@ -58,6 +59,7 @@
 #define CALL_MEASURE                                                                                                 \
     if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
     else mv_copy(x_seen, x, m->nx)
+#define CALL_INPUT_DELAYS m->input_delays(m->p, d)
 #define CALL_DIFFUSE m->diffuse(x, dw, m->p, x_step)
 #define CALL_JUMP m->jump(x, e, m->p, x_after)
 #define CALL_PROJECT m->project(q, q_next)
@@ -143,7 +145,7 @@ static double *divide(mv_loop *l, double *place)
         int64_t size;
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
-        {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
+        {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -32,6 +32,7 @@ typedef struct {
     mv_3_1 *measure;          /* x, e, p -> what the law sees of x; null when it sees x */
     mv_3_1 *diffuse;          /* x, dw, p -> change of x; null without process noise */
     mv_3_1 *jump;             /* x, e, p -> x; null without random steps */
+    mv_1_1 *input_delays;     /* p -> samples of each input; null without delays of the plant */
     mv_3_1 *rhs_jac;          /* x, u, p -> J; this and the next two null unless the method is linearly implicit */
     mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
     mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */

@@ -23,8 +23,21 @@ static void mv_begin(mv_loop *l, mask alive)
     l->violated = SPLAT(-1);
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
-    for (int i = 0; i < l->schedule->delay * NU; i++) l->queue[i] = SPLAT(0);
+    for (int64_t i = 0; i < mv_queued(l->schedule) * NU; i++) l->queue[i] = SPLAT(0);
     mv_call_reference(&l->model, l->t, l->r);
+}
+
+/* Each input acts as many evaluations after its command as the plant says; zero before. */
+static void mv_transport(mv_loop *l, int64_t evaluation, real *command)
+{
+    const int64_t depth = l->schedule->longest + 1;
+    real *const ring = l->queue + l->schedule->delay * NU;
+    real late[NU];
+    mv_call_input_delays(&l->model, late);
+    mv_copy(ring + evaluation % depth * NU, command, NU);
+    for (int i = 0; i < NU; i++)
+        for (int lane = 0; lane < MEHVAR_LANES; lane++)
+            AT(command[i], lane) = AT(ring[(evaluation + depth - (int64_t)AT(late[i], lane)) % depth * NU + i], lane);
 }
 
 /* The law's input enters the queue; the one of `delay` evaluations ago leaves it and goes to the actuator. */
@@ -38,6 +51,7 @@ static void mv_apply(mv_loop *l, int64_t evaluation)
         mv_copy(command, place, NU);
         mv_copy(place, l->u_cmd, NU);
     }
+    if (DELAYED && l->schedule->longest) mv_transport(l, evaluation, command);
     mv_call_actuate(&l->model, l->column, command, l->column + U_COLUMN);
 }
 

@@ -9,6 +9,7 @@
  *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
+ *   DELAYED                          inputs of the plant have delays of their own
  *   WIENER, JUMP, STRONG             numbers of Wiener processes and of the noise of a random step; whether the method is
  *                                    of strong order one, see random.h
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
@@ -73,7 +74,7 @@ typedef struct {
     REALS(u_cmd, NU);          /* what the law asks for */
     REALS(z_next, NZ);
     REALS(column, COLUMNS);    /* x, u, u_cmd if recorded, y, z: a row of the result */
-    real *queue;               /* the inputs asked for in the last `delay` evaluations, a ring */
+    real *queue;               /* the inputs asked for in the last evaluations, rings: see mv_queued */
 } mv_loop;
 
 static inline mask mv_all(void) { return LT(SPLAT(0), SPLAT(1)); }

@@ -65,7 +65,7 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
     mv_single *s = &web_single;
     const web_law *l = &web_laws[law];
     *s = (mv_single){0};
-    s->schedule = (mv_schedule){web_ticks, ticks, record_every, hold_every, max_steps, 0, rtol, atol, 0.0};
+    s->schedule = (mv_schedule){web_ticks, ticks, record_every, hold_every, max_steps, 0, rtol, atol, 0.0, 0};
     s->model = l->model;
     s->model.p = web_p, s->model.c = web_c, s->model.s = web_s, s->model.e = web_noise;
     s->q = web_q, s->z = web_z;

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws that command once in so many samples, while their memory is updated at each.
+"""What is counted in samples: laws that command once in so many, inputs that act so many after their command.
 
-Such a law is one whose memory also holds the last command and how many samples it has been held: every backend, lane,
-unit and board that runs laws with memory then runs it, and its equations say what it does.
+A law that commands at some samples, while its memory is updated at each, is one whose memory also holds the last command
+and how many samples it has been held: every backend, lane, unit and board that runs laws with memory then runs it, and
+its equations say what it does.
 """
 
 from __future__ import annotations
@@ -21,8 +22,15 @@ _WHOLE = sp.Rational(1, 10**9)
 """Of a whole number, as a parameter written in decimals has it: runtime/run/ticks.py takes multiples by the same."""
 
 
-def with_held_commands(system: System) -> System:
-    """Return a system whose laws all command at each sample; the same system where they did."""
+def with_samples(system: System) -> System:
+    """Return a system whose laws all command at each sample, and whose delays are held to whole numbers.
+
+    The same system where they did and there are none.
+    """
+    if system.delays:
+        counts = dict.fromkeys(system.delays.values())
+        whole = (_whole(q.symbol, q.name, "an input acts so many samples later") for q in system.parameters if q.name in counts)
+        system = _located(replace(system, constraints=(*system.constraints, *whole)), system)
     if not any(law.every for law in system.controllers):
         return system
     laws = tuple(_located(_held(system, law), law) if law.every else law for law in system.controllers)
@@ -44,7 +52,7 @@ def _held(system: System, law: Controller) -> Controller:
     command = tuple(
         sp.Piecewise((entry, new), (q.symbol, True)) for entry, q in zip(law.command, held, strict=True)
     )
-    whole = Condition(_WHOLE - sp.Abs(every - sp.floor(every + sp.Rational(1, 2))), _MESSAGE.format(law.every))
+    whole = _whole(every, law.every, "the law commands once in so many samples")
     return replace(
         law,
         memory=Group("z", (*law.memory.quantities, *held, HELD_FOR)),
@@ -56,4 +64,6 @@ def _held(system: System, law: Controller) -> Controller:
     )
 
 
-_MESSAGE = "{0} = {{{0}:g}} must be a whole number: the law commands once in so many samples"
+def _whole(count: sp.Symbol, name: str, reason: str) -> Condition:
+    margin = _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))
+    return Condition(margin, f"{name} = {{{name}:g}} must be a whole number: {reason}")
