@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is counted in samples: laws that command once in so many, inputs that act so many after their command.
 
-A law that commands at some samples, while its memory is updated at each, is one whose memory also holds the last command
-and how many samples it has been held: every backend, lane, unit and board that runs laws with memory then runs it, and
-its equations say what it does.
+A law that commands at some samples, while its memory is updated at each, is one whose memory also holds the last
+command and how many samples it has been held: every backend, lane, unit and board that runs laws with memory then runs
+it, and its equations say what it does.
 """
 
 from __future__ import annotations
@@ -29,7 +29,11 @@ def with_samples(system: System) -> System:
     """
     if system.delays:
         counts = dict.fromkeys(system.delays.values())
-        whole = (_whole(q.symbol, q.name, "an input acts so many samples later") for q in system.parameters if q.name in counts)
+        whole = (
+            _whole(q.symbol, q.name, "an input acts so many samples later")
+            for q in system.parameters
+            if q.name in counts
+        )
         system = _located(replace(system, constraints=(*system.constraints, *whole)), system)
     if not any(law.every for law in system.controllers):
         return system
@@ -49,9 +53,7 @@ def _held(system: System, law: Controller) -> Controller:
     every = next(q.symbol for q in law.parameters if q.name == law.every)
     new = HELD_FOR.symbol < sp.Rational(1, 2)
     last = HELD_FOR.symbol + sp.Rational(3, 2) > every
-    command = tuple(
-        sp.Piecewise((entry, new), (q.symbol, True)) for entry, q in zip(law.command, held, strict=True)
-    )
+    command = tuple(sp.Piecewise((entry, new), (q.symbol, True)) for entry, q in zip(law.command, held, strict=True))
     whole = _whole(every, law.every, "the law commands once in so many samples")
     return replace(
         law,

@@ -254,7 +254,9 @@ def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
     held, z = run.controller.memory and run.controller.period, run.z[-1] if run.controller.memory else None
     r = model.functions["reference"](run.t[-1], p, s)
-    return margins(cut_loop(model.manifest, model.functions, run.controller, run.x[-1], run.u[-1] if held else None, p, r, c, z))
+    return margins(
+        cut_loop(model.manifest, model.functions, run.controller, run.x[-1], run.u[-1] if held else None, p, r, c, z)
+    )
 
 
 def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:

@@ -95,7 +95,9 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     """
     manifest = model.manifest
     if manifest.wiener or manifest.random_step or manifest.delays:
-        what = "a model without process noise and random steps, and without delays of its inputs, which an FMU leaves out"
+        what = (
+            "a model without process noise and random steps, and without delays of its inputs, which an FMU leaves out"
+        )
         raise bad_value("model", manifest.model, what)
     law = None if controller is None else manifest.controller(controller)
     case = manifest.scenario(scenario)

@@ -151,7 +151,9 @@ def _check_delays(system: System) -> None:
                 "number of samples, zero or above, as in [0, 100]"
             )
     if system.delays and not any(law.period for law in system.controllers):
-        raise ModelError(f"{system.origin}: delays would be ignored: they are counted in samples of a law with a period")
+        raise ModelError(
+            f"{system.origin}: delays would be ignored: they are counted in samples of a law with a period"
+        )
 
 
 def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:

@@ -237,9 +237,7 @@ def _answer(
     return *_acting(functions, x, command, p, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
 
 
-def _seen(
-    manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike
-) -> tuple[ArrayLike, FloatArray | None]:
+def _seen(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> tuple[ArrayLike, FloatArray | None]:
     """Return what laws receive, without noise, and its slope in the state where it is another vector."""
     if not manifest.measured:
         return x, None

@@ -9,7 +9,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.manifest import Controller, Function, Manifest, law_signature
 from mehvar.names import identifier
 
-from .options import IMPLICIT, METHODS, Method, either
+from .options import IMPLICIT, METHODS, STOCHASTIC, Method, either
 
 _ARGUMENTS = {
     "reference": "t p s",
@@ -93,7 +93,7 @@ def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampl
     """
     name = f"jac_x{suffix}" if sampled else f"{identifier(controller.name)}_loop_jac{suffix}"
     if name not in map(identifier, manifest.functions):
-        explicit = either(method for method in METHODS if method not in IMPLICIT)
+        explicit = either(method for method in METHODS if method not in (*IMPLICIT, *STOCHASTIC))
         raise bad_value("method", IMPLICIT[0], f"{explicit}: {manifest.model} has no Jacobian {name}")
     return name
 

@@ -237,7 +237,9 @@ class RunOptions:
     )
     method: Method = field(
         default="dop853",
-        metadata=word_row("Integration method, adaptive in its step but for rk4, and euler and platen of noise", METHODS),
+        metadata=word_row(
+            "Integration method, adaptive in its step but for rk4, and euler and platen of noise", METHODS
+        ),
     )
     rtol: float = field(
         default=1e-11,

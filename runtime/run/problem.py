@@ -245,9 +245,7 @@ def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) 
         raise bad_value("hold", None, allowed, origin)
 
 
-def input_delays(
-    manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str
-) -> tuple[int, ...]:
+def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
     """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
 
     Raises

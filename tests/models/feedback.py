@@ -51,9 +51,7 @@ def seeker() -> System:
     bang = Controller("plain", "no memory, every third sample", b, (-b.gain * m,), period="Ts", every="every")
     return table(
         x, u, p, name="seeker", title="a mass whose place is seen", scenario_parameters=s,
-        rhs=(x.speed, u.push - p.load), initial=(s.place_0, sp.S.Zero), sensor=Sensor(e, (x.place + p.sigma * e.hiss,), seen),
+        rhs=(x.speed, u.push - p.load), initial=(s.place_0, sp.S.Zero),
+        sensor=Sensor(e, (x.place + p.sigma * e.hiss,), seen),
         controllers=(lead, slow, bang), scenarios=(Scenario("plain", "plain", 4.0, 0.02, {}, {}, {}),),
     )  # fmt: skip
-
-
-

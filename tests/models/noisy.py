@@ -17,10 +17,10 @@ def noisy() -> System:
     )))  # fmt: skip
     w = Group("w", tuple(quantity(name, "s^(1/2)") for name in ("W1", "W2", "W3")))
     c = Group("c", (parameter("k", "1/s", 0.5),))
-    command = (-c.k * x.speed,)
+    command, s = (-c.k * x.speed,), Group("s", (parameter("speed_0", "m/s", 2.0),))
     return table(
-        x, u, p, name="noisy", title="a price and a speed", scenario_parameters=Group("s", (parameter("speed_0", "m/s", 2.0),)),
-        rhs=(p.m * x.price, u.push - p.g * x.speed), initial=(sp.S.One, Group("s", (parameter("speed_0", "m/s", 2.0),)).speed_0),
+        x, u, p, name="noisy", title="a price and a speed", scenario_parameters=s,
+        rhs=(p.m * x.price, u.push - p.g * x.speed), initial=(sp.S.One, s.speed_0),
         diffusion=Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3)),
         controllers=(Controller("brake", "", c, command), Controller("steps", "", c, command, period="Ts")),
         scenarios=(Scenario("plain", "plain", 1.0, 0.25, {}, {}, {}),),
@@ -37,8 +37,8 @@ def walker() -> System:
     c, s = Group("c", (parameter("k", "1/s", 0.5),)), Group("s", (parameter("v_0", "m/s", 1.0),))
     command = (-c.k * (x.v + x.bias),)
     return table(
-        x, u, p, name="walker", title="a walk and a gust", scenario_parameters=s, rhs=(u.push + x.gust, sp.S.Zero, sp.S.Zero),
-        initial=(s.v_0, sp.S.Zero, sp.S.Zero),
+        x, u, p, name="walker", title="a walk and a gust", scenario_parameters=s,
+        rhs=(u.push + x.gust, sp.S.Zero, sp.S.Zero), initial=(s.v_0, sp.S.Zero, sp.S.Zero),
         random_step=RandomStep(e, (x.v, x.bias + p.walk * sp.sqrt(p.Ts) * e.e_bias, p.strength * e.e_gust)),
         controllers=(Controller("steps", "", c, command, period="Ts"), Controller("smooth", "", c, command)),
         scenarios=(Scenario("plain", "plain", 3.0, 0.1, {}, {}, {}),),

@@ -22,7 +22,7 @@ from tests.models.edits import POSITIVE, quantity, turner
 from tests.models.feedback import seeker
 from tests.models.written import written
 
-K, T, B, I, LOAD, PLACE = 4.0, 8.0, 5.0, 1.5, 0.3, 0.5
+K, T, B, TOTAL, LOAD, PLACE = 4.0, 8.0, 5.0, 1.5, 0.3, 0.5
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def loop():
     """The closed loop of the lead compensator: place, speed, late, sum, and one for the load."""
     A = np.zeros((5, 5))
     A[0, 1] = A[3, 0] = 1
-    A[1] = [-K - B * T, 0, B * T, -I, -LOAD]
+    A[1] = [-K - B * T, 0, B * T, -TOTAL, -LOAD]
     A[2, 0], A[2, 2] = T, -T
     return A
 
@@ -67,8 +67,8 @@ def estimated(every, run, seed=0):
         if k % every == 0:
             u = -4 * z[0] - 3 * z[1]
         rows.append([*x, u, *z])
-        z = z + [dt * z[1] + 0.4 * miss, dt * old + 4 * miss]
-        x = x + [dt * x[1] + dt**2 / 2 * (u - LOAD), dt * (u - LOAD)]
+        z = z + np.array([dt * z[1] + 0.4 * miss, dt * old + 4 * miss])
+        x = x + np.array([dt * x[1] + dt**2 / 2 * (u - LOAD), dt * (u - LOAD)])
     return np.array(rows)
 
 
@@ -125,6 +125,7 @@ def edited(law, **changes):
 def test_what_would_be_ignored_is_refused():
     system, x = seeker(), seeker().states
     slow, lead = system.controllers[1], system.controllers[0]
+    twice = Sensor(system.sensor.noise, system.sensor.measured * 2, system.sensor.seen)
     loose = tuple(dataclasses.replace(q, bounds=POSITIVE) if q.name == "every" else q for q in slow.parameters)
     for part, message in (
         (edited("lead", rates=()), "rates of law 'lead' has 0 entries for 2 memory"),
@@ -136,8 +137,7 @@ def test_what_would_be_ignored_is_refused():
         (edited("slow", parameters=dataclasses.replace(slow.parameters, quantities=loose)), "must be one or above"),
         (edited("slow", command=(-x.place * slow.parameters.k,)), "is a state, which it does not receive"),
         (edited("slow", outputs=(Output(quantity("held_for", "1"), sp.S.One),)), "held_for"),
-        (dataclasses.replace(system, sensor=Sensor(system.sensor.noise, system.sensor.measured * 2, system.sensor.seen)),
-         "2 entries for 1 measured quantities"),
+        (dataclasses.replace(system, sensor=twice), "2 entries for 1 measured quantities"),
         (dataclasses.replace(system, sensor=dataclasses.replace(
             system.sensor, seen=dataclasses.replace(system.sensor.seen, name="m"))), "must have the name 'seen'"),
     ):  # fmt: skip

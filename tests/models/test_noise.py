@@ -116,7 +116,7 @@ def walked(run):
             e = draws(k)
             x = np.array([x[0], x[1] + 0.1 * np.sqrt(0.1) * e[0], 0.5 * e[1]])
         rows.append(x)
-        x = x + [0.1 * (x[2] - 0.5 * (x[0] + x[1])), 0, 0]
+        x = x + np.array([0.1 * (x[2] - 0.5 * (x[0] + x[1])), 0, 0])
     return np.array(rows)
 
 

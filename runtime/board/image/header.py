@@ -33,7 +33,7 @@ class Layout:
     Attributes
     ----------
     inputs : tuple of str
-        Payload of a step: what is measured, references, and for a law with memory the inputs applied over the last period.
+        Payload of a step: what is measured, references, and for a law with memory the inputs that were applied before.
     outputs : tuple of str
         The law's inputs to the plant.
     memory : tuple of str
