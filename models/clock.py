@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import chain
-from typing import TypeVar
 
 import sympy as sp
 
@@ -22,9 +21,6 @@ from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomSt
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 """The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
-
-
-_Part = TypeVar("_Part", Diffusion | None, RandomStep | None)
 
 
 def with_clock(system: System) -> System:
@@ -63,8 +59,8 @@ def _in_state(system: System) -> System:
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
         sensor=_sensor(system.sensor) if system.sensor else None,
-        diffusion=_rowed(system.diffusion, "change", sp.S.Zero),
-        random_step=_rowed(system.random_step, "after", last),
+        diffusion=_diffusion(system.diffusion) if system.diffusion else None,
+        random_step=_random_step(system.random_step) if system.random_step else None,
         coordinates=_chart(system.coordinates) if system.coordinates else None,
         variants=tuple(_variant(variant) for variant in system.variants),
         functions=tuple(_function(function, system.states, states) for function in system.functions),
@@ -81,9 +77,12 @@ def _sensor(sensor: Sensor) -> Sensor:
     return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
 
 
-def _rowed(part: _Part, rows: str, last: Expr) -> _Part:
-    """Return a part that has a row for each state, with that of the clock; None where there is none."""
-    return None if part is None else replace(part, **{rows: (*getattr(part, rows), last)})
+def _diffusion(diffusion: Diffusion) -> Diffusion:
+    return replace(diffusion, change=(*diffusion.change, sp.S.Zero))
+
+
+def _random_step(step: RandomStep) -> RandomStep:
+    return replace(step, after=(*step.after, CLOCK.symbol))
 
 
 def _chart(chart: Coordinates) -> Coordinates:

@@ -180,7 +180,7 @@ def _continuous(system: System, law: Controller) -> list[Request]:
     command = ("u_cmd", _commanded(system))
     results = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
     answer: tuple[tuple[str, tuple[Expr, ...]], ...] = (("u", _commanded(system)),)
-    arguments = (system.seen, r, p, c)
+    arguments: tuple[Group, ...] = (system.seen, r, p, c)
     if law.memory:
         q, rhs = Group("q", (*q.quantities, *law.memory.quantities)), (*rhs, *law.rates)
         answer, arguments = (*answer, ("dz", law.rates)), (system.seen, r, _memory(law), p, c)

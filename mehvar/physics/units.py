@@ -69,10 +69,10 @@ def _units(system: System, request: Request, name: str) -> list[str] | None:
         "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "seen": system.seen,
         "x_step": system.states, "x_after": system.states, "z": memory, "z_next": memory,
     }  # fmt: skip
-    if name in ("dx", "dq", "dz"):
-        integrated = (*q, *memory) if request.law and not request.law.period else tuple(q)
-        rows = {"dx": system.states, "dq": integrated, "dz": memory}[name]
-        return [f"{quantity.unit}/s" for quantity in rows]
+    integrated = (*q, *memory) if request.law and not request.law.period else tuple(q)
+    rates = {"dx": tuple(system.states), "dq": integrated, "dz": tuple(memory)}
+    if name in rates:
+        return [f"{quantity.unit}/s" for quantity in rates[name]]
     if name == "derived":
         (group,) = request.arguments
         return [p.unit for p in group if p.name in formulas(group)]

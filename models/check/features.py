@@ -26,8 +26,8 @@ def check_features(system: System) -> None:
     if not len(system.states):
         raise ModelError(f"{system.origin}: states = (): a system must have at least one state")
     for law in system.controllers:
-        _check_law(law)
         _check_times(system, law)
+        _check_law(law)
     _check_chart(system)
     _check_noise(system)
     _check_delays(system)
