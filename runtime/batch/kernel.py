@@ -114,7 +114,8 @@ def compile_kernel(
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
-    check_integrated(options.hold, law, origin)
+    if own is None:
+        check_integrated(options.hold, law, origin)
     check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
     check_noise(model.manifest, options.method, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
