@@ -241,6 +241,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         from mehvar.models.implicit import with_mass
 
         system = with_mass(system)
+    with contextlib.suppress(ModuleNotFoundError):  # or from before laws that hold their commands
+        from mehvar.models.samples import with_samples
+
+        system = with_samples(system)
     return with_clock(system)
 
 

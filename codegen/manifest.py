@@ -48,6 +48,10 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         reference_constant=not reference_moves(system),
         choices={choice.name: choice for choice in system.choices},
         noise=_quantities(system.sensor.noise) if system.sensor else (),
+        measured=_quantities(getattr(system.sensor, "seen", Group("", ()))) if system.sensor else (),
+        delays=dict(getattr(system, "delays", {})),
+        wiener=_quantities(diffusion.wiener) if (diffusion := getattr(system, "diffusion", None)) else (),
+        random_step=_quantities(step.noise) if (step := getattr(system, "random_step", None)) else (),
         scenarios={scenario.name: scenario for scenario in system.scenarios},
         metrics={metric.name: metric for metric in system.metrics},
         geometry=tuple(

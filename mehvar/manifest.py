@@ -135,7 +135,7 @@ class Controller:
     name, title : str
         Identifier and one line for people.
     memory : tuple of Quantity
-        What a sampled law keeps from one sample to the next.
+        What a sampled law keeps from one sample to the next; a continuous law's own integrated states.
     period : str or None
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
@@ -317,6 +317,12 @@ class Manifest:
         p and s.
     controllers, scenarios, metrics, choices, functions : mapping by name
         Laws, runs, what runs are judged by, options with named values, and the generated functions.
+    measured : tuple of Quantity
+        What laws receive in place of the state; none where they receive the state.
+    wiener, random_step : tuple of Quantity
+        The Wiener processes of process noise, and the random numbers of a random step.
+    delays : mapping of str to str
+        For inputs by name, the parameter that is the number of samples after which each acts.
     geometry : tuple of Shape
         What a picture of the system shows.
     constraints, limits, reference_constant
@@ -352,6 +358,10 @@ class Manifest:
     reference_constant: bool
     choices: Mapping[str, Choice]
     noise: tuple[Quantity, ...]
+    measured: tuple[Quantity, ...] = ()
+    wiener: tuple[Quantity, ...] = ()
+    random_step: tuple[Quantity, ...] = ()
+    delays: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     geometry: tuple[Shape, ...] = ()
@@ -363,6 +373,15 @@ class Manifest:
     digest: str = ""
     folder: Path = field(default=Path(), metadata=json_key(None))
     text: str = field(default="", metadata=json_key(None))
+
+    @property
+    def seen(self) -> tuple[Quantity, ...]:
+        """What laws receive: the state, or what is measured in its place."""
+        return self.measured or self.states
+
+    def random(self, sampled: bool) -> bool:
+        """Tell whether runs depend on a seed."""
+        return bool(self.wiener) or (sampled and bool(self.noise or self.random_step))
 
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the names that there are."""
@@ -492,6 +511,7 @@ def _check_vectors(manifest: Manifest) -> None:
         raise SchemaError(" = []: must be one state or more", "states")
     vectors = {name: getattr(manifest, name) for name in (
         "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
+        "measured", "wiener", "random_step",
     )}  # fmt: skip
     for law in manifest.controllers.values():
         vectors |= {f"controllers.{law.name}.{name}": getattr(law, name) for name in ("memory", "parameters")}
@@ -511,6 +531,7 @@ def _check_functions(manifest: Manifest) -> None:
         "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
         "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
         "m": len(manifest.states),
+        "seen": len(manifest.measured), "dw": len(manifest.wiener), "x_step": len(manifest.states),
     }  # fmt: skip
     _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
     _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
@@ -521,17 +542,40 @@ def _check_functions(manifest: Manifest) -> None:
     optional = {
         "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"),
         "project": ("q p" if manifest.projects_by_parameters else "q", "q_next"),
-        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "x_seen"), "mass_diagonal": ("p", "m"),
+        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "seen" if manifest.measured else "x_seen"),
+        "mass_diagonal": ("p", "m"),
     }  # fmt: skip
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:
             _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    if manifest.wiener:
+        _check_sizes(manifest, "diffuse", ("x", "dw", "p"), ("x_step",), sizes)
+    if manifest.random_step:
+        own = sizes | {"e": len(manifest.random_step), "x_after": len(manifest.states)}
+        _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
+    if manifest.delays:
+        _check_sizes(manifest, "input_delays", ("p",), ("d",), sizes | {"d": len(manifest.inputs)})
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})
     for name in ("x", "u"):
         if f"jac_{name}" in manifest.functions:
             _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})
+
+
+def law_signature(manifest: Manifest, law: Controller) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of what a law's function receives and returns."""
+    x = "seen" if manifest.measured else "x"
+    if not law.memory:
+        return (x, "r", "p", "c"), ("u",)
+    if law.period is None:
+        return (x, "r", "z", "p", "c"), ("u", "dz")
+    return (x, "r", "v", "z", "p", "c"), ("u", "z_next")
+
+
+def reads_memory(outputs: Function) -> bool:
+    """Tell whether what a law reports is a function of its memory."""
+    return any(array.name == "z" for array in outputs.arguments)
 
 
 def _check_sizes(
@@ -575,20 +619,21 @@ def _check_controller(manifest: Manifest, law: Controller) -> None:
     sizes = {
         "p": p, "c": c, "s": s, "x": x, "r": r, "u": len(manifest.inputs), "v": len(manifest.inputs),
         "z": len(law.memory), "z_next": len(law.memory), "w": len(law.outputs), "margin": len(law.constraints),
-        "q": len(manifest.coordinates or manifest.states), "dq": len(manifest.coordinates or manifest.states),
+        "seen": len(manifest.measured), "dz": len(law.memory),
     }  # fmt: skip
+    sizes["q"] = sizes["dq"] = len(manifest.coordinates or manifest.states) + len(() if law.period else law.memory)
+    _check_sizes(manifest, name, *law_signature(manifest, law), sizes)
     if law.memory:
-        _check_sizes(manifest, name, ("x", "r", "v", "z", "p", "c"), ("u", "z_next"), sizes)
         _check_sizes(manifest, f"{name}_start", ("x", "r", "p", "c"), ("z",), sizes)
-    else:
-        _check_sizes(manifest, name, ("x", "r", "p", "c"), ("u",), sizes)
     if law.constraints:
         _check_sizes(manifest, f"{name}_constraints", ("p", "c", "s"), ("margin",), sizes)
     if law.warnings:
         shown = sum(1 + warning.shown for warning in law.warnings)
         _check_sizes(manifest, f"{name}_warnings", ("p", "c", "s"), ("margin",), sizes | {"margin": shown})
     if law.outputs:
-        _check_sizes(manifest, f"{name}_outputs", ("x", "r", "p", "c"), ("w",), sizes)
+        function = manifest.functions.get(f"{name}_outputs")
+        arguments = "x r z p c" if function and reads_memory(function) else "x r p c"
+        _check_sizes(manifest, f"{name}_outputs", arguments.split(), ("w",), sizes)
     if law.period is None:
         _check_sizes(manifest, f"{name}_loop", ("q", "r", "p", "c"), ("dq",), sizes)
     derived = sum(q.formula is not None for q in law.parameters)

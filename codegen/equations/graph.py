@@ -222,7 +222,15 @@ def outcomes(system: System) -> Iterator[Outcome]:
     if system.actuator:
         yield from _named(system.inputs, system.actuator.applied, "actuator")
     if system.sensor:
-        yield from _named(system.states, system.sensor.measured, "sensor")
+        seen = getattr(system, "seen", system.states)  # a checkout from before it is derived with its own vocabulary
+        yield from _named(seen, system.sensor.measured, "sensor")
+    if diffusion := getattr(system, "diffusion", None):
+        yield from _named(system.states, diffusion.change, "diffusion", "d{}", r"\mathrm{{d}}{}")
+    for name, count in getattr(system, "delays", {}).items():
+        quantity = next(q for q in system.parameters if q.name == count)
+        yield Outcome(name, "delay", quantity.symbol, f"k_{{{name}}}", "1", f"samples from command to action of {name}")
+    if step := getattr(system, "random_step", None):
+        yield from _named(system.states, step.after, "random step", "{}+", "{}^{{+}}")
     if system.coordinates:
         yield from _coordinates(system)
     integrated = system.coordinates.states if system.coordinates else system.states
@@ -268,6 +276,7 @@ def _law(system: System, law: Controller) -> Iterator[Outcome]:
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
     yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
     yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
+    yield from _rates(law.memory, getattr(law, "rates", ()), "memory rate", f"{law.name}: ")
     for output in law.outputs:
         q = output.quantity
         yield Outcome(f"{law.name}.{q.name}", "law output", output.value, quantity_latex(q), q.unit, q.description)
@@ -306,6 +315,11 @@ def groups(system: System) -> dict[str, Iterable[Quantity]]:
         roles["commanded"] = system.actuator.commanded
     if system.sensor:
         roles["noise"] = system.sensor.noise
+        roles["measured"] = getattr(system.sensor, "seen", ())
+    if diffusion := getattr(system, "diffusion", None):
+        roles["wiener"] = diffusion.wiener
+    if step := getattr(system, "random_step", None):
+        roles["noise of steps"] = step.noise
     for law in system.controllers:
         roles[f"law {law.name}"] = law.parameters
         roles[f"memory {law.name}"] = law.memory

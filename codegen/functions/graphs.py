@@ -40,7 +40,10 @@ def generate_functions(system: System) -> list[FunctionGraph]:
 def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
     """Share subexpressions over the whole model; temporaries are definitions like any other."""
     names = list(system.definitions)
-    shared = [*system.definitions.values(), *(e for law in system.controllers for e in (*law.command, *law.update))]
+    shared = [
+        *system.definitions.values(),
+        *(e for law in system.controllers for e in (*law.command, *law.update, *law.rates)),
+    ]
     results = [e for request in listing if not request.alone for _, exprs in request.results for e in exprs]
     temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
     pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")

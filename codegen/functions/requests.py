@@ -92,8 +92,21 @@ def _plant(system: System) -> list[Request]:
         functions.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
     if system.sensor:
         noise = Group("e", system.sensor.noise.quantities)
-        result = (("x_seen", system.sensor.measured),)
-        functions.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
+        own = len(system.sensor.seen)
+        result = (("seen" if own else "x_seen", system.sensor.measured),)
+        what = "what a law sees" if own else "state that a law sees"
+        functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
+    if system.delays:
+        counts = {q.name: q.symbol for q in system.parameters}
+        late = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
+        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", late),)))
+    if system.diffusion:
+        wiener, result = Group("dw", system.diffusion.wiener.quantities), (("x_step", system.diffusion.change),)
+        what = "change of the state by Wiener processes"
+        functions.append(Request("diffuse", what, (x, wiener, p), result, repeated=True))
+    if system.random_step:
+        noise, result = Group("e", system.random_step.noise.quantities), (("x_after", system.random_step.after),)
+        functions.append(Request("jump", "state after a random step", (x, noise, p), result, repeated=True))
     return functions
 
 
@@ -131,18 +144,19 @@ def _law(system: System, law: Controller) -> list[Request]:
         functions.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
     if law.outputs:
         results = (("w", tuple(output.value for output in law.outputs)),)
-        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), results, law=law))
+        arguments = (x, r, _memory(law), p, c) if _reports_memory(system, law) else (x, r, p, c)
+        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", arguments, results, law=law))
     if derived:
         functions.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
     return functions
 
 
 def _sampled(system: System, law: Controller) -> list[Request]:
-    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    x, r, p, c = system.seen, system.references, system.parameters, law.parameters
     name, command = identifier(law.name), ("u", _commanded(system))
     if not law.memory:
         return [Request(name, law.title, (x, r, p, c), (command,), law=law, repeated=True)]
-    arguments = (x, r, _applied(system, law), Group("z", law.memory.quantities), p, c)
+    arguments = (x, r, _applied(system, law), _memory(law), p, c)
     return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law, repeated=True)]
 
 
@@ -152,14 +166,30 @@ def _applied(system: System, law: Controller) -> Group:
     return Group("v", law.applied.quantities or tuple(unread))
 
 
+def _memory(law: Controller) -> Group:
+    return Group("z", law.memory.quantities)
+
+
+def _reports_memory(system: System, law: Controller) -> bool:
+    """Tell whether a law's outputs depend on its memory, of a continuous one also by way of its command."""
+    definitions = system.definitions | (bindings_of_command(system, law) if not law.period else {})
+    values = free_symbols([output.value for output in law.outputs], definitions)
+    return not values.isdisjoint(law.memory.symbols)
+
+
 def _continuous(system: System, law: Controller) -> list[Request]:
     x, r, p, c = system.states, system.references, system.parameters, law.parameters
     q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
     name = identifier(law.name)
     command = ("u_cmd", _commanded(system))
     results = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
+    answer: tuple[tuple[str, tuple[Expr, ...]], ...] = (("u", _commanded(system)),)
+    arguments: tuple[Group, ...] = (system.seen, r, p, c)
+    if law.memory:
+        q, rhs = Group("q", (*q.quantities, *law.memory.quantities)), (*rhs, *law.rates)
+        answer, arguments = (*answer, ("dz", law.rates)), (system.seen, r, _memory(law), p, c)
     functions = [
-        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law, repeated=True),
+        Request(name, law.title, arguments, answer, law=law, repeated=True),
         Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law, repeated=True),
         Request(
             f"{name}_observe",
@@ -171,7 +201,7 @@ def _continuous(system: System, law: Controller) -> list[Request]:
         ),
     ]
     for variant in system.variants:
-        loop = variant.loops.get(law.name, variant.rhs)
+        loop = (*variant.loops.get(law.name, variant.rhs), *law.rates)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"
         tag = f"{name}_loop_{suffix(system, variant.values)}"
         functions.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
@@ -194,14 +224,24 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
         bound |= _pairs(system.states.symbols, coordinates.to_state)
     elif coordinates:
         bound |= _pairs(coordinates.states.symbols, coordinates.from_state)
-    if coordinates and law and not law.period:
-        bound |= _pairs(coordinates.inputs.symbols, law.command) | _pairs(system.inputs.symbols, coordinates.to_input)
-    elif coordinates and not law:
+    if coordinates and not law:
         bound |= _pairs(coordinates.inputs.symbols, coordinates.from_input)
     elif law:
-        bound |= _pairs(_commanded(system), law.command)
-        bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+        bound |= bindings_of_command(system, law)
+    if law and system.sensor and system.seen is not system.states and "seen" not in names:
+        bound |= _pairs(system.sensor.seen.symbols, system.sensor.measured)
+        bound |= dict.fromkeys(system.sensor.noise.symbols, sp.S.Zero)
     return bound
+
+
+def bindings_of_command(system: System, law: Controller) -> dict[sp.Symbol, Expr]:
+    """Return what a law makes of the inputs."""
+    coordinates = system.coordinates
+    if coordinates and not law.period:
+        chart = _pairs(coordinates.inputs.symbols, law.command)
+        return chart | _pairs(system.inputs.symbols, coordinates.to_input)
+    acting = _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+    return _pairs(_commanded(system), law.command) | acting
 
 
 def parameter_arguments(system: System, request: Request) -> frozenset[int]:

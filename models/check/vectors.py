@@ -99,7 +99,11 @@ def known(system: System) -> list[tuple[str, Group]]:
     if system.actuator:
         groups.append(("commanded input", system.actuator.commanded))
     if system.sensor:
-        groups.append(("noise", system.sensor.noise))
+        groups += [("noise", system.sensor.noise), ("measured quantity", system.sensor.seen)]
+    if system.diffusion:
+        groups.append(("Wiener process", system.diffusion.wiener))
+    if system.random_step:
+        groups.append(("noise of the random step", system.random_step.noise))
     return groups
 
 
@@ -175,7 +179,19 @@ def _hardware(system: System) -> Iterator[Vector]:
         sensor = system.sensor
         receives = (x, sensor.noise, p)
         yield Vector(
-            "measured of the sensor", sensor.measured, x.quantities, receives, sensor.origin,
+            "measured of the sensor", sensor.measured, system.seen.quantities, receives, sensor.origin,
+            of_time=True, group="measured quantities" if len(sensor.seen) else "states",
+        )  # fmt: skip
+    if system.diffusion:
+        noise = system.diffusion
+        yield Vector(
+            "change of the diffusion", noise.change, x.quantities, (x, noise.wiener, p), noise.origin,
+            of_time=True, group="states",
+        )  # fmt: skip
+    if system.random_step:
+        step = system.random_step
+        yield Vector(
+            "after of the random step", step.after, x.quantities, (x, step.noise, p), step.origin,
             of_time=True, group="states",
         )  # fmt: skip
     if system.projection:
@@ -242,7 +258,7 @@ def _law(system: System, law: Controller) -> Iterator[Vector]:
     x, r, p, s, c = system.states, system.references, system.parameters, system.scenario_parameters, law.parameters
     chart = (system.coordinates.states,) if system.coordinates else ()
     state = (x, r, p, c, *chart)
-    seen = (*state, law.memory, law.applied)
+    seen = (*(state if system.seen is x else (system.seen, r, p, c)), law.memory, law.applied)
     where = f"of law {law.name!r}"
 
     def vector(what: str, entries: Sequence[Expr], rows: Group, receives: tuple[Group, ...], group: str) -> Vector:
@@ -256,11 +272,17 @@ def _law(system: System, law: Controller) -> Iterator[Vector]:
     result = (commanded, system.inputs, *((system.coordinates.inputs,) if system.coordinates else ()))
     yield vector("command", law.command, rows, seen, "inputs of the chart" if rows is not commanded else "inputs")
     yield vector("start", law.start, law.memory, state, "memory")
-    yield vector("update", law.update, law.memory, (*seen, *result), "memory")
+    if law.period:
+        yield vector("update", law.update, law.memory, (*seen, *result), "memory")
+    elif law.memory:
+        yield Vector(
+            f"rates {where}", law.rates, law.memory.quantities, (*seen, *result), law.origin,
+            of_time=True, rate=True, group="memory", in_numbers=law.in_numbers,
+        )  # fmt: skip
     if law.applied:
         yield _alike(f"applied {where}", law.applied, system.inputs, law.origin)
     reported = Group("w", tuple(output.quantity for output in law.outputs))
-    receives = state if law.memory else (*state, *result)
+    receives = (*state, law.memory) if law.memory and law.period else (*state, law.memory, *result)
     yield vector("outputs", [output.value for output in law.outputs], reported, receives, "outputs")
     known_at_start = (p, c, s) if _moves(system) else (p, c, s, r)
     yield from _conditions(f"constraints {where}", law.constraints, known_at_start)

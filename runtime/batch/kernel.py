@@ -26,7 +26,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, check_hold, variant_suffix
+from ..run.problem import check_delay, check_hold, check_integrated, check_noise, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -114,7 +114,10 @@ def compile_kernel(
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
-    check_effects(given, options.method, sampled, bool(model.manifest.noise), origin)
+    if own is None:
+        check_integrated(options.hold, law, origin)
+    check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
+    check_noise(model.manifest, options.method, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
     loop = KernelLoop(model.manifest, law, suffix, sampled, options.method)
@@ -186,7 +189,7 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
-        schedule, ticks = self._schedule(self._hold(p), t_end, dt)
+        schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
@@ -223,10 +226,11 @@ class Kernel:
         InputError
             As `run` does.
         """
-        self._schedule(self._hold(p), t_end, dt)
+        self._schedule(p, t_end, dt)
 
-    def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
+    def _schedule(self, p: FloatArray, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
+        hold = self._hold(p)
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
@@ -239,6 +243,7 @@ class Kernel:
             rtol=self.options.rtol,
             atol=self.options.atol,
             step=self.options.step or min(dt, hold or dt),
+            longest=max(input_delays(self.loop.manifest, p, len(ticks), hold_every, self.origin), default=0),
         )
         return schedule, ticks
 
@@ -257,7 +262,7 @@ class Kernel:
         """Run all blocks from one sample of a law in Python to the next; return whether they are complete."""
         assert self.own is not None
         manifest, library, every = self.loop.manifest, self.library, job.schedule.hold_every
-        widths = {"x": len(manifest.states), "r": len(manifest.references), "u": len(manifest.inputs)}
+        widths = {"x": len(manifest.seen), "r": len(manifest.references), "u": len(manifest.inputs)}
         rows = {name: np.empty((width, job.runs)) for name, width in widths.items()}
         rows["z"] = np.repeat(self.own.start[:, None], job.runs, axis=1)
         places = np.empty(blocks * library.mv_place_size(ctypes.byref(job)) + _ALIGNMENT, np.uint8)

@@ -148,8 +148,8 @@ class Plan:
 
     @property
     def noisy(self) -> bool:
-        """Whether the runs have measurement noise."""
-        return self.sampled and bool(self.model.manifest.noise)
+        """Whether the runs have noise."""
+        return self.model.manifest.random(self.sampled)
 
     def labels(self) -> tuple[str, ...]:
         """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
@@ -216,7 +216,7 @@ class Plan:
             name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
         }
         given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
-        check_effects(given, self.options.method, self.sampled, bool(self.model.manifest.noise), self.origin)
+        check_effects(given, self.options.method, self.sampled, self.noisy, self.origin)
         check_method(self.model.manifest, self.options.method)
         if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
             raise bad_value(

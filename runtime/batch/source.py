@@ -31,6 +31,9 @@ _RESULTS = {
     "law": "u_cmd z_next",
     "actuate": "u",
     "measure": "x_seen",
+    "diffuse": "x_step",
+    "jump": "x_after",
+    "input_delays": "d",
     "project": "q_next",
     "mass": "diagonal",
     "start": "z",
@@ -181,13 +184,18 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "NY": len(manifest.outputs),
         "NZ": len(loop.controller.memory),
         "NR": len(manifest.references),
+        "SEEN": len(manifest.seen),
         "NQ": states if loop.sampled else calls["loop"].results[0].size,
         "NP": len(manifest.parameters),
         "NC": len(loop.controller.parameters),
         "NS": len(manifest.scenario_parameters),
         "NOISE": len(manifest.noise),
+        "WIENER": len(manifest.wiener),
+        "JUMP": len(manifest.random_step),
+        "STRONG": loop.method == "platen",
         "LIMITS": len(manifest.limits),
         "SAMPLED": loop.sampled,
+        "DELAYED": bool(manifest.delays),
         "RECORDS_COMMAND": loop.records_command,
         "PROJECTED": "project" in calls,
         "ALGEBRAIC": manifest.algebraic,
@@ -225,7 +233,7 @@ def _expression(name: str, call: str) -> str:
     """Return an array of a generated function in C: parameters and what is computed beforehand are in the model."""
     if name in ("h", "w"):
         return f"m->{name}_{call}"
-    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
+    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x"}.get(name, name)
 
 
 def _method(method: Method) -> tuple[list[str], dict[str, str]]:
@@ -233,7 +241,7 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
     stages = tableau.stages
-    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1"}
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": str(int(bool(tableau.e or tableau.d)))}
     if tableau.d:
         return _implicit(tableau, common)
     a = [row[:i] for i, row in enumerate(_rows(tableau.a, stages))]
@@ -244,7 +252,7 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
         "THIRD": str(int(bool(tableau.e3))),
         "STAGE_SUMS": " \\\n    ".join(["", *sums]),
         "END_SUM": _sum(_numbers(tableau.b, stages)),
-        "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error)),
+        "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error) if tableau.e else ()),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
         "GAMMA": "0",
         **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},

@@ -253,7 +253,7 @@ class _Again:
 
     def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
         manifest = firmware.model.manifest
-        nx, nr = len(manifest.states), len(manifest.references)
+        nx, nr = len(manifest.seen), len(manifest.references)
         self._law, self._cuts = law, (nx, nx + nr)
         self.z = np.zeros(len(firmware.layout.memory)) if z is None else z.astype(np.float64)
 

@@ -31,7 +31,8 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     _drive(library, single, problem)
     if elsewhere is not None and elsewhere.error is not None:
         raise elsewhere.error
-    q, count = arrays["q"], single.records
+    count = single.records
+    q = arrays["q"][: len(arrays["q"]) - (0 if problem.hold_every else len(problem.z0))]
     charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
     return Trajectory(
         t=arrays["record_t"][:count],
@@ -67,7 +68,7 @@ class _Elsewhere:
         assert problem.law is not None
         self.error: BaseException | None = None
         self._law = problem.law
-        self._nx, self._nr, self._nu, self._nz = model.nx, model.nr, model.nu, model.nz
+        self._nx, self._nr, self._nu, self._nz = model.nseen, model.nr, model.nu, model.nz
         pointer = ctypes.POINTER(ctypes.c_double)
         with_memory = bool(problem.controller.memory)
         kind = ctypes.CFUNCTYPE(None, *[pointer] * (8 if with_memory else 5))
@@ -122,6 +123,8 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
     x0 = problem.x0
     if not sampled and "to_coordinates" in manifest.functions:
         x0 = problem.model.functions["to_coordinates"](x0)
+    if not sampled:
+        x0 = np.concatenate((x0, problem.z0))
     nx, nu, ny = (len(group) for group in (manifest.states, manifest.inputs, manifest.outputs))
     nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
@@ -141,10 +144,16 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
         rtol=problem.rtol,
         atol=problem.atol,
         step=problem.step,
+        longest=max(problem.late, default=0),
     )
     model = _Model(
         **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},
         **{"nr": len(manifest.references), "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
+        nseen=len(manifest.seen),
+        nw=len(manifest.wiener),
+        nj=len(manifest.random_step),
+        seed=problem.seed,
+        run=problem.run,
         sampled=sampled,
         reference_constant=manifest.reference_constant,
         method=METHODS.index(problem.method),

@@ -19,7 +19,8 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
-from .options import IMPLICIT, SMALLEST_RTOL
+from .noise import Draws, Stream
+from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 
 _PROGRESS_SECONDS = 0.1
@@ -53,7 +54,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method == "rk4" or problem.own is not None:
+            elif problem.method in FIXED or problem.own is not None:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -75,6 +76,7 @@ class _Loop:
         self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
         self.to_coordinates = raw("to_coordinates") if charted and "to_coordinates" in manifest.functions else _same
+        self._own_states = len(problem.controller.memory) if charted else 0
         self.law = None if own else raw(law)
         self.actuate, self.measure, project = (
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
@@ -94,7 +96,33 @@ class _Loop:
         self._reference = raw("reference")
         self._constant = self._reference_at(0.0) if manifest.reference_constant else None
         self._no_memory = np.empty(0)
+        self._diffuse = raw("diffuse") if manifest.wiener else None
+        self._jump = raw("jump") if manifest.random_step and not self.continuous else None
+        self._wiener = Draws(problem.seed, problem.run, Stream.WIENER_PROCESSES, len(manifest.wiener))
+        self._steps = Draws(problem.seed, problem.run, Stream.RANDOM_STEPS, len(manifest.random_step))
+        self._diffused = 0
         self._reported = time.perf_counter()
+
+    def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
+        """Return what process noise adds over a step from q, as native/step/random.h has it."""
+        change = np.zeros(len(q))
+        if self._diffuse is None:
+            return change
+        n, p, root = len(self.problem.x0), self.problem.p, math.sqrt(h)
+        dw = root * self._wiener(self._diffused)
+        self._diffused += 1
+        change[:n] = self._diffuse(q[:n], dw, p)
+        for j, along in enumerate(np.eye(len(dw)) if self.problem.method == "platen" else ()):
+            support = q[:n] + h * slope[:n] + self._diffuse(q[:n], root * along, p)
+            pair = (dw[j] * dw - h * along) / 2
+            change[:n] += (self._diffuse(support, pair, p) - self._diffuse(q[:n], pair, p)) / root
+        return change
+
+    def stepped(self, x: FloatArray, evaluation: int) -> FloatArray:
+        """Return the state after the random step of a sample."""
+        if self._jump is None:
+            return x
+        return np.asarray(self._jump(x, self._steps(evaluation), self.problem.p), dtype=np.float64)
 
     def reference(self, t: float) -> FloatArray:
         """Return r(t)."""
@@ -145,7 +173,23 @@ class _Loop:
 
     def projected(self, q: FloatArray) -> FloatArray:
         """Return coordinates put back on their manifold."""
-        return q if self._project is None else np.asarray(self._project(q, *self._of_manifold), dtype=np.float64)
+        if self._project is None:
+            return q
+        plant = self._project(q[: len(q) - self._own_states], *self._of_manifold)
+        return np.concatenate((plant, self.own_states(q)))
+
+    def own_states(self, q: FloatArray) -> FloatArray:
+        """Return the memory of a continuous law, the last of what is integrated."""
+        return q[len(q) - self._own_states :]
+
+    def start(self) -> FloatArray:
+        """Return what is integrated of a continuous loop, at the start."""
+        plant = np.asarray(self.to_coordinates(self.problem.x0), dtype=np.float64)
+        return np.concatenate((plant, self.problem.z0[: self._own_states]))
+
+    def record_continuous(self, tick: int, q: FloatArray) -> None:
+        """Record a sample of a continuous loop."""
+        self.record(tick, *self.observed(self.problem.t[tick], q), self.own_states(q))
 
     def record(
         self,
@@ -196,8 +240,8 @@ def _same(x: FloatArray) -> FloatArray:
 def _run_dense(loop: _Loop) -> None:
     """Run a continuous closed loop in the integrator's own steps."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
-    loop.record(0, *loop.observed(t[0], q))
+    q = loop.start()
+    loop.record_continuous(0, q)
     tick, tighter = 1, 1.0 if loop.problem.method in IMPLICIT else _DENSE
     for step in solver.steps(t[0], q, t[-1], None, tighter):
         dense = step.dense_output()
@@ -205,7 +249,7 @@ def _run_dense(loop: _Loop) -> None:
         while tick < len(t) and t[tick] <= step.t:
             at_tick = dense(t[tick]) if t[tick] < step.t else step.y
             loop.check(t[tick], at_tick)
-            loop.record(tick, *loop.observed(t[tick], at_tick))
+            loop.record_continuous(tick, at_tick)
             solver.trials = 0
             tick += 1
         loop.check(step.t, step.y)
@@ -214,9 +258,9 @@ def _run_dense(loop: _Loop) -> None:
 def _run_stopping(loop: _Loop) -> None:
     """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
+    q = loop.start()
     for tick in range(len(t)):
-        loop.record(tick, *loop.observed(t[tick], q))
+        loop.record_continuous(tick, q)
         if tick + 1 < len(t):
             q = solver.advance(t[tick], q, t[tick + 1])
 
@@ -228,19 +272,25 @@ def _run_sampled(loop: _Loop) -> None:
     x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held, loop.held_jacobian)
     u = u_cmd = loop.u
-    queue = deque([u] * problem.delay)
+    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.late, default=0))
     for tick in range(len(t)):
         memory = z
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
+            if problem.late:
+                sent.append(u)
+                u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.late)])
+                sent.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))
         if tick + 1 < len(t):
             loop.u = u
             x = x if loop.mass is None else _settled(loop, x)
             x = solver.advance(t[tick], x, t[tick + 1])
+            if (tick + 1) % problem.hold_every == 0:
+                x = loop.stepped(x, (tick + 1) // problem.hold_every)
 
 
 def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
@@ -290,8 +340,8 @@ class _Solver:
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
         """Integrate to `end` exactly, with a look at the limits after every step."""
         self.trials = 0
-        if self._loop.problem.method == "rk4":
-            return self._advance_rk4(t, x, end)
+        if self._loop.problem.method in FIXED:
+            return self._advance_fixed(t, x, end)
         for step in self.steps(t, x, end, self._h):
             self._h, x = step.h_abs, self.project(step)
             self._loop.check(step.t, x)
@@ -336,7 +386,7 @@ class _Solver:
         self._last_finite = bool(np.all(np.isfinite(slope)))
         return slope
 
-    def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
+    def _advance_fixed(self, t: float, x: FloatArray, end: float) -> FloatArray:
         pieces = float(end - t) / self._loop.problem.step * (1 - 1e-12)
         if pieces > self._loop.problem.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
@@ -344,14 +394,21 @@ class _Solver:
         h = (end - t) / count
         for i in range(count):
             now = t + i * h
-            k1 = self._evaluate(now, x)
-            k2 = self._evaluate(now + h / 2, x + h / 2 * k1)
-            k3 = self._evaluate(now + h / 2, x + h / 2 * k2)
-            k4 = self._evaluate(now + h, x + h * k3)
-            y = x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+            y = self._rk4(now, x, h) if self._loop.problem.method == "rk4" else self._euler(now, x, h)
             if not np.all(np.isfinite(y)):
                 raise _EndOfRun(Status.NOT_FINITE, now)
             x = self._loop.projected(y)
             self._loop.statistics["steps"] += 1
             self._loop.check(now + h, x)
         return x
+
+    def _rk4(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        k1 = self._evaluate(t, x)
+        k2 = self._evaluate(t + h / 2, x + h / 2 * k1)
+        k3 = self._evaluate(t + h / 2, x + h / 2 * k2)
+        k4 = self._evaluate(t + h, x + h * k3)
+        return x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+
+    def _euler(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        slope = self._evaluate(t, x)
+        return x + h * slope + self._loop.diffused(x, slope, h)

@@ -20,7 +20,7 @@ from ..model.model import Model
 from ..model.parameters import Resolved
 from .calls import check_method
 from .noise import normals
-from .options import OPTIONS, Method, RunOptions, check_effects
+from .options import OPTIONS, STOCHASTIC, Method, RunOptions, check_effects, either
 from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
@@ -53,9 +53,11 @@ class Problem:
     p, c, s : array
         Parameters of plant, law and scenario.
     x0, z0 : array
-        Initial state, and the memory of a sampled law before its first sample.
+        Initial state, and the memory of the law before its first sample or at the start.
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
+    seed, run : int
+        What all noise of the run depends on.
     suffix : str
         Of the functions that the chosen variant of the plant has of its own.
     real : str
@@ -70,12 +72,14 @@ class Problem:
         Ticks for which a sampled law's input is held; None for a continuous closed loop.
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
+    late : tuple of int
+        Further samples until each input acts, for a plant whose inputs have delays of their own.
     method : str
         One of `METHODS`.
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float
-        Largest step of rk4, s.
+        Largest step of a method with a fixed one, s.
     max_steps : int
         Trial steps from one tick to the next after which the run ends.
     progress : callable, optional
@@ -94,6 +98,8 @@ class Problem:
     x0: FloatArray
     z0: FloatArray
     noise: FloatArray
+    seed: int
+    run: int
     suffix: str
     real: Real
     t: FloatArray
@@ -102,6 +108,7 @@ class Problem:
     record_every: int
     hold_every: int | None
     delay: int
+    late: tuple[int, ...]
     method: Method
     rtol: float
     atol: float
@@ -156,9 +163,11 @@ def pose(
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
+    check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
-    check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
+    check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
+    check_noise(model.manifest, options.method, hold is not None, origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     check_method(model.manifest, options.method)
@@ -167,6 +176,7 @@ def pose(
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
+    late = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -176,6 +186,8 @@ def pose(
         x0=x0,
         z0=_memory(model, law, resolved, x0) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
+        seed=options.seed,
+        run=options.run,
         suffix=suffix,
         real=options.real,
         t=ticks,
@@ -184,6 +196,7 @@ def pose(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
+        late=late,
         method=options.method,
         rtol=options.rtol,
         atol=options.atol,
@@ -223,6 +236,46 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
     """Refuse to sample a law otherwise than the period says that it computes with."""
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
+        raise bad_value("hold", hold, allowed, origin)
+
+
+def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
+    """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
+    if manifest.wiener and method not in STOCHASTIC:
+        raise bad_value("method", method, f"{either(STOCHASTIC)}: {manifest.model} has process noise", origin)
+    if not manifest.wiener and method in STOCHASTIC:
+        raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
+    if manifest.random_step and not sampled:
+        allowed = f"given, or a sampled law: the random steps of {manifest.model} come at samples"
+        raise bad_value("hold", None, allowed, origin)
+
+
+def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
+    """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
+
+    Raises
+    ------
+    InputError
+        For a loop without samples, and for a delay after which an input never acts.
+    """
+    if not manifest.delays:
+        return ()
+    if hold_every is None:
+        allowed = f"given, or a sampled law: the inputs of {manifest.model} are delayed by samples"
+        raise bad_value("hold", None, allowed, origin)
+    names, rows = [q.name for q in manifest.parameters], np.atleast_2d(p)
+    greatest = {name: int(rows[:, names.index(name)].max()) for name in manifest.delays.values()}
+    periods = -(-(ticks - 1) // hold_every)
+    for name, delay in greatest.items():
+        if delay and delay >= periods:
+            raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
+    return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
+
+
+def check_integrated(hold: float | None, law: Controller, origin: str) -> None:
+    """Refuse to sample a continuous law whose own states are integrated with the plant's."""
+    if hold is not None and law.period is None and law.memory:
+        allowed = f"left out: the states of the continuous law {law.name} are integrated"
         raise bad_value("hold", hold, allowed, origin)
 
 
@@ -274,7 +327,7 @@ def _check_consistent(
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a sampled law's memory before its first sample."""
+    """Return a law's memory before its first sample, or at the start."""
     if not law.memory:
         return np.empty(0)
     r = model.functions["reference"](0.0, resolved.p, resolved.s)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.manifest import Controller, Manifest, Scenario, reads_memory
 from mehvar.names import identifier
 
 from ..arguments import check_arguments
@@ -24,7 +24,7 @@ from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
-from .options import OPTIONS, merged, read_options
+from .options import FIXED, OPTIONS, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -51,7 +51,7 @@ class Run:
     u_cmd : array, (n, nu)
         What the law commanded; differs from u with a delay.
     z : array, (n, nz)
-        The law's memory as the law found it at t_k.
+        The law's memory as the law found it at t_k; a continuous law's own states.
     w : array, (n, nw)
         What the law reports.
     status : Status
@@ -271,9 +271,9 @@ def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> Fl
     if not law.outputs:
         return np.empty((len(trajectory.t), 0))
     r = model.functions["reference"](trajectory.t, resolved.p, resolved.s)
-    return np.asarray(
-        model.functions[f"{identifier(law.name)}_outputs"](trajectory.x, r, resolved.p, resolved.c), dtype=np.float64
-    )
+    outputs = model.functions[f"{identifier(law.name)}_outputs"]
+    memory = (trajectory.z,) if reads_memory(outputs.function) else ()
+    return np.asarray(outputs(trajectory.x, r, *memory, resolved.p, resolved.c), dtype=np.float64)
 
 
 def _integrate(problem: Problem) -> Trajectory:
@@ -347,6 +347,6 @@ def _effective(problem: Problem) -> dict[str, float | str]:
     if problem.hold is not None:
         options |= {"hold": problem.hold, "delay": problem.delay}
     options |= {"method": problem.method}
-    if problem.method == "rk4":
+    if problem.method in FIXED:
         return options | {"step": problem.step}
     return options | {"rtol": problem.rtol, "atol": problem.atol}

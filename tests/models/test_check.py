@@ -211,7 +211,7 @@ REFUSED = [
     ("law's parameter and definition", CART, ("controllers", LAW["late"], "parameters", "quantities", 0, "name"),
      lambda v: "spring", r"parameter of law 'late' 'spring' has the name of definition 'spring' at"),
     ("memory of a continuous law", CART, ("controllers", LAW["smooth"], "memory"), lambda v: Group("z", (EXTRA,)),
-     r"memory of law 'smooth' would be ignored: the law is continuous in time"),
+     r"start of law 'smooth' has 0 entries for 1 memory \(extra\)"),
     ("delay of a continuous law", CART, ("controllers", LAW["late"], "period"), lambda v: "",
      r"delay of law 'late' would be ignored"),
     ("update without memory", CART, ("controllers", LAW["late"], "update"), lambda v: (sp.S.Zero,),

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar import cache
-from mehvar.errors import BuildError
+from mehvar.errors import BuildError, bad_value
 from mehvar.manifest import Controller, Scenario
 
 from ...compiling.compiler import environment
@@ -123,6 +123,9 @@ def program(
     """
     model.manifest.check_rates("a board's self-test")
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
+    if raw and model.manifest.measured and controller.memory:
+        allowed = f"left out: the memory of {law} starts from the state, and bare packets hold what is measured"
+        raise bad_value("raw", raw, allowed)
     values = {controller.delay: 1.0} if controller.delay else {}
     if resolved is None:
         resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")

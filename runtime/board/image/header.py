@@ -33,7 +33,7 @@ class Layout:
     Attributes
     ----------
     inputs : tuple of str
-        Payload of a step: states, references, and for a law with memory the inputs applied over the last period.
+        Payload of a step: what is measured, references, and for a law with memory the inputs that were applied before.
     outputs : tuple of str
         The law's inputs to the plant.
     memory : tuple of str
@@ -56,7 +56,7 @@ class Layout:
 def layout(manifest: Manifest, law: Controller) -> Layout:
     """Return the layout that the names of a model and a law make."""
     applied = [f"{q.name}_applied" for q in manifest.inputs] if law.memory else []
-    inputs = (*(q.name for q in manifest.states), *(q.name for q in manifest.references), *applied)
+    inputs = (*(q.name for q in manifest.seen), *(q.name for q in manifest.references), *applied)
     outputs = tuple(q.name for q in manifest.inputs)
     memory = tuple(q.name for q in law.memory)
     counts = (len(inputs), len(outputs), len(memory))
@@ -87,8 +87,9 @@ def board_model_header(manifest: Manifest, law: Controller, period: float) -> st
         "enum {",
         *(f"    MV_BOARD_N{n} = {size}," for n, size in zip("ZPCSX", link.sizes[2:], strict=True)),
         f"    MV_BOARD_NU = {len(link.outputs)},",
+        f"    MV_BOARD_NSEEN = {len(manifest.seen)},",
         f"    MV_BOARD_NR = {nr},",
-        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.states) - nr},",
+        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.seen) - nr},",
         f"    MV_BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
         "};",
         "",
@@ -246,6 +247,12 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inl
     lines += _inline(
         "reference", "const real *t, const real *p, const real *s, real *r", f"{model}_reference(t, p, s, r)"
     )
+    if manifest.measured:
+        none = ", ".join(["K(0)"] * max(len(manifest.noise), 1))
+        call, unused = f"static const real none[] = {{{none}}};\n    {model}_measure(x, none, p, seen)", ()
+    else:
+        call, unused = "for (int i = 0; i < MV_BOARD_NX; i++) seen[i] = x[i]", ("p",)
+    lines += _inline("measure", "const real *x, const real *p, real *seen", call, unused)
     if "actuate" in names:
         call, unused = f"{model}_actuate(x, u_cmd, p, u)", ()
     else:

@@ -3,6 +3,7 @@
 #include "single.h"
 
 #include "mehvar/private/arithmetic.h"
+#include "noise.h"
 #include "tableaux.h"
 
 #define NQ (l->model.nq)
@@ -11,8 +12,12 @@
 #define NZ (l->model.nz)
 #define NY (l->model.ny)
 #define NR (l->model.nr)
+#define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
 #define NOISE (l->model.ne)
+#define DELAYED (l->model.input_delays != 0)
+#define WIENER (l->model.nw)
+#define JUMP (l->model.nj)
 #define SAMPLED (l->model.sampled)
 #define REFERENCE_CONSTANT (l->model.reference_constant)
 #define PROJECTED (l->model.project != 0 || l->model.project_p != 0)
@@ -20,6 +25,7 @@
 #define RECORDS_COMMAND 1
 
 #define METHOD (&mv_tableaux[l->model.method])
+#define STRONG (l->model.method == MV_PLATEN)
 #define STAGES (METHOD->stages)
 #define ORDER (METHOD->order)
 #define ESTIMATED (METHOD->order != 0)
@@ -54,6 +60,9 @@
 #define CALL_MEASURE                                                                                                 \
     if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
     else mv_copy(x_seen, x, m->nx)
+#define CALL_INPUT_DELAYS m->input_delays(m->p, d)
+#define CALL_DIFFUSE m->diffuse(x, dw, m->p, x_step)
+#define CALL_JUMP m->jump(x, e, m->p, x_after)
 #define CALL_PROJECT                                                                                                 \
     if (m->project_p) m->project_p(q, m->p, q_next);                                                                 \
     else m->project(q, q_next)
@@ -108,7 +117,12 @@ static inline void mv_estimate(const mv_loop *l, double *error, double *third_er
     if (m->e3) combine(l, m->e3, m->stages, third_error);
 }
 
-static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e, l->model.e + evaluation * NOISE, NOISE); }
+/* That of measurements was drawn before, for whoever evaluates the law elsewhere. */
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, double *e)
+{
+    if (stream == MV_OF_MEASUREMENTS) mv_copy(e, l->model.e + index * size, size);
+    else mv_noise(l->model.seed, &l->model.run, stream, (uint64_t)index, size, e);
+}
 
 static void mv_record(mv_loop *l, mask lanes, int due)
 {
@@ -135,7 +149,7 @@ static double *divide(mv_loop *l, double *place)
         int64_t size;
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
-        {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
+        {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
         {&l->mass, ALGEBRAIC ? NQ : 0},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;

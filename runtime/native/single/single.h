@@ -16,6 +16,8 @@ typedef void mv_6_2(const double *, const double *, const double *, const double
 
 typedef struct {
     int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
+    int32_t nseen;            /* what the law receives of the state */
+    int32_t nw, nj;           /* Wiener processes, noise of a random step */
     int32_t sampled, reference_constant;
     int32_t method;           /* an mv_method */
     mv_3_1 *rhs;              /* x, u, p -> dx */
@@ -29,6 +31,9 @@ typedef struct {
     mv_4_3 *observe_command;  /* q, r, p, c -> x, u, u_cmd; null without an actuator */
     mv_3_1 *actuate;          /* x, u_cmd, p -> u; null without an actuator */
     mv_3_1 *measure;          /* x, e, p -> what the law sees of x; null when it sees x */
+    mv_3_1 *diffuse;          /* x, dw, p -> change of x; null without process noise */
+    mv_3_1 *jump;             /* x, e, p -> x; null without random steps */
+    mv_1_1 *input_delays;     /* p -> samples of each input; null without delays of the plant */
     mv_3_1 *rhs_jac;          /* x, u, p -> J; this and the next two null unless the method is linearly implicit */
     mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
     mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */
@@ -37,6 +42,7 @@ typedef struct {
     mv_1_1 *mass;             /* p -> one, and zero of algebraic states; null without any */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */
+    uint64_t seed, run;       /* of the noise that is not in e */
 } mv_model;
 
 /* What Python fills in, and finds there again. */

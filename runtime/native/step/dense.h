@@ -42,7 +42,7 @@ static void mv_between(mv_loop *l, double t, real *q)
     }
     if (!PROJECTED) return;
     const mask exact = OR(end, EQ(SPLAT(t), begin));
-    mv_call_project(&l->model, q, l->stage);
+    mv_project(l, q, l->stage);
     mv_blend(NOT(exact), q, l->stage, NQ);
 }
 

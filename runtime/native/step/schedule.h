@@ -16,6 +16,10 @@ typedef struct {
     int32_t delay;            /* a sampled law's input acts `delay` evaluations after its own */
     double rtol, atol;
     double step;              /* largest step of rk4; unused by the adaptive methods */
+    int32_t longest;          /* the greatest of the plant's own delays, in all runs */
 } mv_schedule;
+
+/* How many evaluations of the law inputs are kept: a ring for `delay`, and one for the plant's own delays. */
+static inline int64_t mv_queued(const mv_schedule *s) { return s->delay + (s->longest ? s->longest + 1 : 0); }
 
 #endif

@@ -4,11 +4,15 @@
  * Included after a model under a law, which is
  *   mv_model and CALL_NAME           see calls.h
  *   NQ, NX, NU, NZ, NY, NR           numbers of coordinates, states, inputs, memory, outputs and references
- *   LIMITS, NOISE                    of the model's limits and of the noise of one measurement
- *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
+ *   LIMITS, NOISE, SEEN              of the model's limits, of the noise of one measurement, and of what is measured
+ *   SAMPLED                          the law is evaluated every so many ticks and its input held in between; the
+ *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
  *   ALGEBRAIC                        there are algebraic states, whose slope is to be zero instead of their rate
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
+ *   DELAYED                          inputs of the plant have delays of their own
+ *   WIENER, JUMP, STRONG             numbers of Wiener processes and of the noise of a random step; whether the method is
+ *                                    of strong order one, see random.h
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
  *                                    the local error goes like step^ORDER, 0 for a fixed step
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
@@ -46,6 +50,7 @@ typedef struct {
     mv_model model;
     int64_t tick;              /* the next one */
     int64_t evaluations;       /* of the slope, in all lanes at once */
+    int64_t diffused;          /* steps with process noise, which are the same in all lanes */
     mask alive;
     mask bounded;              /* the last trial was refused */
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
@@ -71,7 +76,7 @@ typedef struct {
     REALS(u_cmd, NU);          /* what the law asks for */
     REALS(z_next, NZ);
     REALS(column, COLUMNS);    /* x, u, u_cmd if recorded, y, z: a row of the result */
-    real *queue;               /* the inputs asked for in the last `delay` evaluations, a ring */
+    real *queue;               /* the inputs asked for in the last evaluations, rings: see mv_queued */
 } mv_loop;
 
 static inline mask mv_all(void) { return LT(SPLAT(0), SPLAT(1)); }
@@ -105,6 +110,16 @@ static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
 {
     l->status = SELECT(m, SPLAT(status), l->status);
     l->alive = AND(l->alive, NOT(m));
+}
+
+/* The memory of a continuous law, among coordinates. */
+static inline real *mv_integrated(const mv_loop *l, real *q) { (void)l; return q + (NQ - NZ); }
+
+/* Put coordinates back on the manifold of the plant's. */
+static inline void mv_project(mv_loop *l, real *q, real *q_next)
+{
+    mv_call_project(&l->model, q, q_next);
+    if (!SAMPLED) mv_copy(mv_integrated(l, q_next), mv_integrated(l, q), NZ);
 }
 
 static inline void mv_refer(mv_loop *l, real t)

@@ -6,6 +6,7 @@
 #include "control.h"
 #include "dense.h"
 #include "implicit.h"
+#include "random.h"
 
 /* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
@@ -39,6 +40,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     const mask goes_on = SAMPLED ? NOT(last) : mv_all(); /* where the slope at the end is that of the next step */
     if (GAMMA) mv_implicit_stages(l, h);
     else mv_stages(l, h);
+    if (WIENER) mv_diffuse(l, h);
     mask good = mv_finite(l->y, NQ);
     if (END_IN_ERROR) {
         mv_slope(l, l->t + h, l->y, end);
@@ -47,7 +49,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     *ratio = SELECT(good, ESTIMATED ? mv_error_ratio(l, h) : SPLAT(0), SPLAT(MV_NAN));
     mask taken = AND(open, ORDER ? LE(*ratio, K(1)) : good);
     if (PROJECTED) {
-        mv_call_project(&l->model, l->y, l->stage);
+        mv_project(l, l->y, l->stage);
         mv_copy(l->y, l->stage, NQ);
     }
     if ((PROJECTED || !END_IN_ERROR) && mv_any(AND(taken, goes_on))) {
