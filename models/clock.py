@@ -39,6 +39,7 @@ def plant_of_time(system: System) -> bool:
     """Tell whether time stands in the plant, whose functions receive no reference."""
     parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
     parts += [(limit.margin,) for limit in system.limits]
+    parts += [(event.guard, *event.reset.values()) for event in system.events]
     parts += [system.coordinates.rhs] if system.coordinates else []
     parts += [system.actuator.applied] if system.actuator else []
     parts += [system.sensor.measured] if system.sensor else []

@@ -18,6 +18,7 @@ from mehvar.manifest import Choice, Metric, Scenario
 from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
+from .events import Event, surfaces
 from .geometry import Shape
 from .quantities import (
     EMPTY,
@@ -45,6 +46,7 @@ __all__ = [
     "Definition",
     "Derivation",
     "Equation",
+    "Event",
     "Expr",
     "Function",
     "Group",
@@ -61,6 +63,7 @@ __all__ = [
     "Variant",
     "free_symbols",
     "scalar",
+    "surfaces",
     "whole_periods",
 ]
 
@@ -191,6 +194,8 @@ class Controller(Located):
         The memory before the first sample (a function of state, reference, p and c) and after each one.
     outputs : tuple of Output
         What the law reports beside its command.
+    events : tuple of Event
+        Switching surfaces of a continuous law, as a function of state, reference, plant parameters and law parameters.
     bears_loss : bool
         Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
@@ -211,6 +216,7 @@ class Controller(Located):
     start: tuple[Expr, ...] = ()
     update: tuple[Expr, ...] = ()
     outputs: tuple[Output, ...] = ()
+    events: tuple[Event, ...] = field(default=(), kw_only=True)
     bears_loss: bool = False
     in_numbers: bool = field(default=False, kw_only=True)
 
@@ -319,6 +325,8 @@ class System(Located):
     residual : tuple of Expr
         These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
         evaluate. Generation fails unless both agree.
+    events : tuple of Event
+        What happens where a guard crosses zero; simultaneous ones happen in this order.
     geometry : tuple of Shape
         What a picture of the system shows, such as the animation of a run; none without.
     """
@@ -353,6 +361,7 @@ class System(Located):
     rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
     residual: tuple[Expr, ...] = ()
     geometry: tuple[Shape, ...] = ()
+    events: tuple[Event, ...] = ()
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

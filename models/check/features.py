@@ -12,6 +12,7 @@ from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
+from .events import check_events
 
 _OF_SAMPLES = ("delay", "applied", "memory", "start", "update", "bears_loss")
 """What only a sampled law has."""
@@ -26,6 +27,7 @@ def check_features(system: System) -> None:
     for law in system.controllers:
         _check_times(system, law)
         _check_law(law)
+    check_events(system)
     _check_chart(system)
     _check_choices(system)
     if len(system.residual) != len(system.rates):

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Function, Manifest
+from mehvar.manifest import Controller, Event, Function, Manifest
 from mehvar.names import identifier
 
 from .options import IMPLICIT, METHODS, Method, either
@@ -25,6 +25,9 @@ _ARGUMENTS = {
     "actuate": "x u_cmd p",
     "measure": "x e p",
     "project": "q",
+    "guards": "x u p",
+    "loop_guards": "q r p c",
+    "resets": "x u p event",
     "start": "x r p c",
     "to_coordinates": "x",
     "from_coordinates": "q",
@@ -62,6 +65,10 @@ def loop_calls(
     names = {"reference": "reference", "outputs": "outputs"}
     if manifest.limits:
         names["limits"] = "limits"
+    if events_of(manifest, controller, sampled):
+        names["guards" if sampled else "loop_guards"] = "guards" if sampled else f"{law}_guards"
+    if any(event.resets for event in manifest.events):
+        names["resets"] = "resets"
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
         names |= {name: name for name in ("actuate", "measure") if name in functions}
@@ -74,6 +81,11 @@ def loop_calls(
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
     return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+
+
+def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
+    """Return the events of a loop: the system's, and the surfaces of a law that is continuous."""
+    return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
 def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:

@@ -14,7 +14,8 @@ typedef void mv_6_2(const double *, const double *, const double *, const double
                     double *, double *);
 
 typedef struct {
-    int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
+    int32_t nq, nx, nu, nz, ny, nr, nm, ne, nv; /* coordinates, state, input, memory, outputs, reference, limits, noise,
+                                                 events */
     int32_t sampled, reference_constant;
     int32_t method;           /* an mv_method */
     mv_3_1 *rhs;              /* x, u, p -> dx */
@@ -32,9 +33,15 @@ typedef struct {
     mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
     mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */
     mv_1_1 *project;          /* q -> q; null without a manifold */
+    mv_3_1 *guards;           /* x, u, p -> g; this and the next two null without events */
+    mv_4_1 *loop_guards;      /* q, r, p, c -> g */
+    mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
+    const int32_t *events;    /* of each its direction, whether it resets, whether it ends the run */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */
 } mv_model;
+
+typedef void mv_happened(double t, int32_t event);
 
 /* What Python fills in, and finds there again. */
 typedef struct {
@@ -42,6 +49,7 @@ typedef struct {
     mv_model model;
     double *q;                /* coordinates at time t */
     const double *z;          /* memory before the first sample */
+    mv_happened *happened;    /* told of every event */
     double *record_t, *record_x, *record_u, *record_u_cmd, *record_y, *record_z; /* a row each recorded sample */
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;

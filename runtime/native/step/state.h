@@ -13,6 +13,7 @@
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
+ *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
  *   DENSE, DENSE_G(term, j)          terms of the method's dense output, see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
@@ -63,6 +64,16 @@ typedef struct {
     real begin[2], span[2];    /* of the last two steps that passed over a tick: where they began, how long they were */
     ROWS(before, KEPT, NQ);    /* the coordinates there */
     ROWS(dense, KEPT * TERMS, NQ);
+    REALS(guard, EVENTS);      /* at (t, q), see events.h */
+    REALS(guard_end, EVENTS);  /* at the end of the trial */
+    REALS(side, EVENTS);
+    REALS(ahead, EVENTS);      /* the side at the end of the trial */
+    REALS(resting, EVENTS);    /* the guard is zero at t */
+    REALS(fires, EVENTS);      /* the event happens at the end of the trial */
+    REALS(size, EVENTS);       /* of the guard over the last step */
+    mask happens;              /* some event happens at t */
+    real reach;                /* the most that the next trial goes, to an event */
+    real t_event, stalled;     /* of the last event; how many in a row made no progress */
     REALS(y, NQ);
     REALS(stage, NQ);
     REALS(r, NR);
