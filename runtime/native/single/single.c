@@ -144,7 +144,7 @@ static double *divide(mv_loop *l, double *place)
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
         {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
         {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
-        {&l->fires, EVENTS}, {&l->size, EVENTS},
+        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

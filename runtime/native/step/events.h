@@ -27,10 +27,14 @@ static void mv_happen(mv_loop *l, mask lanes, int event);
 /* Of the size of a guard over the step before: below, it is zero after an event, and is past a crossing together with
  * another. Own: far from the 1e-13 that a crossing is located to, and from guards that mean something. */
 #define RESTING 1e-9
-/* Of a run: two events that are closer make no progress; and how many of them in a row end the run. Own: above what LOCATED
- * keeps apart; a ball that keeps half its speed comes there after forty impacts. */
-#define STALLED 1e-11
-#define CHATTERING 100
+/* Of the mean rate of a guard in a step, its rate at a crossing; of a parabola from zero to zero it is four. Own: what a
+ * crossing is located to, times this, is zero where time has no more digits. A fourth would lose the smallest hops. */
+#define STEEPEST 16
+/* Of a run: two events that are closer make no progress; and how many of them in a row end the run. Own. Impacts of a ball
+ * come ever closer, until PROBE cannot tell them apart, some 1e-14 s: at these numbers the run ends before, if the ball keeps
+ * three hundredths of its speed. A tenth of STALLED asks for ten; twice CHATTERING, for a fifth. */
+#define STALLED 1e-9
+#define CHATTERING 4
 /* The most halvings or secants of a search; it needs some eight. */
 #define SEARCHES 60
 
@@ -98,8 +102,9 @@ static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real 
 }
 
 /* Which of `lanes` have a crossing in the step q -> y, and its part of the step. Leaves in l->fires which guards cross
- * there, in l->ahead the sides of the others where the step ends, in l->guard_end the guards there. */
-static mask mv_crossing(mv_loop *l, real h, mask lanes, real tolerance, real *part)
+ * there, in l->ahead the sides of the others where the step ends, in l->guard_end the guards there, in l->reaches the most
+ * that they come to. */
+static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
 {
     real g[EVENTS + 1], before[EVENTS + 1], low = SPLAT(0), high = SPLAT(1), first[EVENTS + 1], last[EVENTS + 1];
     mask crossed = mv_none(), at_once = mv_none();
@@ -114,6 +119,7 @@ static mask mv_crossing(mv_loop *l, real h, mask lanes, real tolerance, real *pa
         at_once = OR(at_once, now);
         l->fires[e] = SELECT0(now, SPLAT(1));
         l->ahead[e] = SELECT(AND(resting, NOT(now)), goes, side);
+        l->reaches[e] = mv_fabs(l->guard[e]);
         before[e] = rests ? SELECT(resting, g[e], l->guard[e]) : l->guard[e];
         first[e] = last[e] = before[e];
     }
@@ -123,6 +129,7 @@ static mask mv_crossing(mv_loop *l, real h, mask lanes, real tolerance, real *pa
         mv_guards_within(l, h, SPLAT((double)look / LOOKS), g);
         for (int e = 0; e < EVENTS; e++) {
             const real side = l->ahead[e], now = mv_side(g[e]);
+            l->reaches[e] = mv_max(l->reaches[e], mv_fabs(g[e]));
             const mask open = AND(lanes, NOT(crossed)), flips = AND(open, AND(NE(side, K(0)), NE(now, side)));
             const mask counts = AND(flips, mv_counts(l, e, side));
             here = OR(here, counts);
@@ -154,18 +161,18 @@ static mask mv_watch(mv_loop *l, real h, mask lanes)
 {
     const real tolerance = mv_located(l, h);
     real part;
-    const mask crossed = mv_crossing(l, h, lanes, tolerance, &part);
+    const mask crossed = mv_root(l, h, lanes, tolerance, &part);
     const mask early = AND(crossed, LT(tolerance, h - part * h));
     const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
     l->reach = SELECT(early, reach, SELECT(lanes, SPLAT(MV_INFINITY), l->reach));
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
     const mask happens = AND(crossed, NOT(early));
     for (int e = 0; e < EVENTS; e++) {
-        const real size = mv_max(mv_fabs(l->guard[e]), mv_fabs(l->guard_end[e])), side = l->ahead[e];
-        const mask near = AND(LE(mv_fabs(l->guard_end[e]), K(RESTING) * size), EQ(l->resting[e], K(0)));
+        const real side = l->ahead[e], zero = l->reaches[e] * (K(RESTING) + K(STEEPEST) * tolerance / h);
+        const mask near = AND(LE(mv_fabs(l->guard_end[e]), zero), EQ(l->resting[e], K(0)));
         const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
         l->fires[e] = SELECT0(fires, SPLAT(1));
-        l->size[e] = SELECT(lanes, size, l->size[e]);
+        l->zero[e] = SELECT(lanes, zero, l->zero[e]);
         const mask moves = AND(lanes, NOT(early));
         l->side[e] = SELECT(moves, SELECT(fires, SPLAT(0), side), l->side[e]);
         l->guard[e] = SELECT(moves, l->guard_end[e], l->guard[e]);
@@ -236,7 +243,7 @@ static void mv_fire(mv_loop *l, real room)
     real g[EVENTS + 1];
     mv_guards(l, l->t, l->q, g);
     for (int e = 0; e < EVENTS; e++) {
-        const mask resting = LE(mv_fabs(g[e]), K(RESTING) * l->size[e]);
+        const mask resting = LE(mv_fabs(g[e]), l->zero[e]);
         l->side[e] = SELECT(AND(happens, NOT(resting)), mv_side(g[e]), l->side[e]);
         l->resting[e] = SELECT(happens, SELECT0(resting, SPLAT(1)), l->resting[e]);
         l->guard[e] = SELECT(happens, g[e], l->guard[e]);

@@ -70,7 +70,8 @@ typedef struct {
     REALS(ahead, EVENTS);      /* the side at the end of the trial */
     REALS(resting, EVENTS);    /* the guard is zero at t */
     REALS(fires, EVENTS);      /* the event happens at the end of the trial */
-    REALS(size, EVENTS);       /* of the guard over the last step */
+    REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
+    REALS(zero, EVENTS);       /* what is zero to the guard, after the last step */
     mask happens;              /* some event happens at t */
     real reach;                /* the most that the next trial goes, to an event */
     real t_event, stalled;     /* of the last event; how many in a row made no progress */
