@@ -397,6 +397,13 @@ class Manifest:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
 
+    def refuse_events(self, what: str) -> None:
+        """Raise InputError if the system has events, which `what` would pass over."""
+        events = [*self.events, *(event for law in self.controllers.values() for event in law.events)]
+        if events:
+            names = ", ".join(event.name for event in events)
+            raise InputError(f"{self.model} has events ({names}), and {what} has none: not built")
+
     def scenario(self, name: str | None) -> Scenario:
         """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
         if name is None and self.scenarios:

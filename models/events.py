@@ -61,26 +61,23 @@ def surfaces(name: str, expressions: Expr | Iterable[Expr], derivation: Derivati
     """
     roots = [expressions] if isinstance(expressions, sp.Basic) else list(expressions)
     definitions = {} if derivation is None else derivation.definitions
-    guards: dict[Expr, None] = {}
+    guards: dict[str, Expr] = {}  # by their texts: while a model is derived, equality of expressions is refused
     for node in _parts(roots, definitions):
         for guard in _kinks(node):
-            if guard.free_symbols and -guard not in guards:
-                guards[guard] = None
-    return tuple(Event(f"{name}_{k}", guard, title=f"kink of {name}") for k, guard in enumerate(guards, 1))
+            if guard.free_symbols and sp.srepr(-guard) not in guards:
+                guards[sp.srepr(guard)] = guard
+    return tuple(Event(f"{name}_{k}", guard, title=f"kink of {name}") for k, guard in enumerate(guards.values(), 1))
 
 
 def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> Iterator[sp.Basic]:
-    """Yield every part of expressions once, definitions looked through."""
-    stack, seen = list(roots)[::-1], set[sp.Basic]()
+    """Yield the parts of expressions, and of each definition that they use once."""
+    stack, seen = list(roots)[::-1], set[str]()
     while stack:
-        node = stack.pop()
-        if node in seen:
-            continue
-        seen.add(node)
-        yield node
-        stack.extend(reversed(node.args))
-        if isinstance(node, sp.Symbol) and node in definitions:
-            stack.append(definitions[node])
+        for node in sp.preorder_traversal(stack.pop()):
+            yield node
+            if isinstance(node, sp.Symbol) and node in definitions and node.name not in seen:
+                seen.add(node.name)
+                stack.append(definitions[node])
 
 
 def _kinks(node: sp.Basic) -> Iterator[Expr]:

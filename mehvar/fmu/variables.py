@@ -94,6 +94,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
         For an unknown law or scenario, or parameters that do not fit together.
     """
     manifest = model.manifest
+    manifest.refuse_events("a functional mock-up unit")
     law = None if controller is None else manifest.controller(controller)
     case = manifest.scenario(scenario)
     kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
