@@ -155,21 +155,22 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
     return crossed;
 }
 
-/* Of the lanes that may keep a step of length h, those whose step has no event before its end. Others are to try again
+/* Of the lanes that may keep a step of length h, of those that tried one, which are `open`, those whose step has no event before its end. Others are to try again
  * as far as l->reach; l->fires says what happens at the end. */
-static mask mv_watch(mv_loop *l, real h, mask lanes)
+static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
 {
     const real tolerance = mv_located(l, h);
     real part;
     const mask crossed = mv_root(l, h, lanes, tolerance, &part);
     const mask early = AND(crossed, LT(tolerance, h - part * h));
     const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
-    l->reach = SELECT(early, reach, SELECT(lanes, SPLAT(MV_INFINITY), l->reach));
+    l->reach = SELECT(early, reach, SELECT(open, SPLAT(MV_INFINITY), l->reach));
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
     const mask happens = AND(crossed, NOT(early));
     for (int e = 0; e < EVENTS; e++) {
         const real side = l->ahead[e], zero = l->reaches[e] * (K(RESTING) + K(STEEPEST) * tolerance / h);
-        const mask near = AND(LE(mv_fabs(l->guard_end[e]), zero), EQ(l->resting[e], K(0)));
+        const mask stays = AND(EQ(l->resting[e], K(0)), EQ(side, l->side[e]));
+        const mask near = AND(stays, LE(mv_fabs(l->guard_end[e]), zero));
         const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
         l->fires[e] = SELECT0(fires, SPLAT(1));
         l->zero[e] = SELECT(lanes, zero, l->zero[e]);

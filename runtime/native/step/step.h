@@ -58,7 +58,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         *ratio = SELECT(broken, SPLAT(MV_NAN), *ratio);
         taken = AND(taken, NOT(broken));
     }
-    if (EVENTS) taken = mv_watch(l, h, taken);
+    if (EVENTS) taken = mv_watch(l, h, open, taken);
     const real after = SELECT(last, target, l->t + h);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
