@@ -52,7 +52,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method == "rk4" or problem.own is not None:
+            elif problem.method == "rk4" or problem.own is not None or problem.events:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -244,7 +244,7 @@ def _run_dense(loop: _Loop) -> None:
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse or an event."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
     for tick in range(len(t)):

@@ -24,11 +24,12 @@ static void mv_happen(mv_loop *l, mask lanes, int event);
 #define LOOKS 4
 /* Of a step, over which the rate of a resting guard is taken: half the digits of a double, as TIME_STEP. */
 #define PROBE 1.5e-8
-/* Of the size of a guard over the step before: below, it is zero after an event, and is past a crossing together with
- * another. Own: far from the 1e-13 that a crossing is located to, and from guards that mean something. */
+/* Of the size of a guard: below, it is zero after an event. Own: far from the 1e-13 that a crossing is located to, and from
+ * guards that mean something. */
 #define RESTING 1e-9
-/* Of the mean rate of a guard in a step, its rate at a crossing; of a parabola from zero to zero it is four. Own: what a
- * crossing is located to, times this, is zero where time has no more digits. A fourth would lose the smallest hops. */
+/* Of the mean rate of a guard in a step, its rate at a crossing; of a parabola from zero to zero it is four. Own: what the
+ * guard changes by in the time that a crossing is located to, times this, is zero, and a guard that is as near to its
+ * crossing crosses with another. A fourth would lose the smallest hops. */
 #define STEEPEST 16
 /* Of a run: two events that are closer make no progress; and how many of them in a row end the run. Own. Impacts of a ball
  * come ever closer, until PROBE cannot tell them apart, some 1e-14 s: at these numbers the run ends before, if the ball keeps
@@ -168,12 +169,12 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
     const mask happens = AND(crossed, NOT(early));
     for (int e = 0; e < EVENTS; e++) {
-        const real side = l->ahead[e], zero = l->reaches[e] * (K(RESTING) + K(STEEPEST) * tolerance / h);
+        const real side = l->ahead[e], now = mv_fabs(l->guard_end[e]), past = mv_min(K(STEEPEST) * tolerance / h, SPLAT(1));
         const mask stays = AND(EQ(l->resting[e], K(0)), EQ(side, l->side[e]));
-        const mask near = AND(stays, LE(mv_fabs(l->guard_end[e]), zero));
+        const mask near = AND(stays, LE(now, past * (mv_fabs(l->guard[e]) - now)));
         const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
         l->fires[e] = SELECT0(fires, SPLAT(1));
-        l->zero[e] = SELECT(lanes, zero, l->zero[e]);
+        l->zero[e] = SELECT(fires, l->reaches[e] * (K(RESTING) + past), K(RESTING) * now);
         const mask moves = AND(lanes, NOT(early));
         l->side[e] = SELECT(moves, SELECT(fires, SPLAT(0), side), l->side[e]);
         l->guard[e] = SELECT(moves, l->guard_end[e], l->guard[e]);

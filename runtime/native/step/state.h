@@ -30,8 +30,9 @@
 #define Z_COLUMN (Y_COLUMN + NY)
 #define COLUMNS (Z_COLUMN + NZ)
 
-/* Whether steps pass over ticks, where nothing changes but what is recorded. */
-#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT)
+/* Whether steps pass over ticks, where nothing changes but what is recorded. With events they stop there, so that guards
+ * are looked at as often as a user samples. */
+#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT && !EVENTS)
 #define TERMS (1 + DENSE)
 #define KEPT (PASSES ? 2 : 0) /* steps */
 
@@ -71,7 +72,7 @@ typedef struct {
     REALS(resting, EVENTS);    /* the guard is zero at t */
     REALS(fires, EVENTS);      /* the event happens at the end of the trial */
     REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
-    REALS(zero, EVENTS);       /* what is zero to the guard, after the last step */
+    REALS(zero, EVENTS);       /* what is zero to the guard after an event */
     mask happens;              /* some event happens at t */
     real reach;                /* the most that the next trial goes, to an event */
     real t_event, stalled;     /* of the last event; how many in a row made no progress */

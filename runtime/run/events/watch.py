@@ -76,21 +76,21 @@ class Watch:
         for look in range(1, _LOOKS + 1):
             value = values(look / _LOOKS)
             reaches = np.maximum(reaches, np.abs(value))
-            zero = reaches * (_RESTING + _STEEPEST * tolerance / h)
             flips = (ahead != 0) & (np.sign(value) != ahead)
             crosses, begin = flips & self._counts(ahead), self._side
             other = np.where(value == 0, -ahead, np.sign(value))
             ahead = np.where((flips & ~crosses) | (ahead == 0), other, ahead)
             if crosses.any():
-                self._zero, self._side = zero, ahead
+                self._side = ahead
                 near = ~self._resting & ~crosses & (ahead == begin) & self._counts(ahead)
-                return self._first(t, h, values, crosses, near, (look - 1) / _LOOKS, look / _LOOKS, tolerance / h)
-        self._side, self._value, self._zero, self._resting = ahead, value, zero, value == 0
+                low, high = (look - 1) / _LOOKS, look / _LOOKS
+                return self._first(t, h, values, crosses, near, low, high, reaches, tolerance / h)
+        self._side, self._value, self._resting = ahead, value, value == 0
         return None
 
     def _first(
         self, t: float, h: float, values: Callable[[float], FloatArray], crosses: _Mask, near: _Mask,
-        low: float, high: float, tolerance: float,
+        low: float, high: float, reaches: FloatArray, tolerance: float,
     ) -> Crossing:  # fmt: skip
         """Return the first of the crossings in a part of a step, past it by the tolerance at most."""
         from scipy.optimize import brentq
@@ -101,8 +101,11 @@ class Watch:
             ends = [values(part)[e] for part in (begin, high)]
             roots[e] = brentq(lambda s, e=e: values(s)[e], begin, high, xtol=tolerance / 4) if ends[0] * ends[1] < 0 else high
         part = min(min(roots.values()) + tolerance / 2, 1.0)
-        touches = near & (np.abs(values(part)) <= self._zero)
+        now, past = np.abs(values(part)), min(_STEEPEST * tolerance / part, 1.0)
+        touches = near & (now <= past * (np.abs(self._value) - now))
         fires = {e for e, root in roots.items() if root <= part} | set(_numbers(touches))
+        happens = np.isin(np.arange(len(now)), sorted(fires))
+        self._zero = np.where(happens, reaches * (_RESTING + past), _RESTING * now)
         return Crossing(part, t + part * h, tuple(sorted(fires)))
 
     def settle(self, t: float, q: FloatArray, fires: Sequence[int]) -> bool:
