@@ -81,8 +81,8 @@ _HOMES = {
     "mehvar.models.tables": ("read_parameters", "read_scenarios"),
     "mehvar.models.system": (
         "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Event",
-        "Function", "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape", "System",
-        "Variant", "scalar", "surfaces",
+        "Function", "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape",
+        "System", "Variant", "scalar", "surfaces",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -247,14 +247,26 @@ def outcomes(system: System) -> Iterator[Outcome]:
 
 def _events(system: System) -> Iterator[Outcome]:
     """Yield guards, called by event and direction, and what the events make of the state."""
-    for law, events in (("", getattr(system, "events", ())), *((f"{c.name}: ", getattr(c, "events", ())) for c in system.controllers)):
+    for law, events in (
+        ("", getattr(system, "events", ())),
+        *((f"{c.name}: ", getattr(c, "events", ())) for c in system.controllers),
+    ):
         for event in events:
             name, title = f"{law}{event.name}", event.title or "switching surface"
-            yield Outcome(f"{name}: {event.direction}{' ends' if event.ends else ''}", "guard", event.guard, "0 =", "", title)
+            yield Outcome(
+                f"{name}: {event.direction}{' ends' if event.ends else ''}", "guard", event.guard, "0 =", "", title
+            )
             for q in system.states:
                 if q.symbol in event.reset:
                     title = f"{q.name} after {event.name}"
-                    yield Outcome(f"{name}: {q.name}+", "reset", event.reset[q.symbol], f"{quantity_latex(q)}^{{+}}", q.unit, title)
+                    yield Outcome(
+                        f"{name}: {q.name}+",
+                        "reset",
+                        event.reset[q.symbol],
+                        f"{quantity_latex(q)}^{{+}}",
+                        q.unit,
+                        title,
+                    )
 
 
 def _named(

@@ -36,7 +36,9 @@ def _check_reset(system: System, event: Event) -> None:
     states = {q.symbol: q.name for q in system.states}
     for symbol in event.reset:
         if symbol not in states:
-            raise ModelError(f"{where}: reset of {symbol!r}: must be the symbol of a state: {', '.join(states.values())}")
+            raise ModelError(
+                f"{where}: reset of {symbol!r}: must be the symbol of a state: {', '.join(states.values())}"
+            )
     if event.reset and system.coordinates:
         raise ModelError(f"{where}: resets in a system with regular coordinates are not built; surfaces are")
 

@@ -93,9 +93,7 @@ class _Model:
         return Group("x", (*VELOCITY, *RATE, *self.attitude.states, *self.bobs.states))
 
 
-def system(
-    pendulums: str = "2", inertia: str = "paper", attitude: str = "angles", switches: str = "crossed"
-) -> System:
+def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles", switches: str = "crossed") -> System:
     """Derive the spacecraft.
 
     Parameters
@@ -139,8 +137,7 @@ def system(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
         source=_SOURCE,
-        structure={"pendulums": pendulums, "inertia": inertia, "attitude": attitude}
-        | ({} if switches == "crossed" else {"switches": switches}),
+        structure={"pendulums": pendulums, "inertia": inertia, "attitude": attitude, "switches": switches},
         states=model.states,
         inputs=INPUTS,
         references=_REFERENCES,
@@ -163,7 +160,9 @@ def system(
                 inputs[name].command,
                 law_constraints(name, p, c, bobs, inertia),
                 outputs=_reports(law, inputs[name]),
-                events=() if switches == "crossed" else surfaces("demand", (*inputs[name].command, *actuator.applied), d),
+                events=()
+                if switches == "crossed"
+                else surfaces("demand", (*inputs[name].command, *actuator.applied), d),
             )
             for name, (law, c) in demanded.items()
         ),

@@ -131,7 +131,9 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
     nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
     arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
-    arrays: dict[str, Any] = {name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()}
+    arrays: dict[str, Any] = {
+        name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()
+    }
     widths = {"x": nx, "u": nu, "u_cmd": nu, "y": ny, "z": nz}
     records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
     arrays |= records

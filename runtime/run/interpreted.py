@@ -61,7 +61,18 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
     t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
     x_stop = x[-1] if end.x is None else end.x
     return Trajectory(
-        t, x, u, u_cmd, y, z, end.status, end.violated, float(end.t), x_stop, loop.statistics, events=tuple(loop.happened)
+        t,
+        x,
+        u,
+        u_cmd,
+        y,
+        z,
+        end.status,
+        end.violated,
+        float(end.t),
+        x_stop,
+        loop.statistics,
+        events=tuple(loop.happened),
     )
 
 
@@ -114,12 +125,13 @@ class _Loop:
     def happen(self, t: float, q: FloatArray, fires: Sequence[int]) -> FloatArray:
         """Let events happen; return the coordinates after them."""
         assert self.watch is not None
+        before = q
         for event in fires:
             self.happened.append((float(t), event))
             if self.problem.events[event].resets:
                 assert self._resets is not None
                 q = np.asarray(self._resets(q, self._input(t, q), self.problem.p, np.float64(event)), dtype=np.float64)
-        if self.watch.settle(t, q, fires):
+        if self.watch.settle(t, before, q, fires):
             raise _EndOfRun(Status.CHATTERING, t)
         return q
 
@@ -244,7 +256,7 @@ def _run_dense(loop: _Loop) -> None:
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse or an event."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss something."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
     for tick in range(len(t)):

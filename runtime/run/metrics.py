@@ -50,7 +50,11 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
     t = run.t if isinstance(run, Run) else run["t"].values
     law = run.controller.name if isinstance(run, Run) else run.attrs.get("controller")
-    log = (name for _, name in run.events) if isinstance(run, Run) else json.loads(run.attrs.get("events", '{"name": []}'))["name"]
+    log = (
+        (name for _, name in run.events)
+        if isinstance(run, Run)
+        else json.loads(run.attrs.get("events", '{"name": []}'))["name"]
+    )
     counts = Counter(log)
     return {name: evaluate(metric, t, series, counts) for name, metric in metrics_of(manifest, law, series).items()}
 
@@ -63,7 +67,8 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
     return {
         name: metric
         for name, metric in manifest.metrics.items()
-        if metric.kind == COUNT or not {part for of in metric.of for part in _variables(of)} & (reports - set(variables))
+        if metric.kind == COUNT
+        or not {part for of in metric.of for part in _variables(of)} & (reports - set(variables))
     }
 
 

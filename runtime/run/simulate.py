@@ -344,7 +344,9 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
         return f"{say(message, {**resolved.values, **last})} ({at})"
     if trajectory.events and trajectory.status in (Status.EVENT, Status.CHATTERING):
         name = problem.events[trajectory.events[-1][1]].name
-        what = "ends the run" if trajectory.status is Status.EVENT else "happens again and again without progress in time"
+        what = (
+            "ends the run" if trajectory.status is Status.EVENT else "happens again and again without progress in time"
+        )
         return f"the event {name} {what} {at}"
     if trajectory.status is Status.NOT_FINITE:
         broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))

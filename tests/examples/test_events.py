@@ -47,7 +47,7 @@ def test_fifty_bounces(folders, backend, method):
     times = [t for t, _ in run.events]
     assert len(times) > 50
     np.testing.assert_allclose(times, impacts(len(times)), atol=2e-11)
-    assert set(name for _, name in run.events) == {"impact"}
+    assert {name for _, name in run.events} == {"impact"}
     assert np.all(run.x[:, 0] > -1e-9)
 
 
@@ -63,7 +63,9 @@ def test_ever_closer_impacts_end_with_a_message(folders, backend, method):
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("options", [{}, {"hold": 0.05}])
 def test_a_ball_that_starts_on_the_ground(folders, backend, options):
-    run = simulate(folders["bounce"], "fall", backend=backend, initial={"height": 0.0, "speed": 3.0}, t_end=2.0, **options)
+    run = simulate(
+        folders["bounce"], "fall", backend=backend, initial={"height": 0.0, "speed": 3.0}, t_end=2.0, **options
+    )
     assert abs(run.events[0][0] - 2 * 3 / 9.81) < 1e-12
 
 
@@ -79,6 +81,7 @@ def by_scipy(rate, guards, x, end):
     """Integrate with SciPy from event to event; guards are (function, direction, reset)."""
     t, log, ends = 0.0, [], []
     for function, direction, _ in guards:
+
         def event(t, x, function=function):
             return function(x)
 
@@ -99,6 +102,7 @@ def by_scipy(rate, guards, x, end):
 
 def thrusters():
     """The axis under thrusters by hand."""
+
     def rate(_t, x):
         return [x[1], (0.5 * x[2] + 0.01) / 10, 0.0]
 
@@ -129,7 +133,9 @@ def test_a_thruster_with_hysteresis(folders, backend, method):
 
 def test_a_thruster_beside_a_sampled_law(folders):
     """Python and C agree on the same steps: to the location of the events."""
-    c, python = (simulate(folders["thruster"], "damped", backend=backend, method="dopri5") for backend in ("c", "python"))
+    c, python = (
+        simulate(folders["thruster"], "damped", backend=backend, method="dopri5") for backend in ("c", "python")
+    )
     assert [name for _, name in c.events] == [name for _, name in python.events]
     assert len(c.events) > 3
     np.testing.assert_allclose(c.x[-1], python.x[-1], atol=1e-9)
@@ -137,8 +143,8 @@ def test_a_thruster_beside_a_sampled_law(folders):
 
 def cube(jump=72.0):
     """The Cubli's prototype by hand."""
-    l, l_b, m_b, m_w, i_b, i_w, c_b, c_w, g = 0.085, 0.075, 0.419, 0.204, 3.34e-3, 0.57e-3, 1.02e-3, 0.05e-3, 9.81
-    pivot, weight = i_b + m_w * l**2, (m_b * l_b + m_w * l) * g
+    arm, l_b, m_b, m_w, i_b, i_w, c_b, c_w, g = 0.085, 0.075, 0.419, 0.204, 3.34e-3, 0.57e-3, 1.02e-3, 0.05e-3, 9.81
+    pivot, weight = i_b + m_w * arm**2, (m_b * l_b + m_w * arm) * g
 
     def rate(_t, x):
         angle, speed, wheel, phase = x
@@ -195,7 +201,9 @@ def test_braking_conserves_the_angular_momentum(folders):
     ],
 )
 def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, method):
-    runs = mehvar.batch(folders[name], law, n=9, seed=1, vary=vary, method=method, t_end=5.0, out=tmp_path / "runs.zarr")
+    runs = mehvar.batch(
+        folders[name], law, n=9, seed=1, vary=vary, method=method, t_end=5.0, out=tmp_path / "runs.zarr"
+    )
     store = open_store(tmp_path / "runs.zarr")
     plan = plan_of(store, folders[name])
     for number in range(9):

@@ -245,9 +245,10 @@ static void mv_fire(mv_loop *l, real room)
     real g[EVENTS + 1];
     mv_guards(l, l->t, l->q, g);
     for (int e = 0; e < EVENTS; e++) {
+        const mask other = AND(happens, OR(NE(g[e], l->guard[e]), LT(K(0), l->fires[e])));
         const mask resting = LE(mv_fabs(g[e]), l->zero[e]);
-        l->side[e] = SELECT(AND(happens, NOT(resting)), mv_side(g[e]), l->side[e]);
-        l->resting[e] = SELECT(happens, SELECT0(resting, SPLAT(1)), l->resting[e]);
+        l->side[e] = SELECT(AND(other, NOT(resting)), mv_side(g[e]), l->side[e]);
+        l->resting[e] = SELECT(other, SELECT0(resting, SPLAT(1)), l->resting[e]);
         l->guard[e] = SELECT(happens, g[e], l->guard[e]);
     }
     if (mv_any(reset)) {

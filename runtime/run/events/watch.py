@@ -99,7 +99,9 @@ class Watch:
         for e in _numbers(crosses):
             begin = low if low or not self._resting[e] else _PROBE
             ends = [values(part)[e] for part in (begin, high)]
-            roots[e] = brentq(lambda s, e=e: values(s)[e], begin, high, xtol=tolerance / 4) if ends[0] * ends[1] < 0 else high
+            roots[e] = (
+                brentq(lambda s, e=e: values(s)[e], begin, high, xtol=tolerance / 4) if ends[0] * ends[1] < 0 else high
+            )
         part = min(min(roots.values()) + tolerance / 2, 1.0)
         now, past = np.abs(values(part)), min(_STEEPEST * tolerance / part, 1.0)
         touches = near & (now <= past * (np.abs(self._value) - now))
@@ -108,13 +110,15 @@ class Watch:
         self._zero = np.where(happens, reaches * (_RESTING + past), _RESTING * now)
         return Crossing(part, t + part * h, tuple(sorted(fires)))
 
-    def settle(self, t: float, q: FloatArray, fires: Sequence[int]) -> bool:
-        """Take the sides after events; return whether they have come again and again without progress."""
-        value = self._guards(t, q)
-        side = self._side.copy()
-        side[list(fires)] = 0
-        self._resting = np.abs(value) <= np.nan_to_num(self._zero)
-        self._side = np.where(self._resting, side, np.sign(value))
+    def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> bool:
+        """Take the sides after events at the coordinates `before`; return whether they come without progress."""
+        earlier, value = self._guards(t, before), self._guards(t, q)
+        happens = np.isin(np.arange(len(value)), fires)
+        side = np.where(happens, 0, self._side)
+        other = happens | (value != earlier)
+        resting = np.abs(value) <= np.nan_to_num(self._zero)
+        self._side = np.where(other & ~resting, np.sign(value), side)
+        self._resting = np.where(other, resting, value == 0)
         self._value = value
         self._stalled = self._stalled + 1 if t - self._last <= _STALLED * self._end else 0
         self._last = t

@@ -33,7 +33,13 @@ def turning() -> System:
     """An angle that turns steadily and a wave on it, with events that count in states of rate zero."""
     x = Group("x", (quantity("angle", "rad"), *(quantity(name, "1") for name in COUNTERS)))
     u = Group("u", (quantity("push", "1/s"),))
-    rows = (("w", "1/s", 1.0, POSITIVE), ("a", "1", 3.0), ("b", "1", 0.5), ("top", "1", 1e9), ("Ts", "s", 0.5, POSITIVE))
+    rows = (
+        ("w", "1/s", 1.0, POSITIVE),
+        ("a", "1", 3.0),
+        ("b", "1", 0.5),
+        ("top", "1", 1e9),
+        ("Ts", "s", 0.5, POSITIVE),
+    )
     p, c = Group("p", tuple(parameter(*row) for row in rows)), Group("c", ())
     wave = sp.sin(p.a * x.angle + p.b)
     return dataclasses.replace(
@@ -126,7 +132,9 @@ def test_a_run_ends_where_an_event_says(folder, backend, method):
 def test_a_guard_that_starts_at_zero_does_not_happen_for_that(folder, backend):
     for b, name in ((0.0, "up"), (math.pi / 2, "down")):
         start = 0.0 if b == 0 else -0.0
-        run = simulate(folder, "free", backend=backend, parameters={"a": 1.0, "b": b}, initial={"angle": start}, t_end=1.0)
+        run = simulate(
+            folder, "free", backend=backend, parameters={"a": 1.0, "b": b}, initial={"angle": start}, t_end=1.0
+        )
         assert name not in [event for _, event in run.events]
 
 
@@ -164,7 +172,7 @@ def chatters() -> System:
 def test_modes_that_hand_over_to_each_other_end_the_run(tmp_path, backend, method):
     run = simulate(written(chatters(), tmp_path), "free", backend=backend, method=method)
     assert run.status is Status.CHATTERING
-    assert "the event" in run.reason and "at t = 1 s" in run.reason
+    assert run.reason.endswith("at t = 1 s")
 
 
 def test_a_result_keeps_its_events(folder, tmp_path):
@@ -206,7 +214,7 @@ def test_what_is_refused(change, message):
 def test_a_unit_of_a_reset_is_checked():
     system = turning()
     event = dataclasses.replace(system.events[0], reset={system.states.ups: system.parameters.Ts})
-    with pytest.raises(ModelError, match="reset of event 'up'.* is in s, and must be in 1"):
+    with pytest.raises(ModelError, match=r"reset of event 'up'.* is in s, and must be in 1"):
         check(dataclasses.replace(system, events=(event, *system.events[1:])))
 
 

@@ -68,6 +68,6 @@ def system():
                 X.rate: after / (p.I_w + pivot), X.wheel: sp.S.Zero, X.phase: sp.S.One,
             }, title="the wheel is stopped"),
             Event("catch", X.angle + p.catch, "rising", {X.phase: sp.Integer(2)}, title="the law sets in"),
-            Event("land", X.angle + sp.pi / 4, "falling", {X.rate: sp.S.Zero, X.phase: sp.S.Zero}, title="it falls back"),
+            Event("land", X.angle + sp.pi / 4, "falling", {X.rate: sp.S.Zero, X.phase: sp.S.Zero}, title="it falls"),
         ),
     )  # fmt: skip

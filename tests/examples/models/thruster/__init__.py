@@ -46,7 +46,9 @@ def system():
         functions=(),
         controllers=(
             Controller("trigger", "the thrusters alone", none, (sp.S.Zero,)),
-            Controller("damped", "and a wheel that brakes, sampled", none, (-p.lead * X.rate * p.torque / 10,), period="Ts"),
+            Controller(
+                "damped", "and a wheel that brakes, sampled", none, (-p.lead * X.rate * p.torque / 10,), period="Ts"
+            ),
         ),
         scenarios=scenarios,
         metrics=metrics,
