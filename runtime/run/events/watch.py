@@ -77,19 +77,16 @@ class Watch:
             value = values(look / _LOOKS)
             reaches = np.maximum(reaches, np.abs(value))
             flips = (ahead != 0) & (np.sign(value) != ahead)
-            crosses, begin = flips & self._counts(ahead), self._side
-            other = np.where(value == 0, -ahead, np.sign(value))
-            ahead = np.where((flips & ~crosses) | (ahead == 0), other, ahead)
+            crosses = flips & self._counts(ahead)
             if crosses.any():
-                self._side = ahead
-                near = ~self._resting & ~crosses & (ahead == begin) & self._counts(ahead)
                 low, high = (look - 1) / _LOOKS, look / _LOOKS
-                return self._first(t, h, values, crosses, near, low, high, reaches, tolerance / h)
+                return self._first(t, h, values, crosses, ahead, low, high, reaches, tolerance / h)
+            ahead = _over(ahead, value)
         self._side, self._value, self._resting = ahead, value, value == 0
         return None
 
     def _first(
-        self, t: float, h: float, values: Callable[[float], FloatArray], crosses: _Mask, near: _Mask,
+        self, t: float, h: float, values: Callable[[float], FloatArray], crosses: _Mask, ahead: FloatArray,
         low: float, high: float, reaches: FloatArray, tolerance: float,
     ) -> Crossing:  # fmt: skip
         """Return the first of the crossings in a part of a step, past it by the tolerance at most."""
@@ -103,11 +100,13 @@ class Watch:
                 brentq(lambda s, e=e: values(s)[e], begin, high, xtol=tolerance / 4) if ends[0] * ends[1] < 0 else high
             )
         part = min(min(roots.values()) + tolerance / 2, 1.0)
-        now, past = np.abs(values(part)), min(_STEEPEST * tolerance / part, 1.0)
-        touches = near & (now <= past * (np.abs(self._value) - now))
+        value, past = values(part), min(_STEEPEST * tolerance / part, 1.0)
+        now, stays = np.abs(value), ~self._resting & (np.sign(value) == ahead) & (ahead == self._side)
+        touches = stays & self._counts(ahead) & (now <= past * (np.abs(self._value) - now))
         fires = {e for e, root in roots.items() if root <= part} | set(_numbers(touches))
         happens = np.isin(np.arange(len(now)), sorted(fires))
         self._zero = np.where(happens, reaches * (_RESTING + past), _RESTING * now)
+        self._side = _over(ahead, value)
         return Crossing(part, t + part * h, tuple(sorted(fires)))
 
     def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> bool:
@@ -127,6 +126,11 @@ class Watch:
     def _counts(self, side: FloatArray) -> _Mask:
         """Tell which guards an event is about that leave a side."""
         return np.where(self._direction == 0, side != 0, side * self._direction < 0)
+
+
+def _over(side: FloatArray, value: FloatArray) -> FloatArray:
+    """Return the sides of guards that have moved to a value: a zero is on the other side."""
+    return np.where((value == 0) & (side != 0), -side, np.sign(value))
 
 
 def _numbers(mask: _Mask) -> tuple[int, ...]:
