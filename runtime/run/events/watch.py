@@ -125,7 +125,8 @@ class Watch:
 
     def _counts(self, side: FloatArray) -> _Mask:
         """Tell which guards an event is about that leave a side."""
-        return np.where(self._direction == 0, side != 0, side * self._direction < 0)
+        counts: _Mask = np.where(self._direction == 0, side != 0, side * self._direction < 0)
+        return counts
 
 
 def _over(side: FloatArray, value: FloatArray) -> FloatArray:
