@@ -46,7 +46,7 @@ _ROLES = {
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
-_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output", "events": "law event"}
+_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
 """What a law's own quantities are called; as the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
