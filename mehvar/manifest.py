@@ -28,8 +28,13 @@ OPEN_LOOP = "none"
 """What a run without a law is called, where a law has its name; no law can have it."""
 Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """Which of a model's C files a function is in."""
-METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
+METRIC_KINDS = (
+    "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
+)  # fmt: skip
 """What a metric may be, numbered as in the C text of batches."""
+
+DIRECTIONS = ("either", "rising", "falling")
+"""Which crossings of its guard an event is about."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
@@ -126,6 +131,22 @@ class Output(Quantity):
     at_most: Upper
 
 
+@dataclass(frozen=True)
+class Event:
+    """What happens where a guard crosses zero; `resets` and `ends` say whether it assigns states and ends the run."""
+
+    name: str
+    direction: str
+    resets: bool
+    ends: bool
+    title: str
+
+    @property
+    def numbers(self) -> tuple[int, int, int]:
+        """Direction, resets and ends as native/step/state.h has them."""
+        return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), int(self.ends)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Controller:
     """A control law.
@@ -148,6 +169,8 @@ class Controller:
         What parameters must satisfy, in words, and what they should.
     outputs : tuple of Output
         What the law reports.
+    events : tuple of Event
+        Switching surfaces of a continuous law.
     """
 
     name: str
@@ -159,6 +182,7 @@ class Controller:
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     outputs: tuple[Output, ...] = ()
+    events: tuple[Event, ...] = ()
     warnings: tuple[Advice, ...]
 
     def _repr_html_(self) -> str:
@@ -325,6 +349,8 @@ class Manifest:
         For inputs by name, the parameter that is the number of samples after which each acts.
     geometry : tuple of Shape
         What a picture of the system shows.
+    events : tuple of Event
+        What happens where guards cross zero.
     constraints, limits, reference_constant
         What parameters and runs must satisfy, in words; whether r does not depend on time.
     versions : mapping of str to str
@@ -365,6 +391,7 @@ class Manifest:
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     geometry: tuple[Shape, ...] = ()
+    events: tuple[Event, ...] = ()
     functions: Mapping[str, Function]
     versions: Mapping[str, str]
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
@@ -388,6 +415,13 @@ class Manifest:
         if not isinstance(name, str) or name not in self.controllers:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
+
+    def refuse_events(self, what: str) -> None:
+        """Raise InputError if the system has events, which `what` would pass over."""
+        events = [*self.events, *(event for law in self.controllers.values() for event in law.events)]
+        if events:
+            names = ", ".join(event.name for event in events)
+            raise InputError(f"{self.model} has events ({names}), and {what} has none: not built")
 
     def scenario(self, name: str | None) -> Scenario:
         """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
@@ -555,6 +589,13 @@ def _check_functions(manifest: Manifest) -> None:
         _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
     if manifest.delays:
         _check_sizes(manifest, "input_delays", ("p",), ("d",), sizes | {"d": len(manifest.inputs)})
+    if manifest.events:
+        _check_sizes(manifest, "guards", ("x", "u", "p"), ("g",), sizes | {"g": len(manifest.events)})
+    if any(event.resets for event in manifest.events):
+        _check_sizes(manifest, "resets", ("x", "u", "p", "event"), ("x_next",), sizes | {"x_next": sizes["x"]})
+    for event in (*manifest.events, *(event for law in manifest.controllers.values() for event in law.events)):
+        if event.direction not in DIRECTIONS:
+            raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})
@@ -636,6 +677,8 @@ def _check_controller(manifest: Manifest, law: Controller) -> None:
         _check_sizes(manifest, f"{name}_outputs", arguments.split(), ("w",), sizes)
     if law.period is None:
         _check_sizes(manifest, f"{name}_loop", ("q", "r", "p", "c"), ("dq",), sizes)
+        if count := len(manifest.events) + len(law.events):
+            _check_sizes(manifest, f"{name}_guards", ("q", "r", "p", "c"), ("g",), sizes | {"g": count})
     derived = sum(q.formula is not None for q in law.parameters)
     if derived:
         _check_sizes(manifest, f"{name}_defaults", ("c",), ("derived",), sizes | {"derived": derived})

@@ -40,6 +40,7 @@ def plant_of_time(system: System) -> bool:
     parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
     parts += [(limit.margin,) for limit in system.limits]
     parts += [tuple(system.mass)] if system.mass is not None else []
+    parts += [(event.guard, *event.reset.values()) for event in system.events]
     parts += [system.coordinates.rhs] if system.coordinates else []
     parts += [system.actuator.applied] if system.actuator else []
     parts += [system.sensor.measured] if system.sensor else []

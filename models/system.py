@@ -18,6 +18,7 @@ from mehvar.manifest import Choice, Metric, Scenario
 from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
+from .events import Event, surfaces
 from .geometry import Shape
 from .quantities import (
     EMPTY,
@@ -46,6 +47,7 @@ __all__ = [
     "Derivation",
     "Diffusion",
     "Equation",
+    "Event",
     "Expr",
     "Function",
     "Group",
@@ -63,6 +65,7 @@ __all__ = [
     "Variant",
     "free_symbols",
     "scalar",
+    "surfaces",
     "whole_periods",
 ]
 
@@ -200,6 +203,8 @@ class Controller(Located):
         z' of a continuous law with memory, of what its command is a function of.
     outputs : tuple of Output
         What the law reports beside its command.
+    events : tuple of Event
+        Switching surfaces of a continuous law, as a function of state, reference, plant parameters and law parameters.
     bears_loss : bool
         Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
@@ -222,6 +227,7 @@ class Controller(Located):
     update: tuple[Expr, ...] = ()
     rates: tuple[Expr, ...] = field(default=(), kw_only=True)
     outputs: tuple[Output, ...] = ()
+    events: tuple[Event, ...] = field(default=(), kw_only=True)
     bears_loss: bool = False
     in_numbers: bool = field(default=False, kw_only=True)
 
@@ -372,6 +378,8 @@ class System(Located):
     residual : tuple of Expr
         These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
         evaluate. Generation fails unless both agree.
+    events : tuple of Event
+        What happens where a guard crosses zero; simultaneous ones happen in this order.
     geometry : tuple of Shape
         What a picture of the system shows, such as the animation of a run; none without.
     mass : sympy.Matrix, optional
@@ -413,6 +421,7 @@ class System(Located):
     residual: tuple[Expr, ...] = ()
     geometry: tuple[Shape, ...] = ()
     mass: sp.MatrixBase | None = None
+    events: tuple[Event, ...] = ()
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

@@ -237,6 +237,7 @@ def outcomes(system: System) -> Iterator[Outcome]:
     yield from _named(integrated, system.projection, "projection")
     yield from _conditions(system.limits, "limit")
     yield from _conditions(system.constraints, "constraint")
+    yield from _events(system)
     for function in system.functions:
         for q, expr in function.results:
             yield Outcome(f"{function.name}.{q.name}", "function", expr, quantity_latex(q), q.unit, q.description)
@@ -250,6 +251,30 @@ def outcomes(system: System) -> Iterator[Outcome]:
             yield from _rates(system.states, loop, "variant", f"{title}, {name}: ")
     for state, expr in zip(system.rates, system.residual, strict=True):
         yield Outcome(state, "motion", expr, "0", "", f"equation of motion that gives the rate of {state}")
+
+
+def _events(system: System) -> Iterator[Outcome]:
+    """Yield guards, called by event and direction, and what the events make of the state."""
+    for law, events in (
+        ("", getattr(system, "events", ())),
+        *((f"{c.name}: ", getattr(c, "events", ())) for c in system.controllers),
+    ):
+        for event in events:
+            name, title = f"{law}{event.name}", event.title or "switching surface"
+            yield Outcome(
+                f"{name}: {event.direction}{' ends' if event.ends else ''}", "guard", event.guard, "0 =", "", title
+            )
+            for q in system.states:
+                if q.symbol in event.reset:
+                    title = f"{q.name} after {event.name}"
+                    yield Outcome(
+                        f"{name}: {q.name}+",
+                        "reset",
+                        event.reset[q.symbol],
+                        f"{quantity_latex(q)}^{{+}}",
+                        q.unit,
+                        title,
+                    )
 
 
 def _named(

@@ -45,6 +45,8 @@ _TITLES = {
     "to input": "Inputs from the regular inputs",
     "projection": "Projection after each step",
     "limit": "What must hold along a run",
+    "guard": "What crosses zero at events",
+    "reset": "What events make of the state",
     "constraint": "What parameters must satisfy",
     "warning": "What parameters should satisfy",
     "function": "Functions",

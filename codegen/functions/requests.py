@@ -3,14 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from mehvar.models.check import formulas
 from mehvar.models.geometry import shape_coordinates
-from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
+from mehvar.models.system import (
+    TIME,
+    Condition,
+    Controller,
+    Event,
+    Expr,
+    Function,
+    Group,
+    Quantity,
+    System,
+    free_symbols,
+    scalar,
+)
 from mehvar.names import CLOCK, identifier
 
 
@@ -70,6 +82,7 @@ def _plant(system: System) -> list[Request]:
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
+    functions += _events(system)
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
@@ -108,6 +121,29 @@ def _plant(system: System) -> list[Request]:
         noise, result = Group("e", system.random_step.noise.quantities), (("x_after", system.random_step.after),)
         functions.append(Request("jump", "state after a random step", (x, noise, p), result, repeated=True))
     return functions
+
+
+def _events(system: System) -> list[Request]:
+    """Return the guards of events, and what they make of the state: of the event of a number, counted from 0."""
+    if not system.events:
+        return []
+    motion = (system.states, system.inputs, system.parameters)
+    guards = (("g", tuple(event.guard for event in system.events)),)
+    functions = [Request("guards", "what crosses zero at events", motion, guards, repeated=True)]
+    if any(event.reset for event in system.events):
+        number = Quantity("event", "1", "which event, counted from 0")
+        states = tuple(_after(symbol, system.events, number.symbol) for symbol in system.states.symbols)
+        description = "state after an event"
+        functions.append(Request("resets", description, (*motion, scalar(number)), (("x_next", states),)))
+    return functions
+
+
+def _after(symbol: sp.Symbol, events: Sequence[Event], number: sp.Symbol) -> Expr:
+    """Return a state after the event of a number."""
+    if not any(symbol in event.reset for event in events):
+        return symbol
+    values = [(event.reset.get(symbol, symbol), number < k + sp.S.Half) for k, event in enumerate(events)]
+    return sp.Piecewise(*values[:-1], (values[-1][0], True))
 
 
 def _scenario(system: System) -> list[Request]:
@@ -200,6 +236,10 @@ def _continuous(system: System, law: Controller) -> list[Request]:
             repeated=True,
         ),
     ]
+    if guards := tuple(event.guard for event in (*system.events, *law.events)):
+        description = f"what crosses zero at events in the loop of {law.name}"
+        results = (("g", guards),)
+        functions.append(Request(f"{name}_guards", description, (q, r, p, c), results, law=law, repeated=True))
     for variant in system.variants:
         loop = (*variant.loops.get(law.name, variant.rhs), *law.rates)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"

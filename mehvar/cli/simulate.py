@@ -245,7 +245,7 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
     else:
         _summary(run)
     _save(run, out, plot, as_json)
-    if run.status is not Status.DONE:
+    if run.status not in (Status.DONE, Status.EVENT):
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
     return 0
@@ -274,6 +274,17 @@ def _summary(run: Run) -> None:
         for name, value in metrics(run, run.manifest).items()
     ]
     print_table("", ["metric", "value", "unit", "meaning"], rows)
+    _print_events(run)
+
+
+def _print_events(run: Run) -> None:
+    """Print how often each event happened, when first and when last."""
+    times: dict[str, list[float]] = {}
+    for t, name in run.events:
+        times.setdefault(name, []).append(t)
+    if times:
+        rows = [[name, str(len(t)), f"{t[0]:.6g}", f"{t[-1]:.6g}"] for name, t in times.items()]
+        print_table("", ["event", "number", "first, s", "last, s"], rows)
 
 
 def _notes(run: Run) -> list[str]:
@@ -293,6 +304,7 @@ def _facts(run: Run) -> dict[str, object]:
         "backend": run.backend,
         "checksum": run.checksum,
         "notes": _notes(run),
+        **({"events": run.events} if run.may_happen else {}),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
 

@@ -99,6 +99,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
             "a model without process noise and random steps, and without delays of its inputs, which an FMU leaves out"
         )
         raise bad_value("model", manifest.model, what)
+    manifest.refuse_events("a functional mock-up unit")
     law = None if controller is None else manifest.controller(controller)
     case = manifest.scenario(scenario)
     if law is not None and law.period is None and law.memory:

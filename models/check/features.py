@@ -15,6 +15,7 @@ from ..implicit import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
+from .events import check_events
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
 """What only a sampled law has."""
@@ -29,6 +30,7 @@ def check_features(system: System) -> None:
     for law in system.controllers:
         _check_times(system, law)
         _check_law(law)
+    check_events(system)
     _check_chart(system)
     _check_noise(system)
     _check_delays(system)

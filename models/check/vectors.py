@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from ..derivation import free_symbols
+from ..events import Event
 from ..geometry import shape_coordinates
 from ..implicit import mass_rows
 from ..quantities import TIME, Group, ModelError, Quantity
@@ -126,6 +127,14 @@ def _plant(system: System) -> Iterator[Vector]:
         of_time=True, group="outputs",
     )  # fmt: skip
     yield from _conditions("limits", system.limits, motion, of_time=True)
+    for event in system.events:
+        yield _guard(event, f"event {event.name!r}", motion)
+        if event.reset:
+            rows = tuple(q for q in system.states if q.symbol in event.reset)
+            entries = tuple(event.reset[q.symbol] for q in rows)
+            yield Vector(
+                f"reset of event {event.name!r}", entries, rows, motion, event.origin, of_time=True, group="states"
+            )
     if system.geometry:
         yield _geometry(system, (*motion, system.references))
     if system.residual or system.rates:
@@ -284,9 +293,15 @@ def _law(system: System, law: Controller) -> Iterator[Vector]:
     reported = Group("w", tuple(output.quantity for output in law.outputs))
     receives = (*state, law.memory) if law.memory and law.period else (*state, law.memory, *result)
     yield vector("outputs", [output.value for output in law.outputs], reported, receives, "outputs")
+    for event in law.events:
+        yield _guard(event, f"event {event.name!r} {where}", (*state, *result))
     known_at_start = (p, c, s) if _moves(system) else (p, c, s, r)
     yield from _conditions(f"constraints {where}", law.constraints, known_at_start)
     yield from _conditions(f"warnings {where}", law.warnings, known_at_start)
+
+
+def _guard(event: Event, what: str, receives: tuple[Group, ...]) -> Vector:
+    return Vector(f"guard of {what}", (event.guard,), (), receives, event.origin, of_time=True, margin=True)
 
 
 def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:

@@ -24,6 +24,7 @@ from ..compiling.processor import vector_flags, widest
 from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
+from ..run.metrics import COUNT, event_number
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
 from ..run.problem import check_delay, check_hold, check_integrated, check_noise, input_delays, variant_suffix
@@ -294,6 +295,9 @@ class Kernel:
         for metric in self.loop.metrics:
             metrics.append((METRIC_KINDS.index(metric.kind), len(metric.of), metric.band, metric.since, metric.until))
             for of in metric.of:
+                if metric.kind == COUNT:
+                    signals.append((event_number(metric, of, self.loop.events), -1))
+                    continue
                 names = [name.strip() for name in of.split(" - ")]
                 for name in names:
                     if name not in columns:

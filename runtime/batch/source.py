@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mehvar.manifest import Controller, Function, Manifest, Metric
+from mehvar.manifest import Controller, Event, Function, Manifest, Metric
 from mehvar.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
 from ..model.generated import generated_text
-from ..run.calls import loop_calls
+from ..run.calls import events_of, loop_calls
 from ..run.metrics import metrics_of
 from ..run.options import METHODS, Method
 from ..run.problem import STAGES
@@ -36,6 +36,9 @@ _RESULTS = {
     "input_delays": "d",
     "project": "q_next",
     "mass": "diagonal",
+    "guards": "g",
+    "loop_guards": "g",
+    "resets": "x_next",
     "start": "z",
     "to_coordinates": "q",
     "from_coordinates": "x",
@@ -93,6 +96,11 @@ class KernelLoop:
     def metrics(self) -> tuple[Metric, ...]:
         """What sums up a run."""
         return tuple(metrics_of(self.manifest, self.controller.name, self.variables).values())
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What may happen in it."""
+        return events_of(self.manifest, self.controller, self.sampled)
 
     @property
     def records_command(self) -> bool:
@@ -194,6 +202,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "JUMP": len(manifest.random_step),
         "STRONG": loop.method == "platen",
         "LIMITS": len(manifest.limits),
+        "EVENTS": len(loop.events),
         "SAMPLED": loop.sampled,
         "DELAYED": bool(manifest.delays),
         "RECORDS_COMMAND": loop.records_command,
@@ -201,7 +210,9 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "ALGEBRAIC": manifest.algebraic,
         "REFERENCE_CONSTANT": manifest.reference_constant,
     }
-    return {name: str(int(value)) for name, value in numbers.items()}
+    table = ", ".join("{{{}, {}, {}}}".format(*event.numbers) for event in loop.events) or "{0, 0, 0}"
+    events = {"EVENT(e, k)": f"((const int[][3]){{{table}}}[e][k])"}
+    return {name: str(int(value)) for name, value in numbers.items()} | events
 
 
 def _declaration(manifest: Manifest, function: Function) -> str:
@@ -233,7 +244,7 @@ def _expression(name: str, call: str) -> str:
     """Return an array of a generated function in C: parameters and what is computed beforehand are in the model."""
     if name in ("h", "w"):
         return f"m->{name}_{call}"
-    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x"}.get(name, name)
+    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x", "event": "&event"}.get(name, name)
 
 
 def _method(method: Method) -> tuple[list[str], dict[str, str]]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Function, Manifest, law_signature
+from mehvar.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.names import identifier
 
 from .options import IMPLICIT, METHODS, STOCHASTIC, Method, either
@@ -28,6 +28,9 @@ _ARGUMENTS = {
     "project": "q",
     "project by parameters": "q p",
     "mass": "p",
+    "guards": "x u p",
+    "loop_guards": "q r p c",
+    "resets": "x u p event",
     "start": "x r p c",
     "to_coordinates": "x",
     "from_coordinates": "q",
@@ -65,6 +68,10 @@ def loop_calls(
     names = {"reference": "reference", "outputs": "outputs"}
     if manifest.limits:
         names["limits"] = "limits"
+    if events_of(manifest, controller, sampled):
+        names["guards" if sampled else "loop_guards"] = "guards" if sampled else f"{law}_guards"
+    if any(event.resets for event in manifest.events):
+        names["resets"] = "resets"
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
         names |= {name: name for name in ("actuate", "measure", "jump", "input_delays") if name in functions}
@@ -95,6 +102,11 @@ def check_method(manifest: Manifest, method: Method) -> None:
     if manifest.algebraic and method not in IMPLICIT:
         allowed = f"{either(IMPLICIT)}: {manifest.model} has algebraic states"
         raise bad_value("method", method, allowed)
+
+
+def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
+    """Return the events of a loop: the system's, and the surfaces of a law that is continuous."""
+    return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
 def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:

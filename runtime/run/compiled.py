@@ -20,6 +20,7 @@ from .problem import Problem, Status, Trajectory
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 
 _STRUCTURES = structures("step/schedule.h", "single/single.h")
+_HAPPENED = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_int32)
 _Schedule, _Model, _Single = (_STRUCTURES[name] for name in ("mv_schedule", "mv_model", "mv_single"))
 
 
@@ -27,6 +28,9 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     """Integrate a closed loop; the interpreter lock is free while it runs."""
     library = _library()
     single, arrays = _prepare(problem, backend)
+    log: list[tuple[float, int]] = []
+    happened = _HAPPENED(lambda t, event: log.append((t, event)))
+    single.happened = ctypes.cast(happened, ctypes.c_void_p)
     elsewhere = None if problem.law is None else _Elsewhere(problem, single.model)
     _drive(library, single, problem)
     if elsewhere is not None and elsewhere.error is not None:
@@ -46,6 +50,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         t_stop=float(single.t),
         error=float(single.error),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
+        events=tuple(log),
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )
 
@@ -116,7 +121,7 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem) -> None:
         chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
 
 
-def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatArray]]:
+def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
     """Return the structure of a run and the arrays that it points to."""
     manifest = problem.model.manifest
     sampled = problem.hold_every is not None
@@ -129,10 +134,14 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
     nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
     arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
-    arrays = {name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()}
+    arrays: dict[str, Any] = {
+        name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()
+    }
     widths = {"x": nx, "u": nu, "u_cmd": nu, "y": ny, "z": nz}
     records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
     arrays |= records
+    numbers = [event.numbers for event in problem.events]
+    arrays["events"] = np.array(numbers, dtype=np.int32)  # kept as long as the others
     pointers = {name: array.ctypes.data for name, array in arrays.items()}
     schedule = _Schedule(
         t=pointers["t"],
@@ -154,11 +163,12 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
         nj=len(manifest.random_step),
         seed=problem.seed,
         run=problem.run,
+        nv=len(numbers),
         sampled=sampled,
         reference_constant=manifest.reference_constant,
         method=METHODS.index(problem.method),
         **_addresses(problem, backend),
-        **{name: pointers[name] for name in ("p", "c", "s", "e")},
+        **{name: pointers[name] for name in ("p", "c", "s", "e", "events")},
     )
     results = {name: pointers[name] for name in ("q", "z", *records)}
     return _Single(schedule=schedule, model=model, **results), arrays

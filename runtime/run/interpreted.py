@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
+from .events.watch import Watch
 from .noise import Draws, Stream
 from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
@@ -54,7 +56,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method in FIXED or problem.own is not None:
+            elif problem.method in FIXED or problem.own is not None or problem.events:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -62,7 +64,20 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
             end = early
     t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
     x_stop = x[-1] if end.x is None else end.x
-    return Trajectory(t, x, u, u_cmd, y, z, end.status, end.violated, float(end.t), x_stop, loop.statistics)
+    return Trajectory(
+        t,
+        x,
+        u,
+        u_cmd,
+        y,
+        z,
+        end.status,
+        end.violated,
+        float(end.t),
+        x_stop,
+        loop.statistics,
+        events=tuple(loop.happened),
+    )
 
 
 class _Loop:
@@ -102,6 +117,41 @@ class _Loop:
         self._steps = Draws(problem.seed, problem.run, Stream.RANDOM_STEPS, len(manifest.random_step))
         self._diffused = 0
         self._reported = time.perf_counter()
+        self.happened: list[tuple[float, int]] = []
+        self._guards = raw(f"{law}_guards" if charted else "guards") if problem.events else None
+        self._guards_of_loop = charted
+        self._resets = raw("resets") if "resets" in manifest.functions else None
+        self.watch = Watch(self.guards, problem.events, float(problem.t[-1])) if problem.events else None
+
+    def guards(self, t: float, q: FloatArray) -> FloatArray:
+        """Return what crosses zero at events."""
+        assert self._guards is not None
+        if self._guards_of_loop:
+            values = self._guards(q, self.reference(t), self.problem.p, self.problem.c)
+        else:
+            values = self._guards(q, self._input(t, q), self.problem.p)
+        return np.asarray(values, dtype=np.float64)
+
+    def _input(self, t: float, q: FloatArray) -> FloatArray:
+        return self.observed(t, q)[1] if self.continuous else self.u
+
+    def happen(self, t: float, q: FloatArray, fires: Sequence[int]) -> FloatArray:
+        """Let events happen; return the coordinates after them."""
+        assert self.watch is not None
+        before = q
+        for event in fires:
+            self.happened.append((float(t), event))
+            if self.problem.events[event].resets:
+                assert self._resets is not None
+                q = np.asarray(self._resets(q, self._input(t, q), self.problem.p, np.float64(event)), dtype=np.float64)
+        if self.watch.settle(t, before, q, fires):
+            raise _EndOfRun(Status.CHATTERING, t)
+        return q
+
+    def end_at(self, t: float, fires: Sequence[int]) -> None:
+        """End the run where one of the events does that."""
+        if any(self.problem.events[event].ends for event in fires):
+            raise _EndOfRun(Status.EVENT, t)
 
     def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
         """Return what process noise adds over a step from q, as native/step/random.h has it."""
@@ -256,7 +306,7 @@ def _run_dense(loop: _Loop) -> None:
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss something."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
     q = loop.start()
     for tick in range(len(t)):
@@ -326,6 +376,22 @@ def _command(
     return u_cmd, z_next
 
 
+@dataclass
+class _Cut:
+    """A step that ends at an event, as a SciPy solver shows itself; `y` is the state after it."""
+
+    t: float
+    y: FloatArray
+    h_abs: float
+    dense: Callable[[float], FloatArray]
+    fires: tuple[int, ...]
+    f: FloatArray | None = None
+
+    def dense_output(self) -> Callable[[float], FloatArray]:
+        """Return the coordinates within the step."""
+        return self.dense
+
+
 class _Solver:
     """Steps of one method; the step size survives from one interval to the next."""
 
@@ -362,6 +428,8 @@ class _Solver:
         rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
         tolerances = {"rtol": rtol, "atol": problem.atol * tighter}
         solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
+        if self._loop.watch:
+            self._loop.watch.begin(t, x)
         while solver.status == "running":
             if self.trials == problem.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
@@ -371,7 +439,28 @@ class _Solver:
                 status = Status.STEP_UNDERFLOW if self._last_finite else Status.NOT_FINITE
                 raise _EndOfRun(status, solver.t)
             statistics["steps"] += 1
-            yield solver
+            cut = self._cut(solver) if self._loop.watch else None
+            yield solver if cut is None else cut
+            if cut is not None:
+                self._loop.end_at(cut.t, cut.fires)
+                if end - cut.t <= 2 * np.spacing(end):
+                    return
+                solver = method(self._evaluate, cut.t, cut.y, end, **tolerances, **implicit)
+
+    def _cut(self, solver: Any) -> _Cut | None:
+        """Return the part of a step that ends at an event, which has happened."""
+        assert self._loop.watch is not None
+        t, h, dense = solver.t_old, solver.t - solver.t_old, solver.dense_output()
+
+        def within(part: float) -> FloatArray:
+            return np.asarray(dense(t + part * h) if part < 1 else solver.y, dtype=np.float64)
+
+        crossing = self._loop.watch.crossing(t, h, within)
+        if crossing is None:
+            return None
+        instant = min(crossing.t, float(solver.t))
+        q = self._loop.projected(within((instant - t) / h))
+        return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
 
     def project(self, step: Any) -> FloatArray:
         """Put a SciPy solver's point back on the manifold, its slope with it."""
@@ -394,13 +483,16 @@ class _Solver:
         h = (end - t) / count
         for i in range(count):
             now = t + i * h
-            y = self._rk4(now, x, h) if self._loop.problem.method == "rk4" else self._euler(now, x, h)
-            if not np.all(np.isfinite(y)):
-                raise _EndOfRun(Status.NOT_FINITE, now)
-            x = self._loop.projected(y)
+            x = self._fixed_step(now, x, h) if self._loop.watch is None else self._past_events(now, x, h)
             self._loop.statistics["steps"] += 1
             self._loop.check(now + h, x)
         return x
+
+    def _fixed_step(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        y = self._rk4(t, x, h) if self._loop.problem.method == "rk4" else self._euler(t, x, h)
+        if not np.all(np.isfinite(y)):
+            raise _EndOfRun(Status.NOT_FINITE, t)
+        return self._loop.projected(y)
 
     def _rk4(self, t: float, x: FloatArray, h: float) -> FloatArray:
         k1 = self._evaluate(t, x)
@@ -412,3 +504,22 @@ class _Solver:
     def _euler(self, t: float, x: FloatArray, h: float) -> FloatArray:
         slope = self._evaluate(t, x)
         return x + h * slope + self._loop.diffused(x, slope, h)
+
+    def _past_events(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        """Take a fixed step, with an end at each event on the way."""
+        watch, end = self._loop.watch, t + h
+        assert watch is not None
+        watch.begin(t, x)
+        while end - t > 2 * np.spacing(end):
+            begin, span, start = t, end - t, x
+
+            def within(part: float, begin: float = begin, span: float = span, start: FloatArray = start) -> FloatArray:
+                return self._fixed_step(begin, start, part * span) if part else start
+
+            crossing = watch.crossing(t, span, within)
+            if crossing is None:
+                return within(1.0)
+            t = crossing.t
+            x = self._loop.happen(t, within((t - begin) / span), crossing.fires)
+            self._loop.end_at(t, crossing.fires)
+        return x

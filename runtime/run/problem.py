@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.manifest import Controller, Event, Manifest, Scenario
 from mehvar.names import identifier
 
 from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
-from .calls import check_method
+from .calls import check_method, events_of
 from .noise import normals
 from .options import OPTIONS, STOCHASTIC, Method, RunOptions, check_effects, either
 from .own.law import Law, OwnLaw
@@ -37,6 +37,8 @@ class Status(IntEnum):
     STEP_UNDERFLOW = 2
     TOO_MANY_STEPS = 3
     LIMIT = 4
+    EVENT = 5
+    CHATTERING = 6
 
     @property
     def text(self) -> str:
@@ -118,6 +120,11 @@ class Problem:
     law: Law | None = None
     own: OwnLaw | None = None
 
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What may happen in the loop."""
+        return events_of(self.model.manifest, self.controller, self.hold_every is not None)
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -125,7 +132,7 @@ class Trajectory:
 
     `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
     Status.LIMIT is about, and `x_stop` the state there. `error` is the largest of a step over its tolerance, NaN where
-    the backend does not keep it.
+    the backend does not keep it. `events` has the instant of each event and its number in `Problem.events`.
     """
 
     t: FloatArray
@@ -140,6 +147,7 @@ class Trajectory:
     x_stop: FloatArray
     statistics: Mapping[str, int]
     error: float = math.nan
+    events: tuple[tuple[float, int], ...] = ()
 
 
 def pose(

@@ -24,6 +24,7 @@ from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
+from .calls import events_of
 from .options import FIXED, OPTIONS, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
@@ -70,6 +71,8 @@ class Run:
         Effective parameters with their origins.
     options : mapping
         Effective method, tolerances, sampling.
+    events : tuple of (float, str)
+        What happened: the instant of each event in seconds, and its name.
     statistics : mapping
         Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
     compile_seconds, run_seconds : float
@@ -95,6 +98,7 @@ class Run:
     hold: float | None
     parameters: Resolved
     options: Mapping[str, float | str]
+    events: tuple[tuple[float, str], ...]
     statistics: Mapping[str, int]
     compile_seconds: float
     run_seconds: float
@@ -110,6 +114,11 @@ class Run:
         columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}
         columns |= {q.name: self.w[:, i] for i, q in enumerate(self.controller.outputs)}
         return columns
+
+    @property
+    def may_happen(self) -> bool:
+        """Whether the loop has events."""
+        return bool(events_of(self.manifest, self.controller, self.hold is not None))
 
     @property
     def checksum(self) -> str:
@@ -259,6 +268,7 @@ def simulate(
         hold=problem.hold,
         parameters=resolved,
         options=_effective(problem),
+        events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
         statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
@@ -332,6 +342,12 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
         last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
         message = model.manifest.limits[trajectory.violated]
         return f"{say(message, {**resolved.values, **last})} ({at})"
+    if trajectory.events and trajectory.status in (Status.EVENT, Status.CHATTERING):
+        name = problem.events[trajectory.events[-1][1]].name
+        what = (
+            "ends the run" if trajectory.status is Status.EVENT else "happens again and again without progress in time"
+        )
+        return f"the event {name} {what} {at}"
     if trajectory.status is Status.NOT_FINITE:
         broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
         name = model.input_names[broken[0]] if broken.size else ""

@@ -75,6 +75,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     b->first = first;
     b->records = 0;
     b->t_record = SPLAT(0);
+    for (int e = 0; e < EVENTS; e++) b->happened[e] = SPLAT(0);
     for (int i = 0; i < COLUMNS; i++) {
         b->minimum[i] = SPLAT(MV_INFINITY);
         b->maximum[i] = SPLAT(-MV_INFINITY);
@@ -97,6 +98,11 @@ static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int 
 {
     const mv_block *b = (const mv_block *)l;
     mv_noise(b->job->seed, b->run, stream, (uint64_t)index, size, e);
+}
+
+static void mv_happen(mv_loop *l, mask lanes, int event)
+{
+    ((mv_block *)l)->happened[event] += SELECT0(lanes, SPLAT(1));
 }
 
 static void save(const mv_block *b, int64_t row)

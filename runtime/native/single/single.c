@@ -18,6 +18,8 @@
 #define DELAYED (l->model.input_delays != 0)
 #define WIENER (l->model.nw)
 #define JUMP (l->model.nj)
+#define EVENTS (l->model.nv)
+#define EVENT(e, k) (l->model.events[(e) * 3 + (k)])
 #define SAMPLED (l->model.sampled)
 #define REFERENCE_CONSTANT (l->model.reference_constant)
 #define PROJECTED (l->model.project != 0 || l->model.project_p != 0)
@@ -67,6 +69,9 @@
     if (m->project_p) m->project_p(q, m->p, q_next);                                                                 \
     else m->project(q, q_next)
 #define CALL_MASS m->mass(m->p, diagonal)
+#define CALL_GUARDS m->guards(x, u, m->p, g)
+#define CALL_LOOP_GUARDS m->loop_guards(q, r, m->p, m->c, g)
+#define CALL_RESETS m->resets(x, u, m->p, &event, x_next)
 #define CALL_HOLD
 
 #define REALS(a, n) real *a
@@ -138,6 +143,12 @@ static void mv_record(mv_loop *l, mask lanes, int due)
     mv_copy(s->record_z + row * NZ, l->column + Z_COLUMN, NZ);
 }
 
+static void mv_happen(mv_loop *l, mask lanes, int event)
+{
+    (void)lanes;
+    ((mv_work *)l)->single->happened(l->t, event);
+}
+
 /* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
 static double *divide(mv_loop *l, double *place)
 {
@@ -151,6 +162,8 @@ static double *divide(mv_loop *l, double *place)
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
         {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
         {&l->mass, ALGEBRAIC ? NQ : 0},
+        {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
+        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -21,6 +21,10 @@ static void mv_begin(mv_loop *l, mask alive)
     l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
+    l->reach = SPLAT(MV_INFINITY);
+    l->t_event = SPLAT(-MV_INFINITY);
+    l->stalled = SPLAT(0);
+    l->happens = mv_none();
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
     for (int64_t i = 0; i < mv_queued(l->schedule) * NU; i++) l->queue[i] = SPLAT(0);

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT };
+enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT, MV_EVENT, MV_CHATTERING };
 
 typedef struct {
     const double *t;          /* the ticks: integration stops at each of them exactly */

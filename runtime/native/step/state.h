@@ -18,6 +18,7 @@
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
+ *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
  *   DENSE, DENSE_G(term, j)          terms of the method's dense output, see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
@@ -34,8 +35,9 @@
 #define Z_COLUMN (Y_COLUMN + NY)
 #define COLUMNS (Z_COLUMN + NZ)
 
-/* Whether steps pass over ticks, where nothing changes but what is recorded. */
-#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT)
+/* Whether steps pass over ticks, where nothing changes but what is recorded. With events they stop there, so that guards
+ * are looked at as often as a user samples. */
+#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT && !EVENTS)
 #define TERMS (1 + DENSE)
 #define KEPT (PASSES ? 2 : 0) /* steps */
 
@@ -70,6 +72,17 @@ typedef struct {
     real begin[2], span[2];    /* of the last two steps that passed over a tick: where they began, how long they were */
     ROWS(before, KEPT, NQ);    /* the coordinates there */
     ROWS(dense, KEPT * TERMS, NQ);
+    REALS(guard, EVENTS);      /* at (t, q), see events.h */
+    REALS(guard_end, EVENTS);  /* at the end of the trial */
+    REALS(side, EVENTS);
+    REALS(ahead, EVENTS);      /* the side at the end of the trial */
+    REALS(resting, EVENTS);    /* the guard is zero at t */
+    REALS(fires, EVENTS);      /* the event happens at the end of the trial */
+    REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
+    REALS(zero, EVENTS);       /* what is zero to the guard after an event */
+    mask happens;              /* some event happens at t */
+    real reach;                /* the most that the next trial goes, to an event */
+    real t_event, stalled;     /* of the last event; how many in a row made no progress */
     REALS(y, NQ);
     REALS(stage, NQ);
     REALS(r, NR);

@@ -123,6 +123,30 @@ def test_a_controlled_run_over_the_top_keeps_its_tolerance(model):
         np.testing.assert_allclose(length, 1, atol=1e-14)
 
 
+def test_located_switches_keep_the_tolerance(tmp_path):
+    """The whole tumble, the kink of the first tenth of a second included: without surfaces 5e-5 with 1e-9."""
+    folder = tmp_path / "slosh"
+    structure = {"inertia": "ball", "attitude": "quaternion", "switches": "located"}
+    write(folder, derive(installed_tree(), "slosh", structure))
+    model = mehvar.load(str(folder))
+    start = dict(zip(model.state_names, map(float, tumbling(model)), strict=True))
+
+    def states(tolerance: float) -> np.ndarray:
+        run = mehvar.simulate(
+            str(folder), controller="lyapunov-v2", initial=start, t_end=DURATION, rtol=tolerance, atol=tolerance,
+            parameters={"eps1": 0.0, "eps2": 0.0, "w1": 1e-3, "w2": 1e-3},
+        )  # fmt: skip
+        assert run.attrs["status"] == "done"
+        assert '"demand_' in run.attrs["events"]
+        return np.array([run[name].values for name in model.state_names])
+
+    tight = states(1e-13)
+    errors = [np.max(np.abs(states(tolerance)[:, -1] - tight[:, -1])) for tolerance in (1e-8, 1e-9, 1e-10, 1e-11)]
+    assert errors[1] < 1e-5
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 1e-2 * errors[0]
+
+
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 def test_a_derivative_along_a_direction_costs_no_more_for_later_pendulums(inertia):
     counts = {n: operations(str(n), inertia) for n in (2, 4, 8)}
