@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import os
+import posixpath
+import re
 import shlex
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -34,7 +37,8 @@ FLAGS = (
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
-_KIND, _ELF = "boards", "firmware.elf"
+_KIND, _OBJECTS, _ELF = "boards", "objects", "firmware.elf"
+_INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
@@ -181,9 +185,34 @@ def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], 
         scratch = Path(name)
         write_sources(scratch, texts)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(lambda command: _run(command, scratch, toolchain), commands[:-1]))
+            list(pool.map(lambda command: _object(command, texts, scratch, toolchain), commands[:-1]))
         _run(commands[-1], scratch, toolchain)
         (scratch / _ELF).replace(folder / _ELF)
+
+
+def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
+    """Put the object of a unit into a folder; firmwares of a model, and all of a compiler, share most of theirs."""
+    unit, name = command[-3], command[-1]
+    read = (text for item in sorted(_included(unit, texts).items()) for text in item)
+
+    def fill(place: Path) -> None:
+        _run(command, scratch, toolchain)
+        (scratch / name).replace(place / name)
+
+    key = cache.key(toolchain.version, *command, *read)
+    shutil.copyfile(cache.entry(_OBJECTS, f"{Path(name).stem}-{key}", fill) / name, scratch / name)
+
+
+def _included(unit: str, texts: Mapping[str, str]) -> dict[str, str]:
+    """Return a unit and what it includes, with all files that a name may mean."""
+    names, rest = {unit}, [unit]
+    while rest:
+        place = rest.pop()
+        for name in _INCLUDE.findall(texts[place]):
+            meant = {posixpath.normpath(posixpath.join(posixpath.dirname(place), name)), name, f"libc/{name}"}
+            rest += (new := meant & texts.keys() - names)
+            names |= new
+    return {name: texts[name] for name in names}
 
 
 def compile_commands(
