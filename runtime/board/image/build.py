@@ -24,7 +24,8 @@ from ...compiling.library import native_headers
 from ...model.generated import generated_text
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
-from .header import Layout, board_law_header, board_law_source, board_model_header, layout
+from .folded import law_source
+from .header import Layout, board_law_header, board_model_header, layout
 from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
@@ -37,7 +38,7 @@ FLAGS = (
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
-_KIND, _OBJECTS, _ELF = "boards", "objects", "firmware.elf"
+_KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
 _INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
@@ -149,7 +150,7 @@ def sources(firmware: Program, board: Board | None) -> dict[str, str]:
         manifest, firmware.law, firmware.resolved, firmware.period, delay, tunable=firmware.tunable
     )
     if firmware.tunable is not None:
-        texts["law.c"] = board_law_source(manifest, firmware.law, firmware.tunable)
+        texts[_LAW] = law_source(manifest, firmware.law, firmware.tunable, texts[f"{name}.c"])
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
@@ -226,19 +227,14 @@ def compile_commands(
         own = (*toolchain.flags(board), *_SMALL, *defines)
         own += ("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()
         link = ("-T", "board.ld", *toolchain.libraries)
-    law = law_unit(texts, model)
-    units = [name for name in texts if name.endswith(".c") and (name != f"{model}.c" or name == law)]
+    units = [name for name in texts if name.endswith(".c")]
     objects = {name: Path(name).with_suffix(".o").name for name in units}
     start = [*toolchain.command, *own, *FLAGS]
+    flags = {_LAW: (*LAW_FLAGS, *(toolchain.folding(board) if board else ())), f"{model}.c": LAW_FLAGS}
     return [
-        *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
+        *([*start, *flags.get(name, OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
         [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", _ELF],
     ]
-
-
-def law_unit(texts: Mapping[str, str], model: str) -> str:
-    """Return the name of the file that holds the law: the generated one, or that which includes it."""
-    return "law.c" if "law.c" in texts else f"{model}.c"
 
 
 def _below(folder: str) -> list[str]:
