@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -99,7 +100,13 @@ def _print_outcome(outcome: BoardRun) -> None:
     if outcome.selftest is not None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     for tuning in outcome.tunings:
-        values = ", ".join(f"{name} = {value:g}" for name, value in tuning.values.items())
-        rows += [[f"tuned before sample {tuning.sample}", values, tuning.refusal or "set over the link"]]
+        rows += [[f"tuned before sample {tuning.sample}", _texts(tuning.values), tuning.refusal or "set over the link"]]
+    for request in outcome.late:
+        place = "the end" if request.at is None else f"sample {request.at}"
+        rows += [[f"asked for from {place} on", _texts(request.values), "refused: it came after the last sample"]]
     rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]
     print_table("", ["", "value", ""], rows)
+
+
+def _texts(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in values.items())

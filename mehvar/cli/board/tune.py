@@ -25,8 +25,9 @@ def command(
     ] = None,
 ) -> None:
     """Ask the run that writes the journal."""
-    loaded = compiled(model)
+    loaded, running = compiled(model), journal.is_file()
     numbers = tune(loaded, controller, journal, read_values(settings, loaded.manifest), at)
     texts = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
     when = "the next sample" if at is None else f"sample {at}"
-    typer.echo(f"asked the run of {journal} for {texts} from {when} on")
+    run = "run" if running else "next run"
+    typer.echo(f"asked the {run} of {journal} for {texts} from {when} on")

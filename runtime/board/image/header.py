@@ -172,36 +172,6 @@ def board_law_header(
     return "\n".join(lines) + "\n"
 
 
-def board_law_source(manifest: Manifest, law: Controller, tunable: Sequence[str]) -> str:
-    """Return the text of law.c: all parameters but the tunable ones are constants of the law, for the compiler to fold.
-
-    What a compiler computes it rounds as the processor does, so the bits stay.
-    """
-    groups = {"p": manifest.parameters, "c": law.parameters}
-    lines = [
-        _LICENSE,
-        f"/* {manifest.model} under {law.name}, its parameters folded into its text. Written by mehvar board. */",
-        f'#include "{manifest.model}.c"',
-        "",
-        '#include "mehvar/private/board_law.h"',
-        "",
-        "__attribute__((flatten)) /* or the law is called, and nothing folded */",
-        f"void mv_app_law({_LAW_ARGUMENTS})",
-        "{",
-        *(f"    real own_{n}[] = MV_BOARD_DEFAULT_{n.upper()};" for n in groups),
-        *(
-            f"    own_{n}[{i}] = {n}[{i}];"
-            for n, group in groups.items()
-            for i, parameter in enumerate(group)
-            if parameter.name in tunable
-        ),
-        *(f"    (void){n};" for n in (("p", "c") if law.memory else ("p", "c", "v", "z", "z_next"))),
-        f"    {_law_call(manifest, law, 'own_p', 'own_c')};",
-        "}",
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def _tunable(manifest: Manifest, law: Controller, names: Sequence[str] | None) -> list[str]:
     """Say which parameters can be set."""
     head = "static inline int mv_board_tunable(uint32_t group, uint32_t i) /* group: 1 is p, 2 is c */"
