@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +12,7 @@ import typer
 from mehvar.errors import bad_value, together, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
+from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
@@ -37,6 +37,7 @@ from mehvar.settings import (
     read_settings,
     read_values,
     required_law,
+    whole,
 )
 from mehvar.terminal import print_json, print_table, progress
 
@@ -77,7 +78,9 @@ def command(
     store: Annotated[
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
-    run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+    run: Annotated[
+        int | None, typer.Option(parser=whole, metavar="ID", help="Which run of the batch, counted from 0.")
+    ] = None,
     trust_model: Annotated[
         bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
     ] = False,
@@ -232,7 +235,7 @@ def repeat(
 def _check_outputs(out: Path | None, plot: Path | None) -> None:
     for path in (out, plot):
         if path is not None:
-            _check_folder(path)
+            check_file(path)
     if out is not None:
         checked_format(out)
     if plot is not None:
@@ -249,15 +252,6 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
     return 0
-
-
-def _check_folder(path: Path) -> None:
-    """Refuse a file that cannot be written before the run, not after it."""
-    # os.path, since pathlib raises for a name that is too long
-    if not os.path.isdir(path.parent):  # noqa: PTH112
-        raise bad_value("output file", str(path), "in a folder that exists")
-    if os.path.isdir(path) or not os.access(path.parent, os.W_OK):  # noqa: PTH112
-        raise bad_value("output file", str(path), "a file in a folder that can be written")
 
 
 def _summary(run: Run) -> None:

@@ -7,7 +7,6 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from mehvar import runtime
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.lower import LoweringError
 from mehvar.codegen.functions.verify import check_counterparts
+from mehvar.codegen.workspace import installed_tree
 from mehvar.models.check import check, formulas, no_branching
 from mehvar.models.check.dimensions import Dimensions, MisfitError
 from mehvar.models.system import (
@@ -373,7 +373,7 @@ def test_laws_are_checked_one_by_one():
     ],
 )
 def test_what_is_wrong_in_a_table_is_placed_where_it_stands(tmp_path, line, old, new, message):
-    text = (Path(inspect.getfile(system)).parent / "scenarios.toml").read_text()
+    text = (installed_tree().root / "models" / "triangle" / "scenarios.toml").read_text()
     lines = text.splitlines()
     at = next(k for k, present in enumerate(lines) if present.startswith(line))
     lines[at] = lines[at].replace(old, new)
