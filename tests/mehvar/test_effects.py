@@ -90,7 +90,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     },
     "new": {
         "name": (("new", "numpy"), ("new", "math")),
-        "plant": (("new", "mine", "--from", "none"), ("new", "mine", "--from", "satellite")),
+        "plant": (("new", "mine", "--from", "none"), ("new", "mine", "--from", "nil")),
     },
     "simulate": {
         "model": (SIMULATE, ("simulate", "none", *SIMULATE[2:])),
