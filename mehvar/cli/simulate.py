@@ -197,7 +197,7 @@ def simulate(
         run = simulate_run(
             model, controller, scenario, parameters, progress=advance, origin="--set", **options, **opened
         )
-    return _finish(run, out, plot, as_json)
+    return _finish(run, out, plot, as_json, as_described=not settings)
 
 
 def repeat(
@@ -242,11 +242,13 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         checked_suffix(plot)
 
 
-def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False) -> int:
+def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False, as_described: bool = False) -> int:
+    """Print and save; a run as the scenario describes it is held against the numbers that the scenario expects."""
+    notes = [*run.exceeded(), *grouped(notes_of(run)), *(_unexpected(run) if as_described else ())]
     if as_json:
-        print_json(_facts(run))
+        print_json(_facts(run, notes))
     else:
-        _summary(run)
+        _summary(run, notes)
     _save(run, out, plot, as_json)
     if run.status is not Status.DONE:
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
@@ -254,10 +256,10 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
     return 0
 
 
-def _summary(run: Run) -> None:
+def _summary(run: Run, notes: Sequence[str]) -> None:
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
-    for text in _notes(run):
+    for text in notes:
         typer.echo(f"note: {text}")
     if run.controller.name == OPEN_LOOP and run.hold is None:
         typer.echo("run by the generated Python module, which looks at inputs that no step holds as often as it likes")
@@ -270,11 +272,21 @@ def _summary(run: Run) -> None:
     print_table("", ["metric", "value", "unit", "meaning"], rows)
 
 
-def _notes(run: Run) -> list[str]:
-    return [*run.exceeded(), *grouped(notes_of(run))]
+def _unexpected(run: Run) -> list[str]:
+    """Say which metrics are not reproduced as the scenario expects them, by the tolerances of the papers' report."""
+    if run.controller.name not in run.scenario.expect:
+        return []
+    from mehvar.papers.deviations import of_run
+
+    numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
+    return [
+        f"the scenario {d.scenario} expects {d.metric.name} = {d.expected:.6g}, not {d.measured:.6g}"
+        for d in numbers
+        if not d.holds
+    ]
 
 
-def _facts(run: Run) -> dict[str, object]:
+def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
     values = metrics(run, run.manifest)
     return {
         "model": run.manifest.model,
@@ -286,7 +298,7 @@ def _facts(run: Run) -> dict[str, object]:
         "run_seconds": run.run_seconds,
         "backend": run.backend,
         "checksum": run.checksum,
-        "notes": _notes(run),
+        "notes": list(notes),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
 
