@@ -79,9 +79,9 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
     if target.suffix.lower() != ENDINGS[to]:
         raise bad_value("out", os.fspath(out), f"a file name that ends in {ENDINGS[to]}")
     checked_format(target)
-    check_file(target)
     if Path(source).resolve() in target.resolve().parents:
         raise bad_value("out", os.fspath(out), f"a file outside the batch {os.fspath(source)}, whose folder is its own")
+    check_file(target)
     if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
         result = open_result(source)
         if to in ("netcdf", "mat"):
