@@ -30,6 +30,7 @@ from mehvar.cli.board.loop import (
 from mehvar.errors import bad_value
 from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
+from mehvar.runtime.files import check_file
 from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts
 from mehvar.terminal import print_table
@@ -58,6 +59,8 @@ def command(
     """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""
     if form not in FORMATS:
         raise bad_value("format", form, either(FORMATS), "--format")
+    if journal is not None:
+        check_file(journal)
     loaded = compiled(model)
     request = BoardRequest(
         controller, target, board, compiler, scenario, samples,

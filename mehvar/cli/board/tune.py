@@ -10,7 +10,7 @@ import typer
 
 from mehvar.cli.board.loop import Law, ModelName, compiled
 from mehvar.runtime.board.tuning import tune
-from mehvar.settings import SettingTexts, read_values
+from mehvar.settings import SettingTexts, read_values, whole
 
 Journal = Annotated[Path, typer.Option(metavar="FILE", help="The journal of the run: `board run --journal FILE`.")]
 
@@ -21,7 +21,8 @@ def command(
     journal: Journal,
     settings: SettingTexts = None,
     at: Annotated[
-        int | None, typer.Option("--at", metavar="K", help="The first sample with them; the next one unless given.")
+        int | None,
+        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; the next one unless given."),
     ] = None,
 ) -> None:
     """Ask the run that writes the journal."""

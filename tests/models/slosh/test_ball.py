@@ -9,7 +9,8 @@ import mehvar
 from mehvar.codegen.code.tape import tape
 from mehvar.codegen.functions.derivatives import directional
 from mehvar.codegen.functions.function import FunctionGraph
-from mehvar.codegen.generate import derive, installed_tree, write
+from mehvar.codegen.generate import write
+from tests.derived import variant
 from tests.models.slosh.variants import CONVENTIONS, slosh
 
 DURATION = 50.0
@@ -18,7 +19,7 @@ DURATION = 50.0
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / "slosh"
-    write(folder, derive(installed_tree(), "slosh", {"inertia": "ball", "attitude": "quaternion"}))
+    write(folder, variant("slosh", inertia="ball", attitude="quaternion"))
     return mehvar.load(str(folder))
 
 

@@ -80,7 +80,12 @@ def test_other_processors(board):
 
 
 @pytest.mark.parametrize(
-    ("model", "law", "board"), [("triangle", "path", "stm32f4"), ("slosh", "lyapunov-v1", "mps2-m7")]
+    ("model", "law", "board"),
+    [
+        ("triangle", "path", "stm32f4"),
+        # whose bits on processors of this kind test_everywhere.py has too
+        pytest.param("slosh", "lyapunov-v1", "mps2-m7", marks=pytest.mark.soak),
+    ],
 )
 def test_other_models_on_the_processor(model, law, board):
     outcome = run_on_board(load(model), BoardRequest(law, "unicorn", board, samples=100, selftest=4, profiled=False))
