@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mehvar.codegen.functions.lower import to_casadi
 from mehvar.codegen.functions.requests import Request, bindings, requests
 from mehvar.models.arrays import INCREASING, Tensor
-from mehvar.models.implicit import with_mass
+from mehvar.models.forms import with_mass
 from mehvar.models.system import TIME, Group, Parameter, Quantity, System, scalar
 
 Array = NDArray[np.float64]

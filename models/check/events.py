@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from mehvar.manifest import DIRECTIONS
 
 from ..events import Event
-from ..implicit import algebraic_rows
+from ..forms import algebraic_rows
 from ..quantities import ModelError
 from ..system import System
 from ..tables import check_names

@@ -11,7 +11,7 @@ import sympy as sp
 
 from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 
-from ..implicit import algebraic_rows, has_rates
+from ..forms import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion

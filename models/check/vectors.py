@@ -10,8 +10,8 @@ import sympy as sp
 
 from ..derivation import free_symbols
 from ..events import Event
+from ..forms import mass_rows
 from ..geometry import shape_coordinates
-from ..implicit import mass_rows
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
 from ..tables import suggestion

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..samples import with_samples
+from ..forms import with_samples
 from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries

@@ -17,7 +17,7 @@ from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
-from mehvar.models.implicit import with_mass
+from mehvar.models.forms import with_mass
 from mehvar.models.system import ModelError, System
 from mehvar.runtime import load
 from tests.fuzz.campaign import Outcome

@@ -150,7 +150,7 @@ def test_what_would_be_ignored_is_refused():
 
 
 def test_a_system_whose_laws_command_at_each_sample_stays_as_it_is():
-    from mehvar.models.samples import with_samples
+    from mehvar.models.forms import with_samples
 
     system = turner()
     assert with_samples(system) is system

@@ -13,8 +13,8 @@ import mehvar
 from mehvar.codegen.functions.verify import VerificationError, verify
 from mehvar.errors import InputError
 from mehvar.models.check import check
-from mehvar.models.implicit import with_mass
-from mehvar.models.implicit.elimination import SingularError, factors
+from mehvar.models.forms import with_mass
+from mehvar.models.forms.elimination import SingularError, factors
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Group, System
 from mehvar.runtime import load, simulate

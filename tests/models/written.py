@@ -10,7 +10,7 @@ from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
-from mehvar.models.samples import with_samples
+from mehvar.models.forms import with_samples
 from mehvar.models.system import System
 
 

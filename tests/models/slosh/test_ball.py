@@ -127,8 +127,7 @@ def test_a_controlled_run_over_the_top_keeps_its_tolerance(model):
 def test_located_switches_keep_the_tolerance(tmp_path):
     """The whole tumble, the kink of the first tenth of a second included: without surfaces 5e-5 with 1e-9."""
     folder = tmp_path / "slosh"
-    structure = {"inertia": "ball", "attitude": "quaternion", "switches": "located"}
-    write(folder, derive(installed_tree(), "slosh", structure))
+    write(folder, variant("slosh", inertia="ball", attitude="quaternion", switches="located"))
     model = mehvar.load(str(folder))
     start = dict(zip(model.state_names, map(float, tumbling(model)), strict=True))
 

@@ -13,8 +13,8 @@ from typing import TypeVar
 
 import sympy as sp
 
-from .quantities import Group, Located, Quantity
-from .system import Condition, Controller, System
+from ..quantities import Group, Located, Quantity
+from ..system import Condition, Controller, System
 
 HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
 _Part = TypeVar("_Part", bound=Located)
