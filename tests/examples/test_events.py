@@ -8,11 +8,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mehvar
+from mehvar.physics.gates import TOLERANCE, balance, gates
+from mehvar.physics.machine import Machine
+from mehvar.physics.units import misfit
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import simulate
 
+from . import checks
 from .pages import lines, model_here, model_of_page
 
 METHODS = ("rk4", "dopri5", "dop853", "rock4", "rodas5p")
@@ -30,7 +34,7 @@ def folders(tmp_path_factory):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_example_is_short(folders, name):
-    assert lines(folders[name].parents[1] / "models" / name) <= 100
+    assert lines(folders[name].parents[1] / "models" / name) <= 80
 
 
 def impacts(n, g=9.81, e=0.97, height=1.0):
@@ -211,3 +215,58 @@ def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, me
         assert not text or (method == "rk4" and "in error" in text)
     counts = runs[{"bounce": "impacts", "thruster": "pulses", "cubli": "jumps"}[name]].values
     assert counts.max() > 1
+
+
+def energy(name):
+    """Mechanical energy, over the mass for the ball, and the power of what acts; the Cubli's off the ground."""
+
+    def cubli(at):
+        pivot, weight = at["I_b"] + at["m_w"] * at["l"] ** 2, (at["m_b"] * at["l_b"] + at["m_w"] * at["l"]) * at["g"]
+        wheel = at["I_w"] * (at["rate"] + at["wheel"]) ** 2 / 2
+        return pivot * at["rate"] ** 2 / 2 + wheel + weight * np.cos(at["angle"])
+
+    return {
+        "bounce": (lambda at: at["g"] * at["height"] + at["speed"] ** 2 / 2, lambda at: at["lift"] * at["speed"]),
+        "thruster": (
+            lambda at: at["I"] * at["rate"] ** 2 / 2,
+            lambda at: (at["torque"] * at["fires"] + at["drift"] + at["wheel"]) * at["rate"],
+        ),
+        "cubli": (
+            cubli, lambda at: at["T"] * at["wheel"] - at["C_b"] * at["rate"] ** 2 - at["C_w"] * at["wheel"] ** 2,
+        ),
+    }[name]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gates(folders, name):
+    """Energy changes by the power of what acts, and equations, guards and resets are the same in other units."""
+    subject = Machine(checks.system_of(folders[name]), {"phase": (1.0, 2.0)} if name == "cubli" else {})
+    assert gates([balance("work", *energy(name))], subject)["work"] < TOLERANCE
+    for function in ("rhs", "guards"):
+        assert misfit(subject, function) < 1e-12  # some hundred roundings
+
+
+def test_an_impact_leaves_its_part_of_the_energy(folders):
+    model = mehvar.load(folders["bounce"])
+    before, p = np.array([0.0, -3.0]), model.parameters()
+    after = model.functions["resets"](before, [0.0], p, 0.0)
+    np.testing.assert_allclose(after, [0.0, 0.97 * 3.0], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "row"),
+    [
+        ("bounce", 'X.height, "falling"', '2 * X.height, "falling"', "changed impact: falling"),
+        ("bounce", "-p.e * X.speed", "-p.e**2 * X.speed", "changed impact: speed+"),
+        ("thruster", '"rest_plus", signal - p.off', '"rest_plus", signal - 2 * p.off', "changed rest_plus: falling"),
+        ("thruster", "sp.Min(mode, 0)", "sp.Max(mode, 0)", "changed rest_plus: fires+"),
+        ("cubli", "X.angle + p.catch", "X.angle - p.catch", "changed catch: rising"),
+        ("cubli", "{X.rate: NONE, X.phase: NONE}", "{X.phase: NONE}", "rate+"),
+    ],
+)
+def test_a_diff_shows_an_edited_guard_and_an_edited_reset(folders, name, old, new, row):
+    checks.command_shows(folders[name], old, new, row)
+
+
+def test_the_sampled_law_of_the_thrusters_on_a_board(folders):
+    checks.board_agrees(folders["thruster"], "damped")
