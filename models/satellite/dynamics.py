@@ -140,6 +140,24 @@ def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
     return inertia_matrix(plant) + wheels.locked
 
 
+def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
+    """Define the gravity gradient; about principal axes each component has one product of the nadir's."""
+    torque = gravity_gradient(rotation, inertia, pull)
+    return sp.Matrix(
+        [
+            d.define(
+                f"Tgg_{i}",
+                sp.factor(torque[k]) if inertia.is_diagonal() else torque[k],
+                "(8)-(10)",
+                f"gravity gradient about {i}",
+                "N m",
+                f"T_{{gg,{i}}}",
+            )
+            for k, i in enumerate("xyz")
+        ]
+    )
+
+
 def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
     """Solve the momentum balance (1) for w', with the torque on the body and the momentum stored in the wheels.
 

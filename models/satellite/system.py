@@ -38,7 +38,7 @@ from .dynamics import (
     attitude,
     energy,
     euler_rotation,
-    gravity_gradient,
+    gradient_torque,
     inertia_matrix,
     inertial_momentum,
     rates,
@@ -48,10 +48,11 @@ from .dynamics import (
 from .environment import body_field, coil_torque, environment_torque, sensor, wheel_torque
 from .estimator import HALF, estimate
 from .geometry import geometry
-from .instruments import BIAS, FIELD, drift, instruments
+from .instruments import BIAS, FIELD, SUN, drift, instruments
 from .laws.attitude import Motion, attitude_law, feedback, pointing, sliding
 from .laws.detumbling import b_dot
 from .laws.gyro import Rate, without_bias
+from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
 from .orbit import LATITUDE, Orbit, circular, keplerian
 from .structure import STRUCTURE
@@ -142,9 +143,9 @@ def system(
     if sensors == "instruments":
         sun = craft.orbit.light * craft.placed.rotation * sp.Matrix(craft.orbit.sun)
         measured = instruments(measured, craft.states, field, tuple(sun), craft.p)
-    all_laws = _laws(craft, d)
+    all_laws = _laws(craft, field, d)
     outputs = _outputs(craft, d)
-    scenarios, metrics = _scenarios(craft, outputs)
+    scenarios, metrics = _scenarios(craft, outputs, all_laws)
     return System(
         name="satellite",
         title=_title(choices),
@@ -205,15 +206,7 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
     """Define the rates of the state, and the magnetic field in body axes where something is a function of it."""
     plant, wheels, orbit, rotation = craft.p, craft.wheels, craft.orbit, craft.placed.rotation
     d.section("Torques")
-    gradient = gravity_gradient(rotation, total_inertia(plant, wheels), orbit.pull)
-    gradient = sp.Matrix(
-        [
-            d.define(
-                f"Tgg_{i}", sp.factor(gradient[k]), "(8)-(10)", f"gravity gradient about {i}", "N m", f"T_{{gg,{i}}}"
-            )
-            for k, i in enumerate("xyz")
-        ]
-    )
+    gradient = gradient_torque(rotation, total_inertia(plant, wheels), orbit.pull, d)
     outside = environment_torque(rotation, orbit, plant, d)
     field: tuple[Expr, ...] = ()
     if {"torquers", "sensors"} & structure.beyond(craft.choices).keys():
@@ -262,7 +255,7 @@ def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _scenarios(
-    craft: _Craft, outputs: Sequence[tuple[Quantity, Expr]]
+    craft: _Craft, outputs: Sequence[tuple[Quantity, Expr]], laws: Sequence[Controller]
 ) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
     """Return the paper's runs and metrics as far as a structure has what they name, and those of the summary."""
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
@@ -271,14 +264,14 @@ def _scenarios(
     more, summary = read_scenarios(_HERE / "beyond.toml")
     known = {q.name for group in (craft.p, craft.s) for q in group}
     shown = {*(q.name for q in craft.states), *(q.name for q, _ in outputs), *(f"u_{q.name}" for q in craft.drive.inputs)}
-    shown |= {f"ym_{axis}" for axis in AXES}
+    shown |= set.intersection(*({q.name for q in law.memory} for law in laws))
     return (
         tuple(dataclasses.replace(s, expect={}) for s in (*scenarios, *more) if known.issuperset(s.values)),
         tuple(m for m in (*metrics, *summary) if shown.issuperset(part.strip() for of in m.of for part in of.split(" - "))),
     )
 
 
-def _laws(craft: _Craft, d: Derivation) -> tuple[Controller, ...]:
+def _laws(craft: _Craft, field: Sequence[Expr], d: Derivation) -> tuple[Controller, ...]:
     tables, plant, placed, drive = craft.tables, craft.p, craft.placed, craft.drive
     unloading = structure.added(tables, craft.choices, "_unloading")
     loop, learning = (*tables["loop"].quantities, *unloading), tables["adaptive"].quantities
@@ -304,11 +297,17 @@ def _laws(craft: _Craft, d: Derivation) -> tuple[Controller, ...]:
         controllers.pd("proportional and derivative (50)", placed.omega, plant, gains, shared, d),
         *(_more_laws(craft, unloading, d) if craft.choices["laws"] == "more" else ()),
         *(
-            (b_dot(drive, Group("c", tables["torquers_three_detumble"].quantities), plant, d),)
+            (b_dot(drive, field, Group("c", tables["torquers_three_detumble"].quantities), plant, d),)
             if drive.field
             else ()
         ),
+        *((_safe_mode(craft, unloading, d),) if craft.choices["sensors"] == "instruments" else ()),
     )
+
+
+def _safe_mode(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Controller:
+    law = Group("c", (*craft.tables["sensors_instruments_sun"].quantities, *unloading))
+    return sun_pointing(craft.drive, tuple(q.symbol for q in SUN), rates, inertia_matrix(craft.p), law, d)
 
 
 def _more_laws(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Iterator[Controller]:
@@ -380,19 +379,21 @@ def _constraints(craft: _Craft) -> tuple[Condition, ...]:
         s.half_period - plant.Ts,
         "half_period = {half_period:g} s is not longer than a sample, Ts = {Ts:g} s: the law cannot see the reference",
     )
-    spread = (spanning(plant),) if craft.choices["wheels"] == "any" else ()
-    return (_body(craft), slow, *spread)
+    spread = (spanning(craft.wheels),) if craft.choices["wheels"] == "any" else ()
+    return (*_body(craft), slow, *spread)
 
 
-def _body(craft: _Craft) -> Condition:
-    """Return that the inertia is that of a body: the second moments of its masses, tr(I)/2 - I, are positive definite."""
+def _body(craft: _Craft) -> Iterator[Condition]:
+    """Yield that the inertia is that of a body: the second moments of its masses, tr(I)/2 - I, are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
     if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
         moments = sp.eye(3) * total.trace() - 2 * total
-        minors = (moments[:k, :k].det(method="berkowitz") for k in (1, 2, 3))
-        return Condition(sp.Min(*minors), "the inertia is that of no body: a principal moment exceeds the other two together")
+        message = "the inertia is that of no body: a principal moment exceeds the other two together"
+        for k in (1, 2, 3):  # Sylvester's criterion; SymPy's Min of the three takes minutes
+            yield Condition(moments[:k, :k].det(method="berkowitz"), message)
+        return
     x, y, z = total.diagonal()
-    return Condition(
+    yield Condition(
         sp.Min(y + z - x, z + x - y, x + y - z),
         "I_x = {I_x:g}, I_y = {I_y:g}, I_z = {I_z:g} kg m^2 are the inertias of no body: with the wheels' "
         "Iw_x = {Iw_x:g}, Iw_y = {Iw_y:g}, Iw_z = {Iw_z:g} kg m^2 each total must be less than the other two together",

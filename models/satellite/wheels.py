@@ -35,6 +35,8 @@ class Wheels:
         Takes a torque on the body to the smallest torques of the motors.
     idle : sympy.Matrix
         Projection on torques of the motors that do not turn the body: what moves momentum between wheels.
+    locked : sympy.Matrix
+        What the wheels add to the inertia when they do not turn against the body.
     """
 
     labels: tuple[str, ...]
@@ -46,6 +48,7 @@ class Wheels:
     start: tuple[Expr, ...]
     pseudoinverse: sp.Matrix
     idle: sp.Matrix
+    locked: sp.Matrix
 
     @property
     def momenta(self) -> sp.Matrix:
@@ -62,11 +65,6 @@ class Wheels:
         """What the wheels hold together, in body axes."""
         return self.axes * self.momenta
 
-    @property
-    def locked(self) -> sp.Matrix:
-        """What the wheels add to the inertia when they do not turn against the body."""
-        return self.axes * sp.diag(*self.inertia) * self.axes.T
-
 
 _MOMENTA = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
 _TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
@@ -75,8 +73,10 @@ _TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}
 def along_axes(plant: Group, s: Group) -> Wheels:
     """Return the paper's wheels, along x, y and z."""
     inertia = (plant.Iw_x, plant.Iw_y, plant.Iw_z)
-    start = (s.hx_0, s.hy_0, s.hz_0)
-    return Wheels(tuple("xyz"), _MOMENTA, _TORQUES, sp.eye(3), inertia, plant.wheels, start, sp.eye(3), sp.zeros(3))
+    start, one = (s.hx_0, s.hy_0, s.hz_0), sp.eye(3)
+    return Wheels(
+        tuple("xyz"), _MOMENTA, _TORQUES, one, inertia, plant.wheels, start, one, sp.zeros(3), sp.diag(*inertia)
+    )
 
 
 def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
@@ -89,34 +89,35 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
         for j, i in enumerate("xyz"):
             title = f"axis of wheel {label} along {i}"
             axes[j, k] = d.define(f"a{label}_{i}", directions[j, k] / length, "", title, "1", f"a_{{{label},{i}}}")
-    pseudoinverse = _pseudoinverse(axes, d)
+    gram = _symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
+    spread = _symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
+    inertia, pseudoinverse = tuple(plant.wheel_inertia), axes.T * spread
+    locked = axes * sp.diag(*inertia) * axes.T
     return Wheels(
         tuple(labels),
         tuple(Quantity(f"h{k}", "N m s", f"absolute momentum of wheel {k} about its axis", f"h_{k}") for k in labels),
         tuple(Quantity(f"T{k}", "N m", f"torque of the motor of wheel {k} on the body", f"T_{k}") for k in labels),
         axes,
-        tuple(plant.wheel_inertia),
+        inertia,
         sp.S.One,
         tuple(s.wheel_momentum_0),
         pseudoinverse,
         sp.eye(len(labels)) - pseudoinverse * axes,
+        _symmetric("Iw", locked, "what the wheels add to the inertia, locked", "kg m^2", "I_w", d),
     )
 
 
-def _pseudoinverse(axes: sp.Matrix, d: Derivation) -> sp.Matrix:
-    """Define A' (A A')^-1; it depends on parameters alone."""
-    square, gram, inverse = axes * axes.T, sp.zeros(3), sp.zeros(3)
-    for name, values, named in (("gram", square, gram), ("spread", None, inverse)):
-        values = gram.inv(method="ADJ") if values is None else values
-        title = "A A' of the wheels' axes" if named is gram else "inverse of A A'"
-        for i in range(3):
-            for j in range(i, 3):
-                latex = rf"{'g' if named is gram else 'G'}_{{{i + 1}{j + 1}}}"
-                named[i, j] = named[j, i] = d.define(f"{name}{i + 1}{j + 1}", values[i, j], "", title, "1", latex)
-    return axes.T * inverse
+def _symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
+    """Name the elements of a symmetric matrix; all here depend on parameters alone, and a batch has them once."""
+    named = sp.zeros(3)
+    for i in range(3):
+        for j in range(i, 3):
+            tag = f"{i + 1}{j + 1}"
+            named[i, j] = named[j, i] = d.define(f"{name}{tag}", values[i, j], "", title, unit, f"{latex}_{{{tag}}}")
+    return named
 
 
-def spanning(plant: Group) -> Condition:
-    """Return that the wheels' axes span all directions: the volumes of three columns at a time, squared and added."""
-    directions = plant.wheel_axes
-    return Condition((directions * directions.T).det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")
+def spanning(wheels: Wheels) -> Condition:
+    """Return that the wheels' axes span all directions: the volumes of three at a time, squared and added."""
+    gram = wheels.axes * wheels.axes.T
+    return Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")

@@ -3,16 +3,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import sympy as sp
 
-from ...system import Controller, Derivation, Group, Quantity
+from ...system import Controller, Derivation, Expr, Group, Quantity
 from ..drive import Drive
 
 LAST = tuple(Quantity(f"B_last_{i}", "Wb/m^2", f"magnetic field along {i} one sample ago", f"B_{i}(k-1)") for i in "xyz")
 
 
-def b_dot(drive: Drive, law: Group, plant: Group, d: Derivation) -> Controller:
+def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Derivation) -> Controller:
     """Return the law m = -k B'/|B|^2, with B' between two samples.
+
+    Parameters
+    ----------
+    drive : Drive
+        The actuators.
+    first : sequence of Expr
+        Field in body axes at the start, Wb/m^2.
+    law, plant : Group
+        Parameters.
+    d : Derivation
+        Receives the steps.
 
     Notes
     -----
@@ -32,6 +45,6 @@ def b_dot(drive: Drive, law: Group, plant: Group, d: Derivation) -> Controller:
         drive.still(named),
         period="Ts",
         memory=Group("z", LAST),
-        start=tuple(field),
+        start=tuple(first),
         update=tuple(field),
     )
