@@ -197,7 +197,9 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
     count = sp.Piecewise((sp.Min(SAMPLES.symbol + 1, estimator.WARM), healthy), (0, True))
     extra = ((SAMPLES, sp.S.Zero, count),)
     # F = F0 I and its trace add what has different units
-    return dataclasses.replace(_controller(name, title, law, commands, shared.drive, healthy, rows, extra), in_numbers=True)
+    return dataclasses.replace(
+        _controller(name, title, law, commands, shared.drive, healthy, rows, extra), in_numbers=True
+    )
 
 
 def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shared, d: Derivation) -> Controller:

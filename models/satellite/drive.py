@@ -82,7 +82,9 @@ class Drive:
         return len(self.wheels.labels) > FEWEST
 
     def _renamed(self, group: str, suffix: str, title: str, mark: str) -> Group:
-        renamed = (Quantity(f"{q.name}_{suffix}", q.unit, f"{title} {q.description}", f"{q.latex}^{mark}") for q in self.inputs)
+        renamed = (
+            Quantity(f"{q.name}_{suffix}", q.unit, f"{title} {q.description}", f"{q.latex}^{mark}") for q in self.inputs
+        )
         return Group(group, tuple(renamed))
 
     def actuator(self, plant: Group, d: Derivation) -> Actuator:

@@ -190,7 +190,10 @@ def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels
             )
     net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
     net = sp.Matrix(
-        [d.define(f"N_{i}", net[k], "(1)", f"torque less w x H about {i}", "N m", f"N_{i}") for k, i in enumerate("xyz")]
+        [
+            d.define(f"N_{i}", net[k], "(1)", f"torque less w x H about {i}", "N m", f"N_{i}")
+            for k, i in enumerate("xyz")
+        ]
     )
     return tuple(_acceleration(k, (named * net)[k], d) for k in range(3))
 

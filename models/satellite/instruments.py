@@ -14,8 +14,13 @@ import sympy as sp
 from ..system import Expr, Group, Quantity, RandomStep, Sensor
 
 BIAS = tuple(Quantity(f"bias_{i}", "rad/s", f"bias of the gyro about {i}", f"b_{i}") for i in "xyz")
-FIELD = tuple(Quantity(f"mag_{i}", "Wb/m^2", f"measured magnetic field along body {i}", rf"\tilde B_{i}") for i in "xyz")
-SUN = tuple(Quantity(f"sensed_{i}", "1", f"measured direction of the Sun along body {i}, zero in shadow", rf"\tilde s_{i}") for i in "xyz")
+FIELD = tuple(
+    Quantity(f"mag_{i}", "Wb/m^2", f"measured magnetic field along body {i}", rf"\tilde B_{i}") for i in "xyz"
+)
+SUN = tuple(
+    Quantity(f"sensed_{i}", "1", f"measured direction of the Sun along body {i}, zero in shadow", rf"\tilde s_{i}")
+    for i in "xyz"
+)
 
 _DRIFT = Group("e", tuple(Quantity(f"e_{q.name}", "1", f"change of the {q.description}") for q in BIAS))
 

@@ -153,14 +153,24 @@ def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callab
     parameter = named("parameter", a * (1 - e**2), "semi-latus rectum", "m", "p")
     nearness = 1 + e * sp.cos(anomaly)
     radius = named("radius", parameter / nearness, "distance from the centre of the Earth", "m", "r")
-    scale = named("speed_scale", sp.sqrt(mu / parameter), "velocity across the radius at the semi-latus rectum", "m/s", "v_p")
+    scale = named(
+        "speed_scale", sp.sqrt(mu / parameter), "velocity across the radius at the semi-latus rectum", "m/s", "v_p"
+    )
     symbols, drift = oblate_drift()
     values = dict(zip(symbols, (mu, a, e, plant.inclination, plant.J2, plant.earth_radius), strict=True))
     node_rate, perigee_rate, ahead = (rate.xreplace(values) for rate in drift)
     node_rate = named("node_rate", node_rate, "mean rate of the node by J2", "rad/s", r"\Omega_n'")
     perigee_rate = named("perigee_rate", perigee_rate, "mean rate of the perigee by J2", "rad/s", r"\omega_p'")
-    share = named("anomaly_share", 1 + ahead / sp.sqrt(mu / a**3), "rate of the mean anomaly with J2 over that without", "1", "s_M")
-    anomaly_rate = named("anomaly_rate", share * scale * nearness / radius, "rate of the true anomaly", "rad/s", r"\nu'")
+    share = named(
+        "anomaly_share",
+        1 + ahead / sp.sqrt(mu / a**3),
+        "rate of the mean anomaly with J2 over that without",
+        "1",
+        "s_M",
+    )
+    anomaly_rate = named(
+        "anomaly_rate", share * scale * nearness / radius, "rate of the true anomaly", "rad/s", r"\nu'"
+    )
     up, turn, tilt = sp.symbols("up turn tilt", real=True)
     frame = _TO_ORBIT_AXES * frame_turn(2, up) * frame_turn(0, tilt) * frame_turn(2, turn)
     rate_up, rate_turn = sp.symbols("rate_up rate_turn", real=True)
@@ -191,7 +201,9 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
     turning = _vector("orbit_rate", here.turning, "rate of the orbit axes about orbit", "rad/s", r"\omega_{o", d)
     speed = named("speed", sp.sqrt(here.around**2 + here.outward**2), "speed on the orbit", "m/s", "v")
     height = here.radius - plant.semi_major_axis * (1 - plant.eccentricity)
-    density = named("density", plant.air_density * sp.exp(-height / plant.scale_height), "density of the air", "kg/m^3", r"\rho")
+    density = named(
+        "density", plant.air_density * sp.exp(-height / plant.scale_height), "density of the air", "kg/m^3", r"\rho"
+    )
     sun = tuple(axes * _direction(plant.sun_ascension, plant.sun_declination))
     beyond = sp.sqrt(sp.Max(0, 1 - sun[2] ** 2)) * here.radius  # distance from the line through Earth and Sun
     dark = sp.And(sun[2] > 0, beyond < plant.earth_radius)

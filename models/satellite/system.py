@@ -224,7 +224,9 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
 def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
     """Return what a run shows beside its state, quantity by quantity."""
     named = {symbol.name: symbol for symbol in d.definitions}
-    relative = (Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz")
+    relative = (
+        Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz"
+    )
     speeds = (
         Quantity(f"wheel_{i}", "rad/s", f"speed of wheel {i} relative to the body", rf"\Omega_{{w{i}}}")
         for i in craft.wheels.labels
@@ -263,11 +265,17 @@ def _scenarios(
         return scenarios, metrics
     more, summary = read_scenarios(_HERE / "beyond.toml")
     known = {q.name for group in (craft.p, craft.s) for q in group}
-    shown = {*(q.name for q in craft.states), *(q.name for q, _ in outputs), *(f"u_{q.name}" for q in craft.drive.inputs)}
+    shown = {
+        *(q.name for q in craft.states),
+        *(q.name for q, _ in outputs),
+        *(f"u_{q.name}" for q in craft.drive.inputs),
+    }
     shown |= set.intersection(*({q.name for q in law.memory} for law in laws))
     return (
         tuple(dataclasses.replace(s, expect={}) for s in (*scenarios, *more) if known.issuperset(s.values)),
-        tuple(m for m in (*metrics, *summary) if shown.issuperset(part.strip() for of in m.of for part in of.split(" - "))),
+        tuple(
+            m for m in (*metrics, *summary) if shown.issuperset(part.strip() for of in m.of for part in of.split(" - "))
+        ),
     )
 
 

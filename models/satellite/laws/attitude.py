@@ -55,7 +55,9 @@ def error(quaternion: Sequence[Expr], wanted: Sequence[Expr], tag: str, d: Deriv
     goal = quaternion_of_turns([(axis, wanted[axis]) for axis in (2, 1, 0)])
     product = quaternion_product((goal[0], *(-part for part in goal[1:, 0])), tuple(quaternion))
     parts = [d.define(f"e{k}_{tag}", product[k], "", f"error quaternion, {k}", latex=f"e_{k}") for k in range(4)]
-    side = d.define(f"way_{tag}", sp.Piecewise((1, parts[0] >= 0), (-1, True)), "", "sign of the shorter way", latex="s_e")
+    side = d.define(
+        f"way_{tag}", sp.Piecewise((1, parts[0] >= 0), (-1, True)), "", "sign of the shorter way", latex="s_e"
+    )
     return Error(side * parts[0], side * sp.Matrix(parts[1:]))
 
 
@@ -103,9 +105,7 @@ def attitude_law(
     tag = name.replace("-", "_")
     off = error(motion.quaternion, motion.wanted, tag, d)
     wanted = form(off, seen.omega, motion.rate - motion.omega, motion, law)
-    torque = [
-        d.define(f"u_{i}_{tag}", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")
-    ]
+    torque = [d.define(f"u_{i}_{tag}", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
     return Controller(
         name,
         title,

@@ -10,7 +10,9 @@ import sympy as sp
 from ...system import Controller, Derivation, Expr, Group, Quantity
 from ..drive import Drive
 
-LAST = tuple(Quantity(f"B_last_{i}", "Wb/m^2", f"magnetic field along {i} one sample ago", f"B_{i}(k-1)") for i in "xyz")
+LAST = tuple(
+    Quantity(f"B_last_{i}", "Wb/m^2", f"magnetic field along {i} one sample ago", f"B_{i}(k-1)") for i in "xyz"
+)
 
 
 def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Derivation) -> Controller:

@@ -12,7 +12,9 @@ from ...mechanics import quaternion_product
 from ...system import Derivation, Expr, Group, Quantity
 
 BIAS = tuple(Quantity(f"bias_est_{i}", "rad/s", f"estimated bias of the gyro about {i}", rf"\hat b_{i}") for i in "xyz")
-LAST = tuple(Quantity(f"q{k}_last", "1", f"component {k} of the attitude one sample ago", f"q_{k}(k-1)") for k in range(4))
+LAST = tuple(
+    Quantity(f"q{k}_last", "1", f"component {k} of the attitude one sample ago", f"q_{k}(k-1)") for k in range(4)
+)
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ def without_bias(omega: Iterable[Expr], q: Sequence[Expr], law: Group, plant: Gr
     measured = sp.Matrix(list(omega))
     after = []
     for k, i in enumerate("xyz"):
-        shown = d.define(f"turned_{i}_{tag}", 2 * side * turn[k + 1] / plant.Ts, "", f"rate about {i} by the star tracker", "rad/s")
+        shown = d.define(
+            f"turned_{i}_{tag}", 2 * side * turn[k + 1] / plant.Ts, "", f"rate about {i} by the star tracker", "rad/s"
+        )
         after.append(bias[k] + law.bias_gain * plant.Ts * (measured[k] - shown - bias[k]))
     return Rate(measured - sp.Matrix(bias), (*BIAS, *LAST), (*[sp.S.Zero] * 3, *q), (*after, *q))

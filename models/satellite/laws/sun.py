@@ -43,7 +43,9 @@ def sun_pointing(
     across = NORMAL.cross(seen)
     sine = d.define("sun_sine", sp.sqrt(across.dot(across)), "", "sine of the angle between panels and Sun", "1")
     angle = sp.atan2(sine, NORMAL.dot(seen))
-    share = d.define("sun_share", sp.Piecewise((angle / sine, sine > LEAST), (1, True)), "", "angle to the Sun over its sine", "1")
+    share = d.define(
+        "sun_share", sp.Piecewise((angle / sine, sine > LEAST), (1, True)), "", "angle to the Sun over its sine", "1"
+    )
     turn = law.sun_bandwidth**2 * share * across - 2 * law.sun_bandwidth * rates
     wanted = inertia * turn
     torque = [d.define(f"u_{i}_sun", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
