@@ -68,7 +68,7 @@ RANGES = {
         "mu": (1, 2), "semi_major_axis": (1.5, 2), "eccentricity": (0.1, 0.6), "J2": (0.1, 0.3),
         "earth_radius": (0.7, 1), "earth_rate": (0.1, 0.5), "pole_tilt": (0.1, 0.5), "pole_longitude": (-3, 3),
         "scale_height": (0.5, 1), "sun_ascension": (-3, 3), "sun_declination": (-0.5, 0.5), "clock": (0, 3),
-        **{name: (-3, 3) for name in ("anomaly", "perigee", "node", "anomaly_0", "perigee_0", "node_0")},
+        **dict.fromkeys(("anomaly", "perigee", "node", "anomaly_0", "perigee_0", "node_0"), (-3, 3)),
         "coil_max": (0.5, 1.5), **{f"{name}_{axis}": (-1, 1) for name in ("coil", "tumble", "bias") for axis in "xyz"},
         **{f"coil_{axis}_cmd": (-2, 2) for axis in "xyz"}, **{f"bias_{axis}_0": (-1, 1) for axis in "xyz"},
         **{f"{name}_noise": (0.01, 0.02) for name in ("bias", "field", "sun")},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What turns the satellite: the inputs, their limits, and how a law's torque becomes commands of wheels and torquers."""
+"""What turns the satellite: inputs, their limits, and how a law's torque becomes commands of wheels and torquers."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Attitude of a rigid satellite with reaction wheels on an orbit, equations (1)-(7).
 
-The paper's body axes are principal axes, its orbit a circle. C takes components from orbit to body axes; the attitude is
-three angles (turns about z, y, x in this order) or a quaternion.
+The paper's body axes are principal axes, its orbit a circle. C takes components from orbit to body axes; the attitude
+is three angles (turns about z, y, x in this order) or a quaternion.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
     balance = torque_excess(inertia, rates, unknown, wheels.momentum) - torque
     names = []
-    for k, i in enumerate("xyz"):
+    for k in range(3):
         rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
         names.append(_acceleration(k, -rest / coefficient, d))
     return tuple(names)

@@ -9,8 +9,8 @@ import sympy as sp
 
 from ..mechanics import quaternion_of_turns
 from ..system import Derivation, Expr, Group, Quantity, Sensor
-from .dynamics import ANGLES, RATES, angles, rates
 from .drive import coils
+from .dynamics import ANGLES, RATES, angles, rates
 from .orbit import Orbit
 from .wheels import Wheels
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import sympy as sp
-
 from ..system import Expr, Group, Quantity, RandomStep, Sensor
 
 BIAS = tuple(Quantity(f"bias_{i}", "rad/s", f"bias of the gyro about {i}", f"b_{i}") for i in "xyz")

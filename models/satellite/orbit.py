@@ -71,7 +71,7 @@ class Orbit:
 
 
 def circular(plant: Group, s: Group) -> Orbit:
-    """Return the paper's orbit: a constant rate about -y, a dipole along the Earth's axis, the Sun fixed to its plane."""
+    """Return the paper's orbit: a constant rate about -y, a dipole along the Earth's axis, a Sun fixed to its plane."""
     latitude = LATITUDE.symbol
     turning = sp.Matrix([0, -plant.omega0, 0])
     strength, tilt = plant.field_moment / plant.orbit_radius**3, plant.inclination

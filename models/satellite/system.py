@@ -55,7 +55,6 @@ from .laws.gyro import Rate, without_bias
 from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
 from .orbit import LATITUDE, Orbit, circular, keplerian
-from .structure import STRUCTURE
 from .wheels import Wheels, along_any, along_axes, spanning
 
 _HERE = Path(__file__).parent
@@ -243,7 +242,7 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return what is compared between sets of actuators: where the body points, and what the actuators give and hold."""
+    """Return what is compared between sets of actuators: where the body points, what they give and hold."""
     d.section("Summary")
     wheels, off = craft.wheels, pointing(craft.placed.quaternion, REFERENCES.symbols, d)
     held, tumble = wheels.momentum, craft.placed.omega
@@ -392,7 +391,7 @@ def _constraints(craft: _Craft) -> tuple[Condition, ...]:
 
 
 def _body(craft: _Craft) -> Iterator[Condition]:
-    """Yield that the inertia is that of a body: the second moments of its masses, tr(I)/2 - I, are positive definite."""
+    """Yield that the inertia is that of a body: second moments of its masses, tr(I)/2 - I, are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
     if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
         moments = sp.eye(3) * total.trace() - 2 * total

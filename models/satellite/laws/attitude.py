@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws on the attitude as a whole: an error quaternion instead of three angles, the whole inertia instead of three axes."""
+"""Laws on the attitude as a whole: an error quaternion for three angles, the whole inertia for three axes."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mehvar.physics.gates import Gate, Symmetry, balance, dot, identity, symmetric
+from mehvar.physics.gates import Gate, Reading, Symmetry, balance, dot, identity, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from tests.mehvar.physics import rotations
 
@@ -28,6 +28,7 @@ def gates_of(_subject: Machine) -> list[Gate]:
         balance("mean anomaly", _mean_anomaly, _mean_motion),
         balance("place on the ellipse", _place, _velocity, where=lambda at: at.moved(J2=0.0)),
         identity("drift of the ellipse", lambda at: at.result("rhs", "perigee", "node"), _drift),
+        identity("shadow", lambda at: _around(at, _lit_outputs), lambda at: _around(at, _environment)),
         identity("bias that no time changes", lambda at: at.result("rhs", *_names("bias_"), "clock"), _still),
         *(
             identity(f"outputs: {title}", lambda at, names=names: at.result("outputs", *names), reading)
@@ -212,6 +213,16 @@ def _lit(at: Points) -> Array:
     along = dot(place, sun)
     off = np.linalg.norm(place - along[:, None] * sun, axis=1)
     return np.where((along < 0) & (off < at["earth_radius"]), 0.0, 1.0)
+
+
+def _around(at: Points, reading: Reading) -> Array:
+    """Return a reading at places around the orbit: some lie in shadow, some at its edge."""
+    places = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    return np.hstack([reading(at.moved(anomaly=at["anomaly"] + place)) for place in places])
+
+
+def _lit_outputs(at: Points) -> Array:
+    return at.result("outputs", *_names("Tenv_"))
 
 
 def _environment(at: Points) -> Array:
