@@ -11,8 +11,10 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
 
 import mehvar
+from mehvar.runtime.board.run import BoardRequest, run_on_board
 from tests.models.satellite.beyond import Newton, column, craft, motion, names, state
 from tests.models.satellite.loop import satellite
+from tests.tools import needs
 
 Q, W, H = ("q0", "q1", "q2", "q3"), ("wx", "wy", "wz"), ("h1", "h2", "h3", "h4")
 TENSOR = np.array([[2.13, 0.05, -0.08], [0.05, 3.04, 0.06], [-0.08, 0.06, 3.09]])
@@ -217,3 +219,17 @@ def test_the_safe_mode_turns_the_panels_to_the_sun_out_of_the_shadow():
     angle = np.arccos(np.clip(panels @ sun, -1, 1))
     assert angle[0] > 0.5
     assert np.median(angle) < 0.03
+
+
+@pytest.mark.parametrize("law", ["quaternion", "sliding", "b-dot", "sun"])
+def test_a_board_computes_the_same_bits(law):
+    outcome = run_on_board(craft(), BoardRequest(law, "sil", samples=200))
+    assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 200 * 7)
+
+
+@needs("arm-none-eabi-gcc")
+def test_an_emulated_processor_computes_the_same_bits():
+    request = BoardRequest("quaternion", "unicorn", "stm32f4", "gcc", samples=60, selftest=4, profiled=False)
+    outcome = run_on_board(craft(), request)
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+    assert outcome.stats["stack_used"] <= outcome.bound.bytes
