@@ -70,10 +70,15 @@ class Orbit:
     turning_at_start: sp.Matrix
 
 
+def circular_turning(omega0: Expr) -> sp.Matrix:
+    """Return the rate of the orbit axes of a circle in these: about -y, because z is nadir and x is velocity."""
+    return sp.Matrix([0, -omega0, 0])
+
+
 def circular(plant: Group, s: Group) -> Orbit:
     """Return the paper's orbit: a constant rate about -y, a dipole along the Earth's axis, a Sun fixed to its plane."""
     latitude = LATITUDE.symbol
-    turning = sp.Matrix([0, -plant.omega0, 0])
+    turning = circular_turning(plant.omega0)
     strength, tilt = plant.field_moment / plant.orbit_radius**3, plant.inclination
     along, up = plant.sun_latitude - latitude, plant.sun_elevation
     return Orbit(
@@ -194,9 +199,9 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
         return d.define(name, expr, "", title, unit, latex)
 
     states = (ANOMALY, PERIGEE, NODE)
-    here = _place(plant, *(q.symbol for q in states), named)
+    here = _place(plant, ANOMALY.symbol, PERIGEE.symbol, NODE.symbol, named)
     start = (s.anomaly_0, s.perigee_0, s.node_0)
-    first = _place(plant, *start, lambda _name, expr, *_: expr)
+    first = _place(plant, s.anomaly_0, s.perigee_0, s.node_0, lambda _name, expr, *_: expr)
     axes = _vectors("O", here.axes, "inertial to orbit axes", d)
     turning = _vector("orbit_rate", here.turning, "rate of the orbit axes about orbit", "rad/s", r"\omega_{o", d)
     speed = named("speed", sp.sqrt(here.around**2 + here.outward**2), "speed on the orbit", "m/s", "v")

@@ -66,8 +66,8 @@ class Wheels:
         return self.axes * self.momenta
 
 
-_MOMENTA = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
-_TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
+MOMENTA = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
+TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
 
 
 def along_axes(plant: Group, s: Group) -> Wheels:
@@ -75,7 +75,7 @@ def along_axes(plant: Group, s: Group) -> Wheels:
     inertia = (plant.Iw_x, plant.Iw_y, plant.Iw_z)
     start, one = (s.hx_0, s.hy_0, s.hz_0), sp.eye(3)
     return Wheels(
-        tuple("xyz"), _MOMENTA, _TORQUES, one, inertia, plant.wheels, start, one, sp.zeros(3), sp.diag(*inertia)
+        tuple("xyz"), MOMENTA, TORQUES, one, inertia, plant.wheels, start, one, sp.zeros(3), sp.diag(*inertia)
     )
 
 
