@@ -44,6 +44,7 @@ _ROLES = {
     "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
+    "delays": "delay",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
@@ -145,7 +146,10 @@ def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Pla
         if isinstance(value, Mapping):
             for name, record in value.items():
                 yield (role, name, "entry"), name
-                yield from _record(record, role, name, skipped)
+                if isinstance(record, str):
+                    yield (role, name, "value"), record
+                else:
+                    yield from _record(record, role, name, skipped)
         elif role == "model":
             yield (role, key, "value"), _text(value)
         else:

@@ -30,15 +30,15 @@ STAGES = 16  # the most that a method has, and the length of a row of its coeffi
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in native/step/schedule.h."""
+    """How a run ended, numbered as in native/step/schedule.h; 5 is of batches, for runs that never began."""
 
     DONE = 0
     NOT_FINITE = 1
     STEP_UNDERFLOW = 2
     TOO_MANY_STEPS = 3
     LIMIT = 4
-    EVENT = 5
-    CHATTERING = 6
+    EVENT = 6
+    CHATTERING = 7
 
     @property
     def text(self) -> str:
