@@ -101,13 +101,13 @@ def with_forces(
     )
 
 
-def with_thrust(law: Controller, motion: Motion, parameters: Group) -> Controller:
-    """Let thrusters take up angular momentum beside the rods.
+def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group) -> Controller:
+    """Let thrusters take up the torque of gravity and angular momentum beside the rods.
 
     The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself.
     """
     own = Group("c", (*law.parameters.quantities, *parameters.quantities))
-    torque = -own.k_H * MOMENTUM.symbol
+    torque = -own.k_H * MOMENTUM.symbol - plant.torque
     turning = (
         torque / motion.inertia * mass * QUARTER_TURN * place
         for mass, place in zip(motion.masses, motion.places, strict=True)

@@ -28,15 +28,15 @@ class Plant:
         Accelerations of the rods' lengths for forces of one newton in each rod.
     free : tuple of Expr
         Accelerations of the lengths without forces of rods and thrusters.
-    thrust : tuple of Expr
-        Those that the thrusters add.
+    torque : Expr
+        Of gravity about the centre of mass.
     rhs : tuple of Expr
         Rates of all states.
     """
 
     coupling: sp.Matrix
     free: tuple[Expr, ...]
-    thrust: tuple[Expr, ...]
+    torque: Expr
     rhs: tuple[Expr, ...]
 
 
@@ -91,18 +91,22 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
     accelerations = coupling * forces + sp.Matrix(free) + sp.Matrix(pushed)
     cosine, sine = sp.cos(HEADING.symbol), sp.sin(HEADING.symbol)
     fx, fy = sum(thrust[1:], thrust[0])
+    torque = d.define(
+        "torque", _torque(motion, field), title="torque of the gravity gradient", unit="N m", latex=r"\tau_g"
+    )
+    by_thrust = sp.Add(*(planar_cross(place, force) for place, force in zip(motion.places, thrust, strict=True)))
     rhs = (
         *rates,
         motion.turns[2],
         *accelerations,
-        _torque(motion, field),
+        torque + by_thrust,
         field.rate,
         (cosine * fx - sine * fy) / motion.total,
         (sine * fx + cosine * fy) / motion.total,
         sp.Add(*(sp.Abs(force * rate) for force, rate in zip(forces, rates, strict=True))),
         sp.Add(*(sp.Abs(force) for pair in thrust for force in pair)),
     )
-    return Plant(coupling, free, pushed, rhs)
+    return Plant(coupling, free, torque, rhs)
 
 
 def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
@@ -144,15 +148,12 @@ def _pushed(k: int, motion: Motion) -> Expr:
 
 
 def _torque(motion: Motion, field: Gravity) -> Expr:
-    """Return H' = sum X_i x f_i, of gravity with the sum over rods."""
-    by_gravity = sp.Add(
-        *(
-            mass * planar_cross(rod, field.radial) * rod.dot(field.radial)
-            for mass, rod in zip(motion.reduced, motion.rods, strict=True)
-        )
+    """Return sum X_i x f_i of gravity, as a sum over rods."""
+    each = (
+        mass * planar_cross(rod, field.radial) * rod.dot(field.radial)
+        for mass, rod in zip(motion.reduced, motion.rods, strict=True)
     )
-    by_thrust = sp.Add(*(planar_cross(place, force) for place, force in zip(motion.places, thrust, strict=True)))
-    return 3 * field.gradient * by_gravity + by_thrust
+    return 3 * field.gradient * sp.Add(*each)
 
 
 def kinetic(motion: Motion, drift: tuple[Expr, Expr]) -> Expr:

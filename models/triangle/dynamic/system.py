@@ -172,7 +172,7 @@ def _forceful(
 ) -> tuple[Controller, ...]:
     """Return the paper's laws with computed forces, and the path law beside thrust."""
     controllers = {law.name: with_forces(law, rates, acting, own["tracking"], d) for law in plain}
-    return (*controllers.values(), with_thrust(controllers["path"], moving, own["thrust"]))
+    return (*controllers.values(), with_thrust(controllers["path"], moving, acting, own["thrust"]))
 
 
 def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
