@@ -33,7 +33,7 @@ def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[st
     """
     groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
     parameters, scenarios = folder / "parameters.toml", folder / "scenarios.toml"
-    default = all(system.structure.get(choice, values[0]) == values[0] for choice, values in choices.items())
+    default = all(system.structure.get(choice) == values[0] for choice, values in choices.items())
     theirs = {f"{choice}_{value}": (choice, value) for choice, values in choices.items() for value in values}
     if parameters.is_file():
         names = {q.name for group in groups for q in group}

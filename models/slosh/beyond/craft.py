@@ -110,7 +110,6 @@ def completed(
     outputs = _outputs(paper, unknown, thrust, p)
     return dataclasses.replace(
         paper,
-        structure={**paper.structure, "craft": "beyond"},
         states=states,
         parameters=p,
         outputs=Group("y", tuple(q for q, _ in outputs)),
