@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mehvar.physics.gates import Gate
 from mehvar.physics.machine import Machine
-from tests.mehvar.physics import craft, satellite, slosh, triangle
+from tests.mehvar.physics import craft, pushed, satellite, slosh, triangle
 
 Structure = tuple[tuple[str, str], ...]
 Case = tuple[str, Structure]
@@ -33,6 +33,8 @@ CRAFT: Case = (
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"),)),
+    ("triangle", (("model", "dynamic"),)),
+    ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", ()),
     ("satellite", (("chart", "quaternion"),)),
     CRAFT,
@@ -44,8 +46,14 @@ CASES: tuple[Case, ...] = (
 )
 """The last solves the hull's equations instead of the tensions'."""
 
+
+def _triangle(subject: Machine) -> list[Gate]:
+    of_rates = subject.system.structure["model"] == "kinematic"
+    return triangle.gates_of(subject) if of_rates else pushed.gates_of(subject)
+
+
 _DECLARATIONS: dict[str, Callable[[Machine], list[Gate]]] = {
-    "triangle": triangle.gates_of,
+    "triangle": _triangle,
     "satellite": satellite.gates_of,
     "slosh": slosh.gates_of,
 }
