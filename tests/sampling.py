@@ -19,6 +19,7 @@ RANGES = {
         **{f"l{k}_{end}": (0.3, 0.5) for k in (1, 2, 3) for end in "0f"},
         "psi": (-2, 2), "nu": (-3, 3), "nu_0": (-3, 3), "H_0": (-0.1, 0.1), "vx": (-1, 1), "vy": (-1, 1),
         "mean_motion": (0.5, 1), "eccentricity": (0.1, 0.6), "F_max": (0.5, 1.5), "thrust_max": (0.5, 1),
+        "rate_max": (0.01, 0.1),
         **{f"{name}{end}": (-2, 2) for name in _PUSHES for end in ("", "_cmd")},
         **{f"u_l{k}{end}": (-0.5, 0.5) for k in (1, 2, 3) for end in ("", "_0")},
         **{f"l{k}_acc": (-2, 2) for k in (1, 2, 3)},
