@@ -130,6 +130,16 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
             yield ParameterChange(name, role, what, origin, value)
     for (role, name, _), value in before.items():
         yield ParameterChange(name, role, "removed", value, "")
+    yield from _order_change(old.events, new.events, renamed)
+
+
+def _order_change(old: Iterable[Event], new: Iterable[Event], renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
+    """Compare the order of events that do something: of those at one instant each meets what the one before it left."""
+    before, after = ([event.name for event in events if event.resets or event.ends] for events in (old, new))
+    origin = {renamed.get(name, name): name for name in after}
+    order, common = [name for name in before if name in origin], [name for name in origin if name in before]
+    if order != common:
+        yield ParameterChange("events", "model", "order", ", ".join(order), ", ".join(common))
 
 
 def _unsaid(manifest: Manifest) -> set[str]:

@@ -259,7 +259,8 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
 def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
     """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
     if manifest.wiener and method not in STOCHASTIC:
-        raise bad_value("method", method, f"{either(STOCHASTIC)}: {manifest.model} has process noise", origin)
+        allowed = f"{either(STOCHASTIC)}: {manifest.model} has process noise"
+        raise bad_value("method", method, allowed, f"{origin}, or the default")
     if not manifest.wiener and method in STOCHASTIC:
         raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
     if manifest.random_step and not sampled:

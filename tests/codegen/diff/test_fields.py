@@ -107,6 +107,15 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
     assert compare(*pair).parameters, f"{kind.__name__}.{name}"
 
 
+@pytest.mark.parametrize(("kind", "order"), [({"resets": True}, "b, a"), ({"ends": True}, "b, a"), ({}, "")])
+def test_the_order_of_events_is_seen_where_they_do_something(kind, order):
+    surface = Event("a", "rising", resets=False, ends=False, title="")
+    a, b = (replace(surface, name=name, **kind) for name in "ab")
+    pair = (replace(document("f: x*m"), manifest=replace(manifest(), events=events)) for events in ((a, b), (b, a)))
+    changes = compare(*pair).parameters
+    assert [(change.what, change.new) for change in changes] == ([("order", order)] if order else [])
+
+
 def test_every_exemption_is_of_a_field_and_has_a_reason():
     known = {f"{kind.__name__}.{f.name}" for kind in KINDS for f in fields(kind)}
     assert EXEMPT.keys() <= known
