@@ -21,7 +21,6 @@ from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.own.files import read_inputs
 from mehvar.runtime.run.own.inputs import Interpolation
-from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
@@ -250,7 +249,7 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
     else:
         _summary(run, notes)
     _save(run, out, plot, as_json)
-    if run.status not in (Status.DONE, Status.EVENT):
+    if not run.status.complete:
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
     return 0

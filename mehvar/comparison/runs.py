@@ -244,7 +244,7 @@ def _equal(old: float, new: float) -> bool:
 def _end(run: Run | str) -> str:
     if isinstance(run, str):
         return f"refused: {run}"
-    return "" if run.status is Status.DONE else f"ended early: {run.reason}"
+    return "" if run.status.complete else f"ended early: {run.reason}"
 
 
 def _margins(model: Model, run: Run) -> tuple[Margin, ...]:

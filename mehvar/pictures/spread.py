@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mehvar.errors import unknown_name
 from mehvar.runtime.batch.conditions import Criterion
 from mehvar.runtime.batch.statistics import interval
-from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
 from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, label, new_figure, pretty_unit
@@ -83,7 +83,7 @@ class Runs:
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
         """Whether each run reached its end and fulfils the condition, if there is one."""
-        done: NDArray[np.bool_] = self.dataset["status"].values == Status.DONE
+        done: NDArray[np.bool_] = np.isin(self.dataset["status"].values, COMPLETE)
         if not self.condition:
             return done
         criterion = Criterion(self.condition, "success")

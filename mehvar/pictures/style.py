@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError
+from mehvar.runtime.run.problem import COMPLETE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,6 +136,6 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
 def headline(dataset: xr.Dataset) -> str:
     """Return what was run and, when it ended early, why."""
     text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"
-    if dataset.attrs["status"] == "done":
+    if dataset.attrs["status"] in [status.text for status in COMPLETE]:
         return text
     return f"{text}\nended early: {dataset.attrs['reason']}"

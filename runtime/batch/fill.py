@@ -24,7 +24,7 @@ from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
 from ..run.own.law import OwnLaw
-from ..run.problem import Status
+from ..run.problem import COMPLETE
 from ..run.results import versions
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
 from .numerics import other_numerics
@@ -90,7 +90,7 @@ def run_batch(
     resume : bool
         Continue the store `out`, which may also be absent or complete; what of it is damaged is computed again.
     success : str, optional
-        What a run must fulfil to count as a success, besides reaching its end; see `Condition`.
+        What a run must fulfil to count as a success, besides reaching its end, by time or event; see `Condition`.
     until : str, optional
         Stop as soon as the runs so far fulfil this, as in "ci(success) < 0.01"; see `StopRule`.
     strict : bool
@@ -303,7 +303,7 @@ class _Filling:
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
         """Count a stored block; true when the stop rule is fulfilled, and the store then ends there."""
         self._stored += len(status)
-        self._failed += int(np.count_nonzero(status != Status.DONE))
+        self._failed += int(np.count_nonzero(~np.isin(status, COMPLETE)))
         impossible = np.flatnonzero(status == IMPOSSIBLE)
         if self._strict and impossible.size:
             refusal = self._plan.refusal(self._store.runs(block).start + int(impossible[0]))

@@ -149,7 +149,7 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
     row = number - store.runs(block).start
     numbers = _numbers(run, plan, number)
     variables = store.variables()
-    if run.status is not Status.DONE:
+    if not run.status.complete:
         numbers["final"] = store.read("final", [block])[row]
     differences = [f"{name} is not in both" for name in sorted(numbers.keys() ^ variables.keys())]
     batch_only = {"error"} if run.options["method"] in FIXED else set()
@@ -181,7 +181,7 @@ def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, 
         return {}
     dt = float(run.options["dt_out"])
     rows = np.rint(rows_of(plan.campaign.save_every, float(run.options["t_end"]), dt, plan.origin) / dt).astype(int)
-    inside = rows < len(run.t)
+    inside = rows < len(run.t) - (run.status is Status.EVENT)  # whose last sample is of no grid
     return {name: np.where(inside, values[np.where(inside, rows, 0)], math.nan) for name, values in series.items()}
 
 

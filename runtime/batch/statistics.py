@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..run.options import either
-from ..run.problem import Status
+from ..run.problem import COMPLETE
 from .blocks import STATUS_TEXT
 from .conditions import Criterion
 from .sampling import OPEN_DESIGNS, FloatArray
@@ -49,7 +49,7 @@ class Success:
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return whether each stored run of some blocks succeeds."""
-        complete: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
+        complete: NDArray[np.bool_] = np.isin(store.read(STATUS, blocks), COMPLETE)
         if self._criterion is None:
             return complete
         self.check(scalars(store), notes(store))

@@ -21,7 +21,6 @@ from ..model.functions import Real
 from ..model.model import Model
 from ..model.parameters import Resolved, resolve
 from ..run.options import read_options
-from ..run.problem import Status
 from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
 from .image.build import Image, build, delay_of, period_of, program
@@ -410,7 +409,7 @@ def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
 
 def ended(outcome: BoardRun) -> bool:
     """Whether the run on the board came to its end."""
-    return outcome.board.status is Status.DONE
+    return outcome.board.status.complete
 
 
 __all__ = [

@@ -105,7 +105,8 @@ class _Loop:
         self._jacobian = None
         if problem.method in IMPLICIT and not (self.continuous and own):
             self._jacobian = raw(jacobian_name(manifest, problem.controller, problem.suffix, not self.continuous))
-        self.u = np.zeros(len(manifest.inputs))
+        self.u = self.u_cmd = np.zeros(len(manifest.inputs))
+        self.z = problem.z0
         self.rows: list[tuple[FloatArray, ...]] = []
         self.statistics = {"steps": 0, "evaluations": 0}
         self._reference = raw("reference")
@@ -148,9 +149,11 @@ class _Loop:
             raise _EndOfRun(Status.CHATTERING, t)
         return q
 
-    def end_at(self, t: float, fires: Sequence[int]) -> None:
-        """End the run where one of the events does that."""
+    def end_at(self, t: float, q: FloatArray, fires: Sequence[int]) -> None:
+        """End the run where one of the events does that, with a sample."""
         if any(self.problem.events[event].ends for event in fires):
+            held = (q, self.u, self.u_cmd, self.z)
+            self._write(t, *((*self.observed(t, q), self.own_states(q)) if self.continuous else held))
             raise _EndOfRun(Status.EVENT, t)
 
     def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
@@ -255,9 +258,7 @@ class _Loop:
         healthy = all(bool(np.all(np.isfinite(v))) for v in (x, u_cmd, u))
         last = tick + 1 == len(self.problem.t) or not healthy or violated is not None
         if tick % self.problem.record_every == 0 or last:
-            y = self.outputs(x, u, self.reference(t), self.problem.p)
-            row = (t, x, u, u_cmd, y, self._no_memory if z is None else z)
-            self.rows.append(tuple(np.array(v, dtype=np.float64) for v in row))
+            self._write(t, x, u, u_cmd, self._no_memory if z is None else z)
         if not healthy:
             raise _EndOfRun(Status.NOT_FINITE, t)
         if violated is not None:
@@ -265,6 +266,10 @@ class _Loop:
         if self.problem.progress and time.perf_counter() - self._reported > _PROGRESS_SECONDS:
             self._reported = time.perf_counter()
             self.problem.progress(t, float(self.problem.t[-1]))
+
+    def _write(self, t: float, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray) -> None:
+        y = self.outputs(x, u, self.reference(t), self.problem.p)
+        self.rows.append(tuple(np.array(v, dtype=np.float64) for v in (t, x, u, u_cmd, y, z)))
 
     def check(self, t: float, q: FloatArray) -> None:
         """End a continuous loop when a limit is violated; a sampled one is looked at tick by tick."""
@@ -336,7 +341,7 @@ def _run_sampled(loop: _Loop) -> None:
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))
         if tick + 1 < len(t):
-            loop.u = u
+            loop.u, loop.u_cmd, loop.z = u, u_cmd, z
             x = x if loop.mass is None else _settled(loop, x)
             x = solver.advance(t[tick], x, t[tick + 1])
             if (tick + 1) % problem.hold_every == 0:
@@ -442,7 +447,7 @@ class _Solver:
             cut = self._cut(solver) if self._loop.watch else None
             yield solver if cut is None else cut
             if cut is not None:
-                self._loop.end_at(cut.t, cut.fires)
+                self._loop.end_at(cut.t, cut.y, cut.fires)
                 if end - cut.t <= 2 * np.spacing(end):
                     return
                 solver = method(self._evaluate, cut.t, cut.y, end, **tolerances, **implicit)
@@ -459,7 +464,7 @@ class _Solver:
         if crossing is None:
             return None
         instant = min(crossing.t, float(solver.t))
-        q = self._loop.projected(within((instant - t) / h))
+        q = self._loop.projected(within(crossing.part))
         return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
 
     def project(self, step: Any) -> FloatArray:
@@ -520,6 +525,6 @@ class _Solver:
             if crossing is None:
                 return within(1.0)
             t = crossing.t
-            x = self._loop.happen(t, within((t - begin) / span), crossing.fires)
-            self._loop.end_at(t, crossing.fires)
+            x = self._loop.happen(t, within(crossing.part), crossing.fires)
+            self._loop.end_at(t, x, crossing.fires)
         return x

@@ -45,6 +45,15 @@ class Status(IntEnum):
         """The status in a few words."""
         return self.name.lower().replace("_", " ")
 
+    @property
+    def complete(self) -> bool:
+        """Whether the run came to its end: the end time, or an event that is declared to end it."""
+        return self in COMPLETE
+
+
+COMPLETE = (Status.DONE, Status.EVENT)
+"""Of runs that came to their end."""
+
 
 @dataclass(frozen=True)
 class Problem:

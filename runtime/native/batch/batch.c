@@ -114,21 +114,30 @@ static void save(const mv_block *b, int64_t row)
     }
 }
 
-static void mv_record(mv_loop *l, mask lanes, int due)
+/* Let a row of the instant t count in `lanes`. */
+static void sum_up(mv_block *b, mask lanes, real t)
 {
-    mv_block *b = (mv_block *)l;
-    const double t = l->schedule->t[l->tick];
+    const mv_loop *l = &b->loop;
     for (int i = 0; i < COLUMNS; i++) {
         const real v = l->column[i];
         b->minimum[i] = SELECT(AND(lanes, mv_beyond(-v, -b->minimum[i])), v, b->minimum[i]);
         b->maximum[i] = SELECT(AND(lanes, mv_beyond(v, b->maximum[i])), v, b->maximum[i]);
     }
     mv_count(b, lanes, t);
-    b->t_record = SELECT(lanes, SPLAT(t), b->t_record);
+    b->t_record = SELECT(lanes, t, b->t_record);
+}
+
+static void mv_record(mv_loop *l, mask lanes, int due)
+{
+    mv_block *b = (mv_block *)l;
+    const double t = l->schedule->t[l->tick];
+    sum_up(b, lanes, SPLAT(t));
     if (due) b->times[b->records++] = t;
     if (b->job->rows && l->tick % b->job->save_every == 0 && l->tick / b->job->save_every < b->job->rows)
         save(b, l->tick / b->job->save_every);
 }
+
+static void mv_record_end(mv_loop *l, mask lanes) { sum_up((mv_block *)l, lanes, l->t); }
 
 static void finish(mv_block *b)
 {

@@ -45,21 +45,22 @@ static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask fir
     a->previous = SELECT(lanes, v, a->previous);
 }
 
-/* Count the record at `tick` in every metric whose time it is. */
-static void mv_count(mv_block *b, mask lanes, double now)
+/* Count a record of the instant `now` in every metric whose time it is. */
+static void mv_count(mv_block *b, mask lanes, real now)
 {
     const mv_signal *signal = b->job->signal;
     mv_tally *tally = b->tally;
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
-        if (metric->kind != MV_EVENTS && metric->since <= now && now <= metric->until) {
+        const mask within = AND(LE(K(metric->since), now), LE(now, K(metric->until))), counted = AND(lanes, within);
+        if (metric->kind != MV_EVENTS && mv_any(counted)) {
             const mask first = EQ(b->counts[m], K(0));
             for (int i = 0; i < metric->signals; i++) {
                 const real v = b->loop.column[signal[i].column];
                 const real signalled = signal[i].subtracted < 0 ? v : v - b->loop.column[signal[i].subtracted];
-                mv_tell(tally + i, metric, lanes, first, signalled, b->t_record, SPLAT(now), b->records);
+                mv_tell(tally + i, metric, counted, first, signalled, b->t_record, now, b->records);
             }
-            b->counts[m] += SELECT0(lanes, SPLAT(1));
+            b->counts[m] += SELECT0(counted, SPLAT(1));
         }
         signal += metric->signals;
         tally += metric->signals;

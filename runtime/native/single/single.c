@@ -129,18 +129,29 @@ static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int 
     else mv_noise(l->model.seed, &l->model.run, stream, (uint64_t)index, size, e);
 }
 
-static void mv_record(mv_loop *l, mask lanes, int due)
+static void write_row(mv_loop *l, double t)
 {
     mv_single *s = ((mv_work *)l)->single;
     const int64_t row = s->records++;
-    (void)lanes;
-    (void)due;
-    s->record_t[row] = l->schedule->t[l->tick];
+    s->record_t[row] = t;
     mv_copy(s->record_x + row * NX, l->column, NX);
     mv_copy(s->record_u + row * NU, l->column + U_COLUMN, NU);
     mv_copy(s->record_u_cmd + row * NU, l->column + U_CMD_COLUMN, NU);
     mv_copy(s->record_y + row * NY, l->column + Y_COLUMN, NY);
     mv_copy(s->record_z + row * NZ, l->column + Z_COLUMN, NZ);
+}
+
+static void mv_record(mv_loop *l, mask lanes, int due)
+{
+    (void)lanes;
+    (void)due;
+    write_row(l, l->schedule->t[l->tick]);
+}
+
+static void mv_record_end(mv_loop *l, mask lanes)
+{
+    (void)lanes;
+    write_row(l, l->t);
 }
 
 static void mv_happen(mv_loop *l, mask lanes, int event)
@@ -163,7 +174,7 @@ static double *divide(mv_loop *l, double *place)
         {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
         {&l->mass, ALGEBRAIC ? NQ : 0},
         {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
-        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS},
+        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS}, {&l->noise, EVENTS},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -4,11 +4,13 @@
  * A step that was good is looked at through the cubic with its ends and their slopes. Where a guard crosses zero there in
  * its direction the step is tried again to the crossing, until its own end is past one by the tolerance at most: then the
  * state there is the method's own, and the cubic has only led to it. At the ends it is exact to second order, so that two
- * or three trials do.
+ * or three trials do. Where the state or the guard is too coarse for that, trials to a crossing get ever longer until they
+ * cross it.
  *
  * The side of a guard is the sign that it has; it changes along the flow alone. A guard that is zero where a step begins,
  * after an event or at the start of a run, rests: it is looked at over the time since, which has no root there, and goes
- * to the side that its rate says. */
+ * to the side that its rate says, as soon as it is larger than its noise, if that kept an event
+ * from being located as well as others. */
 #ifndef MEHVAR_EVENTS_H
 #define MEHVAR_EVENTS_H
 
@@ -36,6 +38,9 @@ static void mv_happen(mv_loop *l, mask lanes, int event);
  * three hundredths of its speed. A tenth of STALLED asks for ten; twice CHATTERING, for a fifth. */
 #define STALLED 1e-9
 #define CHATTERING 4
+/* Of `coarse` at first: as many steps to a crossing as it has bits may miss, for one to a cubic's root does now and then.
+ * Own: two or three are needed; a half or twice changes the last digits of the time of one event in thousands. */
+#define SURE 0.125
 /* The most halvings or secants of a search; it needs some eight. */
 #define SEARCHES 60
 
@@ -64,9 +69,13 @@ static void mv_guards_within(mv_loop *l, real h, real part, real *g)
 
 static inline real mv_side(real g) { return SELECT(EQ(g, K(0)), SPLAT(0), mv_copysign(SPLAT(1), g)); }
 
+/* How far past a crossing a step of length h may end. Where that moves the state, or the guard, by less than a spacing of
+ * its own, steps to the crossing end before it again and again: each that does doubles `coarse`, so that an event is found
+ * in as many as there are bits between, and is off by what its state and guard resolve. */
 static inline real mv_located(const mv_loop *l, real h)
 {
-    return K(LOCATED) * h + K(2) * (mv_from_bits(mv_to_bits(l->t) + 1) - l->t);
+    const real spacing = mv_from_bits(mv_to_bits(l->t) + 1) - l->t;
+    return mv_max(SPLAT(1), l->coarse) * (K(LOCATED) * h + K(2) * spacing);
 }
 
 static inline mask mv_counts(const mv_loop *l, int event, real side)
@@ -102,6 +111,33 @@ static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real 
     return high;
 }
 
+/* Which sides a guard has that is `g` at a part of the step: none while it rests and has not come out of its noise. */
+static inline real mv_side_from(const mv_loop *l, int event, real side, real part, real g)
+{
+    const mask still = AND(EQ(side, K(0)), LT(K(0), l->resting[event]));
+    return SELECT(AND(still, LE(mv_fabs(g * part), l->noise[event])), SPLAT(0), mv_side(g));
+}
+
+/* Resting guards where the step has only begun, or farther on while they cannot be told from noise. */
+static void mv_probe(mv_loop *l, real h, mask lanes, real *g)
+{
+    real later[EVENTS + 1];
+    mask open[EVENTS + 1];
+    mv_guards_within(l, h, SPLAT(PROBE), g);
+    for (int e = 0; e < EVENTS; e++) open[e] = AND(AND(lanes, LT(K(0), l->resting[e])), NE(g[e], K(0)));
+    for (double part = PROBE; part * LOOKS < 1; part *= 4) {
+        mask some = mv_none();
+        for (int e = 0; e < EVENTS; e++) {
+            open[e] = AND(open[e], EQ(mv_side_from(l, e, SPLAT(0), SPLAT(part), g[e]), K(0)));
+            some = OR(some, open[e]);
+        }
+        if (!mv_any(some)) return;
+        mv_guards_within(l, h, SPLAT(part * 4), later);
+        for (int e = 0; e < EVENTS; e++) g[e] = SELECT(open[e], later[e], g[e]);
+    }
+    for (int e = 0; e < EVENTS; e++) g[e] = SELECT(open[e], SPLAT(0), g[e]);
+}
+
 /* Which of `lanes` have a crossing in the step q -> y, and its part of the step. Leaves in l->fires which guards cross
  * there, in l->ahead the sides of the others where the step ends, in l->guard_end the guards there, in l->reaches the most
  * that they come to. */
@@ -111,7 +147,7 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
     mask crossed = mv_none(), at_once = mv_none();
     int rests = 0;
     for (int e = 0; e < EVENTS; e++) rests |= mv_any(AND(lanes, LT(K(0), l->resting[e])));
-    if (rests) mv_guards_within(l, h, SPLAT(PROBE), g);
+    if (rests) mv_probe(l, h, lanes, g);
     for (int e = 0; e < EVENTS; e++) {
         const mask resting = rests ? LT(K(0), l->resting[e]) : mv_none();
         const real side = l->side[e], goes = rests ? mv_side(g[e]) : side;
@@ -129,7 +165,7 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         mask here = mv_none();
         mv_guards_within(l, h, SPLAT((double)look / LOOKS), g);
         for (int e = 0; e < EVENTS; e++) {
-            const real side = l->ahead[e], now = mv_side(g[e]);
+            const real side = l->ahead[e], now = mv_side_from(l, e, side, SPLAT((double)look / LOOKS), g[e]);
             l->reaches[e] = mv_max(l->reaches[e], mv_fabs(g[e]));
             const mask open = AND(lanes, NOT(crossed)), flips = AND(open, AND(NE(side, K(0)), NE(now, side)));
             const mask counts = AND(flips, mv_counts(l, e, side));
@@ -163,7 +199,10 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     const real tolerance = mv_located(l, h);
     real part;
     const mask crossed = mv_root(l, h, lanes, tolerance, &part);
-    const mask early = AND(crossed, LT(tolerance, h - part * h));
+    const mask early = AND(crossed, LT(tolerance, h - part * h)), aimed = LT(l->reach, SPLAT(MV_INFINITY));
+    const mask moves = AND(lanes, NOT(early)), misses = AND(aimed, NOT(crossed));
+    const mask rough = LT(K(1), l->coarse);
+    l->coarse = SELECT(moves, SELECT(misses, l->coarse * K(2), SPLAT(SURE)), l->coarse);
     const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
     l->reach = SELECT(early, reach, SELECT(open, SPLAT(MV_INFINITY), l->reach));
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
@@ -174,11 +213,12 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
         const mask near = AND(stays, LE(now, past * (mv_fabs(l->guard[e]) - now)));
         const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
         l->fires[e] = SELECT0(fires, SPLAT(1));
+        const mask still = AND(AND(LT(K(0), l->resting[e]), EQ(side, K(0))), NOT(fires));
         l->zero[e] = SELECT(fires, l->reaches[e] * (K(RESTING) + past), K(RESTING) * now);
-        const mask moves = AND(lanes, NOT(early));
+        l->noise[e] = SELECT(AND(moves, NOT(still)), SELECT0(AND(fires, rough), l->zero[e]), l->noise[e]);
         l->side[e] = SELECT(moves, SELECT(fires, SPLAT(0), side), l->side[e]);
         l->guard[e] = SELECT(moves, l->guard_end[e], l->guard[e]);
-        l->resting[e] = SELECT(moves, SELECT0(EQ(l->guard_end[e], K(0)), SPLAT(1)), l->resting[e]);
+        l->resting[e] = SELECT(moves, SELECT0(OR(still, EQ(l->guard_end[e], K(0))), SPLAT(1)), l->resting[e]);
     }
     l->happens = happens;
     return AND(lanes, NOT(early));
@@ -194,6 +234,7 @@ static void mv_take_sides(mv_loop *l)
         const mask same = l->started ? EQ(g[e], l->guard[e]) : mv_none();
         l->side[e] = SELECT(same, l->side[e], mv_side(g[e]));
         l->resting[e] = SELECT(same, l->resting[e], SELECT0(EQ(g[e], K(0)), SPLAT(1)));
+        l->noise[e] = SELECT0(same, l->noise[e]);
         l->guard[e] = g[e];
     }
 }

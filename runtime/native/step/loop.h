@@ -5,8 +5,9 @@
 
 #include "step.h"
 
-/* Defined by whoever includes this: what is done with a row. */
+/* Defined by whoever includes this: what is done with a row, of a tick or of the instants where lanes end. */
 static void mv_record(mv_loop *l, mask lanes, int due);
+static void mv_record_end(mv_loop *l, mask lanes);
 
 /* Before the first tick; schedule, model and queue are there. */
 static void mv_begin(mv_loop *l, mask alive)
@@ -24,6 +25,7 @@ static void mv_begin(mv_loop *l, mask alive)
     l->reach = SPLAT(MV_INFINITY);
     l->t_event = SPLAT(-MV_INFINITY);
     l->stalled = SPLAT(0);
+    l->coarse = SPLAT(SURE);
     l->happens = mv_none();
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
@@ -104,6 +106,29 @@ static mask mv_good_at_tick(mv_loop *l)
     return NOT(AND(over, NOT(mv_allowed(l, over, l->column, l->column + U_COLUMN))));
 }
 
+static void mv_complete_row(mv_loop *l)
+{
+    mv_call_outputs(&l->model, l->column, l->column + U_COLUMN, l->r, l->column + Y_COLUMN);
+    if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
+}
+
+/* Record the lanes of which an event was the end, between the ticks. */
+static void mv_sample_end(mv_loop *l)
+{
+    const mask ended = AND(l->alive, EQ(l->status, SPLAT(MV_EVENT)));
+    if (!mv_any(ended)) return;
+    mv_refer(l, l->t);
+    if (SAMPLED) {
+        mv_copy(l->column, l->q, NX);
+    } else {
+        mv_call_observe(&l->model, l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        mv_copy(l->column + Z_COLUMN, mv_integrated(l, l->q), NZ);
+    }
+    mv_complete_row(l);
+    mv_record_end(l, ended);
+    l->alive = AND(l->alive, NOT(ended));
+}
+
 static void mv_tick(mv_loop *l)
 {
     const mv_schedule *s = l->schedule;
@@ -114,8 +139,7 @@ static void mv_tick(mv_loop *l)
     const mask good = AND(finite, mv_good_at_tick(l));
     const mask failed = AND(l->alive, NOT(good));
     if (due || mv_any(failed)) {
-        mv_call_outputs(&l->model, l->column, l->column + U_COLUMN, l->r, l->column + Y_COLUMN);
-        if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
+        mv_complete_row(l);
         mv_record(l, due ? l->alive : failed, due);
     }
     l->violated = SELECT(AND(l->alive, NOT(finite)), SPLAT(-1), l->violated);
@@ -124,6 +148,7 @@ static void mv_tick(mv_loop *l)
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);
+        if (EVENTS) mv_sample_end(l);
         if (SAMPLED && JUMP && (l->tick + 1) % s->hold_every == 0) mv_jump(l, (l->tick + 1) / s->hold_every);
     }
     l->tick++;

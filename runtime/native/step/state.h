@@ -80,8 +80,10 @@ typedef struct {
     REALS(fires, EVENTS);      /* the event happens at the end of the trial */
     REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
     REALS(zero, EVENTS);       /* what is zero to the guard after an event */
+    REALS(noise, EVENTS);      /* below, a resting guard has no side: zero unless its state or itself is too coarse */
     mask happens;              /* some event happens at t */
     real reach;                /* the most that the next trial goes, to an event */
+    real coarse;               /* doubled by each step to an event that did not reach it, see mv_located */
     real t_event, stalled;     /* of the last event; how many in a row made no progress */
     REALS(y, NQ);
     REALS(stage, NQ);

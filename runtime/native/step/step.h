@@ -141,7 +141,8 @@ static void mv_advance(mv_loop *l, double t_tick)
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
     const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));
-    const mask stuck = AND(NE(l->status, SPLAT(MV_DONE)), LT(l->t, tick));
+    const mask halted = AND(NE(l->status, SPLAT(MV_DONE)), NE(l->status, SPLAT(MV_EVENT)));
+    const mask stuck = AND(halted, LT(l->t, tick)); /* those that an event ended are to be recorded there */
     l->alive = AND(l->alive, NOT(OR(beyond, stuck)));
 }
 

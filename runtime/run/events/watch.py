@@ -50,7 +50,8 @@ class Watch:
     def __init__(self, guards: _Guards, events: Sequence[Event], end: float) -> None:
         self._guards, self._end = guards, end
         self._direction = np.array([event.numbers[0] for event in events])
-        self._value = self._side = self._zero = np.full(len(events), np.nan)
+        self._value = self._side = np.full(len(events), np.nan)
+        self._zero = self._noise = np.zeros(len(events))
         self._resting = np.zeros(len(events), bool)
         self._last, self._stalled = -np.inf, 0
 
@@ -60,6 +61,7 @@ class Watch:
         same = value == self._value
         self._side = np.where(same, self._side, np.sign(value))
         self._resting = np.where(same, self._resting, value == 0)
+        self._noise = np.where(same, self._noise, 0.0)
         self._value = value
 
     def crossing(self, t: float, h: float, within: _Within) -> Crossing | None:
@@ -72,22 +74,40 @@ class Watch:
 
         ahead, reaches, value = self._side, np.abs(self._value), self._value
         if self._resting.any():
-            goes = np.sign(values(_PROBE))
+            goes = self._probe(values)
             turned = self._resting & (ahead * goes < 0)
             if (turned & self._counts(ahead)).any():
-                return Crossing(0.0, t + tolerance, _numbers(turned & self._counts(ahead)))
+                return Crossing(tolerance / h, t + tolerance, _numbers(turned & self._counts(ahead)))
             ahead = np.where(self._resting, goes, ahead)
         for look in range(1, _LOOKS + 1):
             value = values(look / _LOOKS)
             reaches = np.maximum(reaches, np.abs(value))
-            flips = (ahead != 0) & (np.sign(value) != ahead)
+            side = self._side_from(ahead, look / _LOOKS, value)
+            flips = (ahead != 0) & (side != ahead)
             crosses = flips & self._counts(ahead)
             if crosses.any():
                 low, high = (look - 1) / _LOOKS, look / _LOOKS
                 return self._first(t, h, values, crosses, ahead, low, high, reaches, tolerance / h)
-            ahead = _over(ahead, value)
-        self._side, self._value, self._resting = ahead, value, value == 0
+            ahead = _over(ahead, side)
+        still = self._resting & (ahead == 0)
+        self._noise = np.where(still, self._noise, 0.0)
+        self._side, self._value, self._resting = ahead, value, still | (value == 0)
         return None
+
+    def _side_from(self, side: FloatArray, part: float, value: FloatArray) -> FloatArray:
+        """Return the sides of guards: none of one that rests and has not come out of its noise."""
+        still = (side == 0) & self._resting & (np.abs(value * part) <= self._noise)
+        return np.where(still, 0.0, np.sign(value))
+
+    def _probe(self, values: _Within) -> FloatArray:
+        """Return where resting guards go when the step has only begun, or farther on while that cannot be told."""
+        part, none = _PROBE, np.zeros(len(self._side))
+        value = values(part)
+        open_, goes = self._resting & (value != 0), self._side_from(none, part, value)
+        while (open_ := open_ & (goes == 0)).any() and part * _LOOKS < 1:
+            part *= 4
+            goes = np.where(open_, self._side_from(none, part, values(part)), goes)
+        return goes
 
     def _first(
         self, t: float, h: float, values: Callable[[float], FloatArray], crosses: _Mask, ahead: FloatArray,
@@ -96,22 +116,27 @@ class Watch:
         """Return the first of the crossings in a part of a step, past it by the tolerance at most."""
         from scipy.optimize import brentq
 
-        roots = {}
+        roots = []
         for e in _numbers(crosses):
             begin = low if low or not self._resting[e] else _PROBE
             ends = [values(part)[e] for part in (begin, high)]
-            roots[e] = (
+            roots.append(
                 brentq(lambda s, e=e: values(s)[e], begin, high, xtol=tolerance / 4) if ends[0] * ends[1] < 0 else high
             )
-        part = min(min(roots.values()) + tolerance / 2, 1.0)
-        value, past = values(part), min(_STEEPEST * tolerance / part, 1.0)
+        part, located = min(min(roots) + tolerance / 2, high), tolerance
+        while not (crossed := crosses & (np.sign(value := values(part)) != ahead)).any():
+            tolerance *= 2  # the state, or the guard, is too coarse: at `high` one has crossed
+            part = min(min(roots) + tolerance / 2, high)
+        past = min(_STEEPEST * tolerance / part, 1.0)
         now, stays = np.abs(value), ~self._resting & (np.sign(value) == ahead) & (ahead == self._side)
         touches = stays & self._counts(ahead) & (now <= past * (np.abs(self._value) - now))
-        fires = {e for e, root in roots.items() if root <= part} | set(_numbers(touches))
-        happens = np.isin(np.arange(len(now)), sorted(fires))
+        happens = crossed | touches
+        still = self._resting & (ahead == 0) & (self._side_from(ahead, part, value) == 0) & ~happens
         self._zero = np.where(happens, reaches * (_RESTING + past), _RESTING * now)
-        self._side = _over(ahead, value)
-        return Crossing(part, t + part * h, tuple(sorted(fires)))
+        noise = np.where(happens & (tolerance > located), self._zero, 0.0)
+        self._noise = np.where(still, self._noise, noise)
+        self._side, self._resting = np.where(still, 0.0, _over(ahead, value)), still
+        return Crossing(part, t + part * h, _numbers(happens))
 
     def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> bool:
         """Take the sides after events at the coordinates `before`; return whether they come without progress."""
@@ -119,9 +144,9 @@ class Watch:
         happens = np.isin(np.arange(len(value)), fires)
         side = np.where(happens, 0, self._side)
         other = happens | (value != earlier)
-        resting = np.abs(value) <= np.nan_to_num(self._zero)
+        resting = np.abs(value) <= self._zero
         self._side = np.where(other & ~resting, np.sign(value), side)
-        self._resting = np.where(other, resting, value == 0)
+        self._resting = np.where(other, resting, self._resting | (value == 0))
         self._value = value
         self._stalled = self._stalled + 1 if t - self._last <= _STALLED * self._end else 0
         self._last = t

@@ -125,7 +125,9 @@ def test_a_run_ends_where_an_event_says(folder, backend, method):
     assert run.status is Status.EVENT
     assert run.reason == "the event full ends the run at t = 4.3 s"
     assert abs(run.t_stop - 4.3) < 1e-11
-    assert run.t[-1] == 4.0
+    assert run.t[-1] == run.t_stop
+    assert run.t[-2] == 4.0
+    assert run.x[-1, 0] == pytest.approx(4.3, abs=1e-10)
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])
