@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -231,23 +231,38 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
     stages = tableau.stages
-    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1"}
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1", **_dense(tableau)}
     if tableau.d:
         return _implicit(tableau, common)
-    a = [row[:i] for i, row in enumerate(_rows(tableau.a, stages))]
-    c = _numbers(tableau.c, stages)
-    sums = [f"STAGE({i}, {c[i]!r}, {_sum(a[i])})" for i in range(1, stages)]
     return [], common | {
         "END_IN_ERROR": str(tableau.end_in_error),
         "THIRD": str(int(bool(tableau.e3))),
-        "STAGE_SUMS": " \\\n    ".join(["", *sums]),
+        "STAGE_SUMS": _stages(tableau, range(1, stages)),
         "END_SUM": _sum(_numbers(tableau.b, stages)),
         "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error)),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
         "GAMMA": "0",
         **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},
-        "DENSE": "0",
-        "DENSE_G(term, j)": "0",
+    }
+
+
+def _stages(tableau: Any, numbers: range) -> str:
+    """Return the sums that give slopes, one after the other."""
+    if not numbers:
+        return "(void)k, (void)h;"
+    a, c = _rows(tableau.a, numbers.stop), _numbers(tableau.c, numbers.stop)
+    return _lines(f"STAGE({i}, {c[i]!r}, {_sum(a[i][:i])})" for i in numbers)
+
+
+def _dense(tableau: Any) -> dict[str, str]:
+    """Return the sums of dense output: over slopes, or over the stages of an implicit step, which come one later."""
+    shift = [0.0] * bool(tableau.d)
+    rows = [shift + row[: tableau.slopes] for row in _rows(tableau.dense_g, tableau.dense)]
+    return {
+        "DENSE": str(tableau.dense),
+        "SLOPES": str(tableau.slopes),
+        "DENSE_STAGES": _stages(tableau, range(tableau.stages + 1, tableau.slopes)),
+        "DENSE_SUMS": _lines(f"TERM({j}, {_sum(row)})" for j, row in enumerate(rows)) or "(void)k, (void)sums;",
     }
 
 
@@ -256,7 +271,6 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
     rows = {
         "a": _rows(tableau.a, stages),
         "g": _rows(tableau.g, stages),
-        "dense": _rows(tableau.dense_g, tableau.dense),
         "cd": [_numbers(tableau.c, stages), _numbers(tableau.d, stages)],
     }
     tables = [
@@ -274,13 +288,15 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
         "IMPLICIT_G(s, j)": "implicit_g[s][j]",
         "IMPLICIT_C(s)": "implicit_cd[0][s]",
         "IMPLICIT_D(s)": "implicit_cd[1][s]",
-        "DENSE": str(tableau.dense),
-        "DENSE_G(term, j)": "implicit_dense[term][j]",
     }
 
 
-def _rows(address: int, count: int) -> list[list[float]]:
-    numbers = _numbers(address, count * STAGES)
+def _lines(parts: Iterable[str]) -> str:
+    return " \\\n    ".join(["", *parts])
+
+
+def _rows(address: int | None, count: int) -> list[list[float]]:
+    numbers = _numbers(address, count * STAGES) if address else []
     return [numbers[i * STAGES : (i + 1) * STAGES] for i in range(count)]
 
 

@@ -14,7 +14,7 @@ static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->r
 int64_t mv_work_size(const mv_job *job)
 {
     const int64_t records = most_records(&job->schedule);
-    int64_t reals = (int64_t)job->schedule.delay * NU + job->metrics, signals = 0;
+    int64_t reals = (int64_t)job->schedule.delay * NU + KEPT * KEPT_SIZE + job->metrics, signals = 0;
     for (int m = 0; m < job->metrics; m++) {
         signals += job->metric[m].signals;
         if (job->metric[m].kind == MV_SETTLING_ABOUT_END) reals += job->metric[m].signals * records;
@@ -42,7 +42,8 @@ static void divide_work(mv_block *b, char *work)
     int64_t signals = 0;
     for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
     b->loop.queue = (real *)work;
-    b->counts = b->loop.queue + (int64_t)job->schedule.delay * NU;
+    b->loop.kept = b->loop.queue + (int64_t)job->schedule.delay * NU;
+    b->counts = b->loop.kept + KEPT * KEPT_SIZE;
     b->tally = (mv_tally *)(b->counts + job->metrics);
     real *history = (real *)(b->tally + signals);
     mv_tally *tally = b->tally;

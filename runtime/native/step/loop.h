@@ -16,10 +16,10 @@ static void mv_begin(mv_loop *l, mask alive)
     l->tick = l->evaluations = 0;
     l->bounded = mv_none();
     l->ready = l->started = 0;
-    l->t = l->begin[0] = l->begin[1] = SPLAT(l->schedule->t[0]);
-    l->span[0] = l->span[1] = SPLAT(1);
-    for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1;
-    l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
+    l->t = l->begin = l->end = SPLAT(l->schedule->t[0]);
+    l->span = SPLAT(1);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1, l->made[lane] = 0;
+    l->waiting = l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);

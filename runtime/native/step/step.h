@@ -17,6 +17,16 @@ static inline void mv_stages(mv_loop *l, real h);
  * quotient is rounded to 2e-16, so that a half or twice changes nothing. */
 #define SLACK 1e-12
 
+/* Which lanes have a tick before the instant `after`. */
+static mask mv_over(const mv_loop *l, real after)
+{
+    const mv_schedule *s = l->schedule;
+    real tick = SPLAT(MV_INFINITY);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++)
+        if (l->next[lane] < s->ticks) AT(tick, lane) = s->t[l->next[lane]];
+    return LT(tick, after);
+}
+
 /* Which of `lanes` pass over a tick, or come to one, with a step to the instant `after`. */
 static mask mv_ticked(mv_loop *l, mask lanes, real after)
 {
@@ -59,9 +69,10 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     const real after = SELECT(last, target, l->t + h);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
+        taken = AND(taken, mv_between_good(l, h, AND(taken, mv_over(l, after)), ratio));
         const mask ticked = mv_ticked(l, taken, after);
         l->trials = SELECT(ticked, SPLAT(0), l->trials);
-        if (mv_any(ticked)) mv_keep_step(l, h, ticked);
+        if (mv_any(ticked)) mv_keep_step(l, h, after, ticked);
     }
     l->t = SELECT(taken, after, l->t);
     mv_blend(taken, l->q, l->y, NQ);
@@ -101,10 +112,10 @@ static inline mask mv_behind(const mv_loop *l, real tick)
     return AND(AND(l->alive, EQ(l->status, SPLAT(MV_DONE))), LT(l->t, tick));
 }
 
-/* Lanes that may take a step while others must: of each two steps are kept, and with one more the older has the tick. */
-static inline mask mv_free(const mv_loop *l, real tick, real end)
+/* Lanes that may take a step while others must. */
+static inline mask mv_free(const mv_loop *l, real end)
 {
-    return PASSES ? AND(mv_behind(l, end), AND(LT(l->begin[0], tick), NE(l->t, tick))) : mv_behind(l, tick);
+    return PASSES ? AND(mv_behind(l, end), LT(l->waiting, K(KEPT))) : mv_behind(l, end);
 }
 
 /* Integrate all lanes that are alive to a tick, or beyond it where steps pass over ticks but never beyond the last one.
@@ -116,7 +127,7 @@ static void mv_advance(mv_loop *l, double t_tick)
     mv_prepare_steps(l, end);
     if (!ORDER) l->h = (end - l->t) / mv_ceil((end - l->t) / K(s->step) * K(1 - SLACK));
     for (int64_t trial = 0; mv_any(mv_behind(l, tick)); trial++) {
-        const mask open = mv_free(l, tick, end);
+        const mask open = mv_free(l, end);
         const real target = end, room = target - l->t;
         const mask last = LE(room, K(STRETCH) * l->h);
         const real h = ORDER ? SELECT(last, room, l->h) : l->h;
