@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import itertools
+import os
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -139,7 +141,7 @@ class Kernel:
     origin: str
     own: OwnLaw | None = None
 
-    @property
+    @functools.cached_property
     def variables(self) -> tuple[str, ...]:
         """Names of what is recorded, in the order of the columns: as in a result file."""
         return self.loop.variables
@@ -192,7 +194,7 @@ class Kernel:
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
-        metrics, signals = self._metric_structures()
+        metrics, signals = self._metric_structures
         halt = ctypes.c_int32(0)
         job = _Job(
             schedule=schedule,
@@ -227,7 +229,7 @@ class Kernel:
 
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
-        ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
+        ticks, record_every, hold_every = _ticks(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
@@ -282,6 +284,7 @@ class Kernel:
                 each(library.mv_continue_blocks, min(tick + every, len(ticks)))
         return True
 
+    @functools.cached_property
     def _metric_structures(self) -> tuple[Any, Any]:
         """Return the metrics and their signals as C structures."""
         columns = {name: i for i, name in enumerate(self.variables)}
@@ -371,16 +374,29 @@ def _in_threads(
                 return
             library.mv_run_blocks(ctypes.byref(job), first, min(first + chunk, blocks), place)
 
-    with ThreadPoolExecutor(threads) as pool:
-        running = {pool.submit(work) for _ in range(min(threads, blocks))}
-        try:
-            while running:
-                done, running = wait(running, None if stop is None else _PATIENCE)
-                for future in done:
-                    future.result()
-                if stop is not None and stop():
-                    halt.value = 1
-        except BaseException:
-            halt.value = 1
-            raise
+    running = {_pool(threads).submit(work) for _ in range(min(threads, blocks))}
+    try:
+        while running:
+            done, running = wait(running, None if stop is None else _PATIENCE)
+            for future in done:
+                future.result()
+            if stop is not None and stop():
+                halt.value = 1
+    except BaseException:
+        halt.value = 1
+        wait(running)  # what they write to is about to go
+        raise
     return not halt.value
+
+
+_ticks = functools.lru_cache(maxsize=4)(ticks_of)
+"""A campaign has the instants of its blocks, and perhaps another's beside it."""
+
+
+@functools.lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Return threads that are there for the next call too."""
+    return ThreadPoolExecutor(threads)
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive it

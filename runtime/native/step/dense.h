@@ -18,9 +18,9 @@
 #define LAST 0.00839
 /* Weight of the error between the ends of a step against that at its end. Where stability holds the steps, polynomials of
  * this order have nothing to hold on to: without this, slosh under `lyapunov-v2` is off by 85 times a tolerance of 1e-6 in
- * samples every 0.1 s, and by 3000 times one of 1e-10; so by 0.9 times and 2.5 times, with five times the weight 0.6 and
- * 0.4 times for up to a third more slopes, with a quarter of it 1.7 and 2.8 times. Other loops do not feel it. */
-#define TERMS_WEIGHT 0.02
+ * samples every 0.1 s, and by 3000 times one of 1e-10; so by 1.7 and 2.8 times, with four times the weight 0.9 and 2.5
+ * times, for 13 % more slopes at 1e-10, with twenty times the weight 0.6 and 0.4 times, for 28 % more. */
+#define TERMS_WEIGHT 0.005
 
 /* Defined by whoever includes this: the slopes that only dense output needs, and its sums. */
 static inline void mv_dense_slopes(mv_loop *l, real h);
