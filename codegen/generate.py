@@ -237,6 +237,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         from mehvar.models.arrays.constraints import with_arrays
 
         system = with_arrays(system)
+    with contextlib.suppress(ModuleNotFoundError):  # and from before mass matrices and laws that hold their commands
+        from mehvar.models.forms import with_mass, with_samples
+
+        system = with_samples(with_mass(system))
     return with_clock(system)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from mehvar import manifest as numeric
 from mehvar.manifest import Manifest
-from mehvar.models.system import Condition, Controller, Group, Output, Parameter, System
+from mehvar.models.system import Condition, Controller, Event, Group, Output, Parameter, System
 from mehvar.versions import installed
 
 from .code.files import PrintedFunction, model_hash
@@ -48,12 +48,17 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         reference_constant=not reference_moves(system),
         choices={choice.name: choice for choice in system.choices},
         noise=_quantities(system.sensor.noise) if system.sensor else (),
+        measured=_quantities(getattr(system.sensor, "seen", Group("", ()))) if system.sensor else (),
+        delays=dict(getattr(system, "delays", {})),
+        wiener=_quantities(diffusion.wiener) if (diffusion := getattr(system, "diffusion", None)) else (),
+        random_step=_quantities(step.noise) if (step := getattr(system, "random_step", None)) else (),
         scenarios={scenario.name: scenario for scenario in system.scenarios},
         metrics={metric.name: metric for metric in system.metrics},
         geometry=tuple(
             numeric.Shape(shape.name, shape.kind, len(shape.points), shape.color)
             for shape in getattr(system, "geometry", ())  # a checkout from before it has none
         ),
+        events=_events(getattr(system, "events", ())),
         functions={f.name: _function(system.name, f) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),
@@ -97,6 +102,7 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
         outputs=tuple(_output(output) for output in law.outputs),
+        events=_events(getattr(law, "events", ())),
         warnings=tuple(numeric.Advice(w.message, len(w.shown)) for w in law.warnings),
     )
 
@@ -104,6 +110,10 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
 def _output(output: Output) -> numeric.Output:
     q = output.quantity
     return numeric.Output(q.name, q.unit, q.description, output.at_most)
+
+
+def _events(events: Sequence[Event]) -> tuple[numeric.Event, ...]:
+    return tuple(numeric.Event(e.name, e.direction, bool(e.reset), e.ends, e.title) for e in events)
 
 
 def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import Controller as Controller
     from mehvar.models.system import Coordinates as Coordinates
     from mehvar.models.system import Derivation as Derivation
+    from mehvar.models.system import Event as Event
     from mehvar.models.system import Function as Function
     from mehvar.models.system import Group as Group
     from mehvar.models.system import Metric as Metric
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import System as System
     from mehvar.models.system import Variant as Variant
     from mehvar.models.system import scalar as scalar
+    from mehvar.models.system import surfaces as surfaces
     from mehvar.models.tables import read_parameters as read_parameters
     from mehvar.models.tables import read_scenarios as read_scenarios
     from mehvar.runtime.batch.store.verification import verify as verify
@@ -78,9 +80,9 @@ _HOMES = {
     ),
     "mehvar.models.tables": ("read_parameters", "read_scenarios"),
     "mehvar.models.system": (
-        "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Function",
-        "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape", "System",
-        "Variant", "scalar",
+        "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Event",
+        "Function", "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape",
+        "System", "Variant", "scalar", "surfaces",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -28,8 +28,13 @@ OPEN_LOOP = "none"
 """What a run without a law is called, where a law has its name; no law can have it."""
 Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """Which of a model's C files a function is in."""
-METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
+METRIC_KINDS = (
+    "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
+)  # fmt: skip
 """What a metric may be, numbered as in the C text of batches."""
+
+DIRECTIONS = ("either", "rising", "falling")
+"""Which crossings of its guard an event is about."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
@@ -126,6 +131,22 @@ class Output(Quantity):
     at_most: Upper
 
 
+@dataclass(frozen=True)
+class Event:
+    """What happens where a guard crosses zero; `resets` and `ends` say whether it assigns states and ends the run."""
+
+    name: str
+    direction: str
+    resets: bool
+    ends: bool
+    title: str
+
+    @property
+    def numbers(self) -> tuple[int, int, int]:
+        """Direction, resets and ends as native/step/state.h has them."""
+        return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), int(self.ends)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Controller:
     """A control law.
@@ -135,7 +156,7 @@ class Controller:
     name, title : str
         Identifier and one line for people.
     memory : tuple of Quantity
-        What a sampled law keeps from one sample to the next.
+        What a sampled law keeps from one sample to the next; a continuous law's own integrated states.
     period : str or None
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
@@ -148,6 +169,8 @@ class Controller:
         What parameters must satisfy, in words, and what they should.
     outputs : tuple of Output
         What the law reports.
+    events : tuple of Event
+        Switching surfaces of a continuous law.
     """
 
     name: str
@@ -159,6 +182,7 @@ class Controller:
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     outputs: tuple[Output, ...] = ()
+    events: tuple[Event, ...] = ()
     warnings: tuple[Advice, ...]
 
     def _repr_html_(self) -> str:
@@ -317,8 +341,16 @@ class Manifest:
         p and s.
     controllers, scenarios, metrics, choices, functions : mapping by name
         Laws, runs, what runs are judged by, options with named values, and the generated functions.
+    measured : tuple of Quantity
+        What laws receive in place of the state; none where they receive the state.
+    wiener, random_step : tuple of Quantity
+        The Wiener processes of process noise, and the random numbers of a random step.
+    delays : mapping of str to str
+        For inputs by name, the parameter that is the number of samples after which each acts.
     geometry : tuple of Shape
         What a picture of the system shows.
+    events : tuple of Event
+        What happens where guards cross zero.
     constraints, limits, reference_constant
         What parameters and runs must satisfy, in words; whether r does not depend on time.
     versions : mapping of str to str
@@ -352,9 +384,14 @@ class Manifest:
     reference_constant: bool
     choices: Mapping[str, Choice]
     noise: tuple[Quantity, ...]
+    measured: tuple[Quantity, ...] = ()
+    wiener: tuple[Quantity, ...] = ()
+    random_step: tuple[Quantity, ...] = ()
+    delays: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     geometry: tuple[Shape, ...] = ()
+    events: tuple[Event, ...] = ()
     functions: Mapping[str, Function]
     versions: Mapping[str, str]
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
@@ -364,11 +401,27 @@ class Manifest:
     folder: Path = field(default=Path(), metadata=json_key(None))
     text: str = field(default="", metadata=json_key(None))
 
+    @property
+    def seen(self) -> tuple[Quantity, ...]:
+        """What laws receive: the state, or what is measured in its place."""
+        return self.measured or self.states
+
+    def random(self, sampled: bool) -> bool:
+        """Tell whether runs depend on a seed."""
+        return bool(self.wiener) or (sampled and bool(self.noise or self.random_step))
+
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the names that there are."""
         if not isinstance(name, str) or name not in self.controllers:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
+
+    def refuse_events(self, what: str) -> None:
+        """Raise InputError if the system has events, which `what` would pass over."""
+        events = [*self.events, *(event for law in self.controllers.values() for event in law.events)]
+        if events:
+            names = ", ".join(event.name for event in events)
+            raise InputError(f"{self.model} has events ({names}), and {what} has none: not built")
 
     def scenario(self, name: str | None) -> Scenario:
         """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
@@ -377,6 +430,21 @@ class Manifest:
         if not isinstance(name, str) or name not in self.scenarios:
             raise unknown_name(f"scenario of {self.model}", name, self.scenarios)
         return self.scenarios[name]
+
+    @property
+    def algebraic(self) -> bool:
+        """Whether there are algebraic states, whose row of `rhs` is no rate but zero along a run."""
+        return "mass_diagonal" in self.functions
+
+    @property
+    def projects_by_parameters(self) -> bool:
+        """Whether the manifold of the coordinates depends on parameters, such as lengths."""
+        return "project" in self.functions and len(self.functions["project"].arguments) > 1
+
+    def check_rates(self, what: str) -> None:
+        """Refuse what takes every row of `rhs` for a rate where there are algebraic states."""
+        if self.algebraic:
+            raise InputError(f"{self.model} has algebraic states, which {what} cannot have")
 
 
 def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Manifest:
@@ -477,6 +545,7 @@ def _check_vectors(manifest: Manifest) -> None:
         raise SchemaError(" = []: must be one state or more", "states")
     vectors = {name: getattr(manifest, name) for name in (
         "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
+        "measured", "wiener", "random_step",
     )}  # fmt: skip
     for law in manifest.controllers.values():
         vectors |= {f"controllers.{law.name}.{name}": getattr(law, name) for name in ("memory", "parameters")}
@@ -495,6 +564,8 @@ def _check_functions(manifest: Manifest) -> None:
         "dx": len(manifest.states),
         "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
         "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
+        "m": len(manifest.states),
+        "seen": len(manifest.measured), "dw": len(manifest.wiener), "x_step": len(manifest.states),
     }  # fmt: skip
     _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
     _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
@@ -503,18 +574,49 @@ def _check_functions(manifest: Manifest) -> None:
     _check_sizes(manifest, "reference", ("t", "p", "s"), ("r",), sizes)
     _check_sizes(manifest, "constraints", ("p", "s"), ("margin",), sizes | {"margin": len(manifest.constraints)})
     optional = {
-        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"), "project": ("q", "q_next"),
-        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "x_seen"),
+        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"),
+        "project": ("q p" if manifest.projects_by_parameters else "q", "q_next"),
+        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "seen" if manifest.measured else "x_seen"),
+        "mass_diagonal": ("p", "m"),
     }  # fmt: skip
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:
             _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    if manifest.wiener:
+        _check_sizes(manifest, "diffuse", ("x", "dw", "p"), ("x_step",), sizes)
+    if manifest.random_step:
+        own = sizes | {"e": len(manifest.random_step), "x_after": len(manifest.states)}
+        _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
+    if manifest.delays:
+        _check_sizes(manifest, "input_delays", ("p",), ("d",), sizes | {"d": len(manifest.inputs)})
+    if manifest.events:
+        _check_sizes(manifest, "guards", ("x", "u", "p"), ("g",), sizes | {"g": len(manifest.events)})
+    if any(event.resets for event in manifest.events):
+        _check_sizes(manifest, "resets", ("x", "u", "p", "event"), ("x_next",), sizes | {"x_next": sizes["x"]})
+    for event in (*manifest.events, *(event for law in manifest.controllers.values() for event in law.events)):
+        if event.direction not in DIRECTIONS:
+            raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})
     for name in ("x", "u"):
         if f"jac_{name}" in manifest.functions:
             _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})
+
+
+def law_signature(manifest: Manifest, law: Controller) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of what a law's function receives and returns."""
+    x = "seen" if manifest.measured else "x"
+    if not law.memory:
+        return (x, "r", "p", "c"), ("u",)
+    if law.period is None:
+        return (x, "r", "z", "p", "c"), ("u", "dz")
+    return (x, "r", "v", "z", "p", "c"), ("u", "z_next")
+
+
+def reads_memory(outputs: Function) -> bool:
+    """Tell whether what a law reports is a function of its memory."""
+    return any(array.name == "z" for array in outputs.arguments)
 
 
 def _check_sizes(
@@ -558,22 +660,25 @@ def _check_controller(manifest: Manifest, law: Controller) -> None:
     sizes = {
         "p": p, "c": c, "s": s, "x": x, "r": r, "u": len(manifest.inputs), "v": len(manifest.inputs),
         "z": len(law.memory), "z_next": len(law.memory), "w": len(law.outputs), "margin": len(law.constraints),
-        "q": len(manifest.coordinates or manifest.states), "dq": len(manifest.coordinates or manifest.states),
+        "seen": len(manifest.measured), "dz": len(law.memory),
     }  # fmt: skip
+    sizes["q"] = sizes["dq"] = len(manifest.coordinates or manifest.states) + len(() if law.period else law.memory)
+    _check_sizes(manifest, name, *law_signature(manifest, law), sizes)
     if law.memory:
-        _check_sizes(manifest, name, ("x", "r", "v", "z", "p", "c"), ("u", "z_next"), sizes)
         _check_sizes(manifest, f"{name}_start", ("x", "r", "p", "c"), ("z",), sizes)
-    else:
-        _check_sizes(manifest, name, ("x", "r", "p", "c"), ("u",), sizes)
     if law.constraints:
         _check_sizes(manifest, f"{name}_constraints", ("p", "c", "s"), ("margin",), sizes)
     if law.warnings:
         shown = sum(1 + warning.shown for warning in law.warnings)
         _check_sizes(manifest, f"{name}_warnings", ("p", "c", "s"), ("margin",), sizes | {"margin": shown})
     if law.outputs:
-        _check_sizes(manifest, f"{name}_outputs", ("x", "r", "p", "c"), ("w",), sizes)
+        function = manifest.functions.get(f"{name}_outputs")
+        arguments = "x r z p c" if function and reads_memory(function) else "x r p c"
+        _check_sizes(manifest, f"{name}_outputs", arguments.split(), ("w",), sizes)
     if law.period is None:
         _check_sizes(manifest, f"{name}_loop", ("q", "r", "p", "c"), ("dq",), sizes)
+        if count := len(manifest.events) + len(law.events):
+            _check_sizes(manifest, f"{name}_guards", ("q", "r", "p", "c"), ("g",), sizes | {"g": count})
     derived = sum(q.formula is not None for q in law.parameters)
     if derived:
         _check_sizes(manifest, f"{name}_defaults", ("c",), ("derived",), sizes | {"derived": derived})

@@ -11,9 +11,19 @@ import typer
 
 from mehvar.errors import InputError, bad_value, together, unknown_name
 from mehvar.manifest import Manifest, Parameter, Quantity
+from mehvar.runtime.arguments import number
 from mehvar.runtime.model.catalogue import find_model, list_models
 from mehvar.runtime.run.options import OPTIONS, either
 from mehvar.runtime.units import read_value, setting_units
+
+
+def whole(text: str) -> int:
+    """Return a whole number of the command line, read as every number is: Python's own reader takes `1_0` too."""
+    value = number(str(text))
+    if not isinstance(value, int):
+        raise typer.BadParameter(f"{text!r} is not a whole number.")
+    return value
+
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
 

@@ -64,6 +64,22 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     console.print(table)
 
 
+def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table as one or several that each fit a page: the first column begins every one of them."""
+    cells = list(zip(columns, *rows, strict=True))
+    widths = [max(map(len, column)) for column in cells]
+    first, parts, free = cells[0], [], 0
+    for column, width in zip(cells[1:], widths[1:], strict=True):
+        if width + _GAP > free:
+            parts.append([first])
+            free = _PAGE - widths[0]
+        parts[-1].append(column)
+        free -= width + _GAP
+    for part in parts:
+        heads, *body = zip(*part, strict=True)
+        print_table("", heads, body)
+
+
 def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table that fits a page, on a terminal or not: the last cell of a row is text, which wraps.
 

@@ -17,7 +17,7 @@ from mehvar.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
 from .quantities import TIME, Group, Quantity
-from .system import Controller, Coordinates, Expr, Function, System, Variant
+from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomStep, Sensor, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 """The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
@@ -39,9 +39,13 @@ def plant_of_time(system: System) -> bool:
     """Tell whether time stands in the plant, whose functions receive no reference."""
     parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
     parts += [(limit.margin,) for limit in system.limits]
+    parts += [tuple(system.mass)] if system.mass is not None else []
+    parts += [(event.guard, *event.reset.values()) for event in system.events]
     parts += [system.coordinates.rhs] if system.coordinates else []
     parts += [system.actuator.applied] if system.actuator else []
     parts += [system.sensor.measured] if system.sensor else []
+    parts += [system.diffusion.change] if system.diffusion else []
+    parts += [system.random_step.after] if system.random_step else []
     parts += [_results(function) for function in system.functions if system.states in function.arguments]
     entries = [entry for entry in chain(*parts) if isinstance(entry, sp.Basic)]
     return TIME.symbol in free_symbols(entries, system.definitions)
@@ -54,9 +58,12 @@ def _in_state(system: System) -> System:
         system,
         states=states,
         rhs=(*system.rhs, sp.S.One),
+        mass=sp.diag(system.mass, 1) if system.mass is not None else None,
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
-        sensor=replace(system.sensor, measured=(*system.sensor.measured, last)) if system.sensor else None,
+        sensor=_sensor(system.sensor) if system.sensor else None,
+        diffusion=_diffusion(system.diffusion) if system.diffusion else None,
+        random_step=_random_step(system.random_step) if system.random_step else None,
         coordinates=_chart(system.coordinates) if system.coordinates else None,
         variants=tuple(_variant(variant) for variant in system.variants),
         functions=tuple(_function(function, system.states, states) for function in system.functions),
@@ -65,6 +72,20 @@ def _in_state(system: System) -> System:
 
 def _longer(group: Group) -> Group:
     return Group(group.name, (*group.quantities, CLOCK))
+
+
+def _sensor(sensor: Sensor) -> Sensor:
+    """Show laws the time as well, by the name that it has in the state."""
+    seen = _longer(sensor.seen) if len(sensor.seen) else sensor.seen
+    return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
+
+
+def _diffusion(diffusion: Diffusion) -> Diffusion:
+    return replace(diffusion, change=(*diffusion.change, sp.S.Zero))
+
+
+def _random_step(step: RandomStep) -> RandomStep:
+    return replace(step, after=(*step.after, CLOCK.symbol))
 
 
 def _chart(chart: Coordinates) -> Coordinates:
@@ -92,4 +113,4 @@ def _results(function: Function) -> tuple[Expr, ...]:
 
 
 def _expressions(law: Controller) -> tuple[Expr, ...]:
-    return (*law.command, *law.start, *law.update, *(output.value for output in law.outputs))
+    return (*law.command, *law.start, *law.update, *law.rates, *(output.value for output in law.outputs))

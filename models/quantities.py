@@ -127,7 +127,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Array(ABC):
+class ParameterArray(ABC):
     """Parameters that stand in a table as one entry; the kinds are in `arrays`.
 
     Parameters
@@ -164,14 +164,14 @@ class Parameter(Quantity):
         Allowed values.
     source : str
         Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
-    array : Array, optional
+    array : ParameterArray, optional
         What it is an element of.
     """
 
     default: float | str = 0.0
     bounds: Interval = field(default_factory=lambda: Interval(-float("inf"), float("inf"), True, True))
     source: str = ""
-    array: Array | None = None
+    array: ParameterArray | None = None
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from mehvar.manifest import Choice, Metric, Scenario
 from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
+from .events import Event, surfaces
 from .geometry import Shape
 from .quantities import (
     EMPTY,
@@ -44,7 +45,9 @@ __all__ = [
     "Coordinates",
     "Definition",
     "Derivation",
+    "Diffusion",
     "Equation",
+    "Event",
     "Expr",
     "Function",
     "Group",
@@ -54,6 +57,7 @@ __all__ = [
     "Output",
     "Parameter",
     "Quantity",
+    "RandomStep",
     "Scenario",
     "Sensor",
     "Shape",
@@ -61,6 +65,7 @@ __all__ = [
     "Variant",
     "free_symbols",
     "scalar",
+    "surfaces",
     "whole_periods",
 ]
 
@@ -153,7 +158,7 @@ class Output:
     quantity : Quantity
         Its name in a result.
     value : Expr
-        A function of state, reference, p and c.
+        A function of state, reference, p, c and the law's memory as the law finds it.
     at_most : float
         Above it the run is not as it should be: the result says when and by how much.
     """
@@ -167,6 +172,8 @@ class Output:
 class Controller(Located):
     """A control law as a symbolic function (measurement, reference) -> input.
 
+    Where the sensor has quantities of its own, commands and updates are functions of those in place of the state.
+
     Parameters
     ----------
     name, title : str
@@ -175,7 +182,7 @@ class Controller(Located):
         The law's own parameters.
     command : tuple of Expr
         The commanded input as a function of state, reference, plant parameters and law parameters; with regular
-        coordinates, the inputs that go with them. A sampled law may use its memory and the applied input too.
+        coordinates, the inputs that go with them. A law may use its memory, a sampled one the applied input too.
     constraints, warnings : tuple of Condition
         What plant, law and scenario parameters must satisfy before a run, and what they should satisfy.
     period : str
@@ -185,12 +192,19 @@ class Controller(Located):
         designed for them; a run sets it to the delay of its loop unless the user does.
     applied : Group
         Symbols of the input that was really applied over the last sample, for a sampled law.
+    every : str
+        The law's own parameter that says once in how many samples a sampled law commands; its memory is updated at
+        every sample. Empty for a law that commands at each.
     memory : Group
-        What a sampled law keeps from one sample to the next.
+        What a sampled law keeps from one sample to the next; of a continuous law, its own integrated states.
     start, update : tuple of Expr
         The memory before the first sample (a function of state, reference, p and c) and after each one.
+    rates : tuple of Expr
+        z' of a continuous law with memory, of what its command is a function of.
     outputs : tuple of Output
         What the law reports beside its command.
+    events : tuple of Event
+        Switching surfaces of a continuous law, as a function of state, reference, plant parameters and law parameters.
     bears_loss : bool
         Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
@@ -207,10 +221,13 @@ class Controller(Located):
     period: str = ""
     delay: str = field(default="", kw_only=True)
     applied: Group = EMPTY
+    every: str = field(default="", kw_only=True)
     memory: Group = EMPTY
     start: tuple[Expr, ...] = ()
     update: tuple[Expr, ...] = ()
+    rates: tuple[Expr, ...] = field(default=(), kw_only=True)
     outputs: tuple[Output, ...] = ()
+    events: tuple[Event, ...] = field(default=(), kw_only=True)
     bears_loss: bool = False
     in_numbers: bool = field(default=False, kw_only=True)
 
@@ -242,13 +259,49 @@ class Sensor(Located):
     Parameters
     ----------
     noise : Group
-        Independent standard normal numbers, drawn anew at each sample.
+        Independent standard normal numbers, drawn anew at each sample; zero for a continuous law.
     measured : tuple of Expr
-        The state that the law sees, as a function of state, noise and p.
+        What the law sees, as a function of state, noise and p: a row for each state, or for each of `seen`.
+    seen : Group
+        The measured quantities, where they are not the states; laws receive them in place of the state.
     """
 
     noise: Group
     measured: tuple[Expr, ...]
+    seen: Group = EMPTY
+
+
+@dataclass(frozen=True)
+class Diffusion(Located):
+    """Process noise: dx = f dt + G dW, in the sense of Ito.
+
+    Parameters
+    ----------
+    wiener : Group
+        Independent Wiener processes, in s^(1/2): their increments over a step h have the variance h.
+    change : tuple of Expr
+        G dW, a row for each state: linear in the symbols of `wiener`, which stand for the increments, with
+        coefficients in state and p.
+    """
+
+    wiener: Group
+    change: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class RandomStep(Located):
+    """A random change of the state at each sample of a sampled law but the first.
+
+    Parameters
+    ----------
+    noise : Group
+        Independent standard normal numbers, drawn anew at each sample.
+    after : tuple of Expr
+        The state after the change, as a function of the state before it, noise and p.
+    """
+
+    noise: Group
+    after: tuple[Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -309,7 +362,13 @@ class System(Located):
     actuator : Actuator, optional
         What becomes of a commanded input; the input acts as commanded without one.
     sensor : Sensor, optional
-        What sampled laws see; the state itself without one.
+        What sampled laws see, and all laws where it has quantities of its own; the state itself without one.
+    diffusion : Diffusion, optional
+        Process noise; a run needs a method for it.
+    random_step : RandomStep, optional
+        What happens to the state at each sample.
+    delays : mapping of str to str
+        For inputs by name, the plant parameter that says how many samples after its command each one acts.
     projection : tuple of Expr
         Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
     choices, variants : tuple
@@ -319,8 +378,13 @@ class System(Located):
     residual : tuple of Expr
         These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
         evaluate. Generation fails unless both agree.
+    events : tuple of Event
+        What happens where a guard crosses zero; simultaneous ones happen in this order.
     geometry : tuple of Shape
         What a picture of the system shows, such as the animation of a run; none without.
+    mass : sympy.Matrix, optional
+        A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
+        is algebraic: its row of `rhs` is zero along a run, and determines it.
     """
 
     name: str
@@ -347,12 +411,17 @@ class System(Located):
     coordinates: Coordinates | None = None
     actuator: Actuator | None = None
     sensor: Sensor | None = None
+    diffusion: Diffusion | None = field(default=None, kw_only=True)
+    random_step: RandomStep | None = field(default=None, kw_only=True)
+    delays: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     projection: tuple[Expr, ...] = ()
     choices: tuple[Choice, ...] = ()
     variants: tuple[Variant, ...] = ()
     rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
     residual: tuple[Expr, ...] = ()
     geometry: tuple[Shape, ...] = ()
+    mass: sp.MatrixBase | None = None
+    events: tuple[Event, ...] = ()
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}
@@ -370,6 +439,11 @@ class System(Located):
     @property
     def _groups(self) -> tuple[Group, ...]:
         return (self.states, self.inputs, self.outputs, self.parameters)
+
+    @property
+    def seen(self) -> Group:
+        """What laws receive: the state, or what the sensor measures in its place."""
+        return self.sensor.seen if self.sensor and len(self.sensor.seen) else self.states
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:

@@ -23,7 +23,7 @@ from .units import dimension
 OF_SECONDS = ("settling", "settling_about_end")
 OF_COUNTS = ("sign_changes",)
 """Kinds of metrics that read the band; those of seconds need one."""
-_INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
+_INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)
 _SOURCE = re.compile(r"^(paper\b|assumption: |addition: )")
 
 

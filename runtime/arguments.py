@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import os
 from collections.abc import Callable, Mapping
@@ -31,6 +32,20 @@ def number(text: str) -> int | float | None:
             with contextlib.suppress(ValueError):
                 return kind(text)
     return None
+
+
+def literals_are_numbers(tree: ast.AST, text: str) -> bool:
+    """Tell whether `number` reads each number of an expression, of which Python's parser takes `1_0` and `0x10` too.
+
+    Parameters
+    ----------
+    tree : ast.AST
+        The parsed expression.
+    text : str
+        What was parsed.
+    """
+    literals = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and type(node.value) in (int, float))
+    return all(number(ast.get_source_segment(text, node) or "") is not None for node in literals)
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:

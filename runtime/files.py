@@ -68,6 +68,22 @@ def check_folder(folder: str | os.PathLike[str]) -> None:
         raise bad_value("out", str(folder), f"a folder that can be made, but you may not write into {there}", "--out")
 
 
+def check_file(path: str | os.PathLike[str]) -> None:
+    """Refuse before the work a file that could not be written after it.
+
+    Raises
+    ------
+    InputError
+        If its folder does not exist or cannot be written, or it is a folder itself.
+    """
+    # os.path, since pathlib raises for a name that is too long
+    name, folder = os.fspath(path), os.path.dirname(os.fspath(path)) or os.curdir  # noqa: PTH120
+    if not os.path.isdir(folder):  # noqa: PTH112
+        raise bad_value("output file", name, "in a folder that exists")
+    if os.path.isdir(name) or not os.access(folder, os.W_OK):  # noqa: PTH112
+        raise bad_value("output file", name, "a file in a folder that can be written")
+
+
 @contextmanager
 def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary folder, and move what was written there into `folder` when the block ends well.

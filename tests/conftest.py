@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which tests one process has, the longest first, and the cache that all processes share.
 
-A process has the tests of a module, which share fixtures; all of the papers, which share their runs; a page of the
-documentation, which shares nothing.
+A process has the tests of a module, which share fixtures; all of the papers, which share their runs; all of one model,
+which share what is derived; a page of the documentation, which shares nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 PAPERS = "tests/mehvar/papers/"
+TOGETHER = (PAPERS, "tests/models/slosh/", "tests/mehvar/physics/")
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (
     "tests/mehvar/cli/test_reproduce.py",
@@ -41,14 +42,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Schedule by module, but the papers' tests as one and pages one by one."""
+    """Schedule by module, but some folders as one and pages one by one."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByModule(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no annotations
         def _split_scope(self, nodeid: str) -> str:
             if nodeid.startswith(PAGES):
                 return nodeid
-            return PAPERS if nodeid.startswith(PAPERS) else str(super()._split_scope(nodeid))
+            together = (folder for folder in TOGETHER if nodeid.startswith(folder))
+            return next(together, None) or str(super()._split_scope(nodeid))
 
     config.option.loadscopereorder = False  # which would begin with the modules that have most tests
     return ByModule(config, log) if config.getvalue("dist") == "loadscope" else None

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from mehvar.constants import vectors
@@ -14,7 +15,7 @@ from mehvar.names import identifier
 
 from ..functions.function import FunctionGraph
 from ..templates import text_environment
-from .labels import PLAIN, Labels, element_names, lines_of, value_names
+from .labels import PLAIN, Labels, Names, names_of
 from .spelling import PYTHON, C, Language, statements
 from .split import split
 from .tape import Tape, tape
@@ -97,7 +98,11 @@ class PrintedFunction:
         return [*lines, *f"return {', '.join(returned)}".split("\n")]
 
     def _statements(self, language: Language) -> tuple[list[str], list[list[str]]]:
-        return statements(self.tape, self.arguments, language, self.labels, [name for name, _ in self.results])
+        return statements(self.tape, self.arguments, language, self.labels, self._names)
+
+    @cached_property
+    def _names(self) -> Names:
+        return names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results])
 
     def _python_result(self, result: tuple[str, int | None], values: list[str]) -> str:
         if result[1] is None:
@@ -111,11 +116,9 @@ class PrintedFunction:
 
     def names_of(self, result: int) -> tuple[str, ...]:
         """Return what the text calls the elements of a result, or would if each had a statement."""
-        taken = {name for name, _ in (*self.arguments, *self.results)}
-        elements = element_names(self.arguments, [name for name, _ in self.results], self.labels)
         values = self.tape.results[result]
-        names = value_names(self.tape, lines_of(self.tape) | set(values), elements, taken)
-        return tuple(names[k] for k in values)
+        names = names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results], values)
+        return tuple(names.values[k] for k in values)
 
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:

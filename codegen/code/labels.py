@@ -69,6 +69,51 @@ PLAIN = Labels()
 """Elements are called by their place."""
 
 
+@dataclass(frozen=True)
+class Names:
+    """What a function's values are called, in every language.
+
+    Attributes
+    ----------
+    elements : mapping of (int, int) to str
+        Of the elements of its arguments.
+    lined : set of int
+        The values that get a statement of their own.
+    values : mapping of int to str
+        Names of those.
+    """
+
+    elements: Mapping[Element, str]
+    lined: set[int]
+    values: Mapping[int, str]
+
+
+def names_of(
+    tape: Tape,
+    arguments: Sequence[tuple[str, int | None]],
+    labels: Labels = PLAIN,
+    results: Sequence[str] = (),
+    more: Iterable[int] = (),
+) -> Names:
+    """Name the elements and the values of a function.
+
+    Parameters
+    ----------
+    tape : Tape
+        The function.
+    arguments : sequence of (name, size)
+        Names of the arguments; size None for a scalar.
+    labels : Labels
+        Names of elements and of definitions.
+    results : sequence of str
+        Names of the results, which no value may have.
+    more : iterable of int
+        Values that are named as if each had a statement.
+    """
+    elements, lined = element_names(arguments, results, labels), lines_of(tape) | set(more)
+    return Names(elements, lined, value_names(tape, lined, elements, {*(name for name, _ in arguments), *results}))
+
+
 def lines_of(tape: Tape) -> set[int]:
     """Return the values that get a statement of their own.
 
@@ -204,10 +249,9 @@ def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> l
     Definitions count by the elements that they name, so that neither a new name of one nor an edit within it that takes
     the same elements changes another name.
     """
-    contents: list[str] = []
-    for depth in range(_DEPTH + 1):
-        operands = _kinds(tape) if depth == 0 else contents
-        contents = _described(tape, lined, elements, operands)
+    leaves, contents = _leaves(tape, elements), _kinds(tape)
+    for _ in range(_DEPTH + 1):
+        contents = _described(tape, lined, elements, leaves, contents)
     return contents
 
 
@@ -223,36 +267,38 @@ def _kinds(tape: Tape) -> list[str]:
     return kinds
 
 
-def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], operands: Sequence[str]) -> list[str]:
+def _described(
+    tape: Tape,
+    lined: set[int],
+    elements: Mapping[Element, str],
+    leaves: Mapping[int, str],
+    operands: Sequence[str],
+) -> list[str]:
     """Describe each value, with `operands` for the statements that its own uses."""
     own: list[str] = []
+    shown: list[str] = []
     parts: list[tuple[str, tuple[str, ...]]] = []
-
-    leaves = _leaves(tape, elements)
-
-    def shown(k: int) -> str:
-        return leaves[k] if tape.instructions[k].name else operands[k] if k in lined else own[k]
-
-    for i in tape.instructions:
+    for k, i in enumerate(tape.instructions):
         kind, members = _KINDS.get(i.op, i.op), tuple[str, ...]()
         if i.op == "input":
             text = elements.get(_element(i), str(i.args))
         elif i.op == "const":
             text = ""
         elif _is_multiple(i):
-            text = shown(i.args[0])
+            text = shown[i.args[0]]
             if i.args[0] not in lined:
                 kind, members = parts[i.args[0]]
         elif kind in ("add", "mul"):
             for a in i.args:
                 flat = a not in lined and parts[a][0] == kind
-                members += parts[a][1] if flat else tuple(filter(None, (shown(a),)))
+                members += parts[a][1] if flat else (shown[a],) if shown[a] else ()
             members = tuple(sorted(members))
             text = members[0] if len(members) == 1 else _short(kind, members)
         else:
-            members = tuple(map(shown, i.args))
+            members = tuple([shown[a] for a in i.args])
             text = _short(kind, sorted(members) if i.op in COMMUTATIVE else members)
         own.append(text)
+        shown.append(leaves[k] if i.name else operands[k] if k in lined else text)
         parts.append((kind, members))
     return own
 
@@ -262,16 +308,24 @@ def _is_multiple(instruction: Instruction) -> bool:
     return instruction.op in _SIGNS or (instruction.op == "add" and instruction.args[0] == instruction.args[1])
 
 
-def _leaves(tape: Tape, elements: Mapping[Element, str]) -> list[str]:
-    """Return for each value the elements of arguments that it is made of, as far as other definitions."""
-    leaves: list[frozenset[str]] = []
-    for i in tape.instructions:
+def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
+    """Return for each definition the elements of arguments that it is made of, as far as other definitions.
+
+    A set of elements is a number with a bit for each, as there are as many sets as values.
+    """
+    bits = {"=": 1}
+    sets: list[int] = []
+    leaves: dict[int, str] = {}
+    for k, i in enumerate(tape.instructions):
+        own = 0
         if i.op == "input":
-            leaves.append(frozenset([elements.get(_element(i), str(i.args))]))
-        else:
-            operands = (frozenset("=") if tape.instructions[a].name else leaves[a] for a in i.operands)
-            leaves.append(frozenset[str]().union(*operands))
-    return [_short("=", sorted(names)) for names in leaves]
+            own = bits.setdefault(elements.get(_element(i), str(i.args)), 1 << len(bits))
+        for a in i.operands:
+            own |= 1 if tape.instructions[a].name else sets[a]
+        sets.append(own)
+        if i.name:
+            leaves[k] = _short("=", sorted(name for name, bit in bits.items() if own & bit))
+    return leaves
 
 
 def _short(kind: str, members: Sequence[str]) -> str:

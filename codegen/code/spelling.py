@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .labels import PLAIN, Labels, element_names, lines_of, long_sums, sincos_pairs, value_names
+from .labels import PLAIN, Labels, Names, long_sums, names_of, sincos_pairs
 from .tape import MASKS, Instruction, Tape
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -154,7 +154,7 @@ def statements(
     arguments: Sequence[tuple[str, int | None]],
     language: Language,
     labels: Labels = PLAIN,
-    results: Sequence[str] = (),
+    names: Names | None = None,
 ) -> tuple[list[str], list[list[str]]]:
     """Print a tape.
 
@@ -168,8 +168,8 @@ def statements(
         `C` or `PYTHON`.
     labels : Labels
         Names of elements and of definitions.
-    results : sequence of str
-        Names of the results, which no variable may have.
+    names : Names, optional
+        What elements and values are called, where that is known already.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def statements(
     results : list of list of str
         An expression for each element of each result, of several lines if it is a long sum.
     """
-    return _Printer(tape, arguments, language, labels, results).print()
+    return _Printer(tape, arguments, language, labels, names or names_of(tape, arguments, labels)).print()
 
 
 class _Printer:
@@ -188,17 +188,14 @@ class _Printer:
         arguments: Sequence[tuple[str, int | None]],
         language: Language,
         labels: Labels,
-        results: Sequence[str],
+        names: Names,
     ) -> None:
         self._tape, self._arguments, self._language, self._labels = tape, arguments, language, labels
         self._text: dict[int, str] = {}
         self._precedence: dict[int, int] = {}
         self._lines: list[str] = []
-        self._lined, self._partner = lines_of(tape), sincos_pairs(tape)
-        self._long = long_sums(tape, self._lined)
-        self._elements = element_names(arguments, results, labels)
-        taken = {*(name for name, _ in arguments), *results}
-        self._names = value_names(tape, self._lined, self._elements, taken)
+        self._elements, self._lined, self._names = names.elements, names.lined, names.values
+        self._partner, self._long = sincos_pairs(tape), long_sums(tape, names.lined)
 
     def print(self) -> tuple[list[str], list[list[str]]]:
         self._load()

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
+from mehvar.manifest import Choice, Controller, Event, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
 
 from ..equations.document import Document, Symbol
 from .report import ParameterChange
@@ -37,12 +37,13 @@ EXEMPT = {
     "Controller.title": "words",
     "Scenario.title": "words",
     "Metric.description": "words",
+    "Event.title": "words",
 }
 """Fields of a manifest that are not compared as numbers, and why."""
 _ROLES = {
     "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
-    "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape",
+    "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
@@ -132,7 +133,7 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
 
 def _unsaid(manifest: Manifest) -> set[str]:
     """Return the fields that manifests have not always had and that this one lacks: it does not say what they were."""
-    kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Manifest)
+    kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
     late = ((kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING))
     return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{f.name}"' not in manifest.text}
 

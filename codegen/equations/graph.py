@@ -222,13 +222,22 @@ def outcomes(system: System) -> Iterator[Outcome]:
     if system.actuator:
         yield from _named(system.inputs, system.actuator.applied, "actuator")
     if system.sensor:
-        yield from _named(system.states, system.sensor.measured, "sensor")
+        seen = getattr(system, "seen", system.states)  # a checkout from before it is derived with its own vocabulary
+        yield from _named(seen, system.sensor.measured, "sensor")
+    if diffusion := getattr(system, "diffusion", None):
+        yield from _named(system.states, diffusion.change, "diffusion", "d{}", r"\mathrm{{d}}{}")
+    for name, count in getattr(system, "delays", {}).items():
+        quantity = next(q for q in system.parameters if q.name == count)
+        yield Outcome(name, "delay", quantity.symbol, f"k_{{{name}}}", "1", f"samples from command to action of {name}")
+    if step := getattr(system, "random_step", None):
+        yield from _named(system.states, step.after, "random step", "{}+", "{}^{{+}}")
     if system.coordinates:
         yield from _coordinates(system)
     integrated = system.coordinates.states if system.coordinates else system.states
     yield from _named(integrated, system.projection, "projection")
     yield from _conditions(system.limits, "limit")
     yield from _conditions(system.constraints, "constraint")
+    yield from _events(system)
     for function in system.functions:
         for q, expr in function.results:
             yield Outcome(f"{function.name}.{q.name}", "function", expr, quantity_latex(q), q.unit, q.description)
@@ -242,6 +251,30 @@ def outcomes(system: System) -> Iterator[Outcome]:
             yield from _rates(system.states, loop, "variant", f"{title}, {name}: ")
     for state, expr in zip(system.rates, system.residual, strict=True):
         yield Outcome(state, "motion", expr, "0", "", f"equation of motion that gives the rate of {state}")
+
+
+def _events(system: System) -> Iterator[Outcome]:
+    """Yield guards, called by event and direction, and what the events make of the state."""
+    for law, events in (
+        ("", getattr(system, "events", ())),
+        *((f"{c.name}: ", getattr(c, "events", ())) for c in system.controllers),
+    ):
+        for event in events:
+            name, title = f"{law}{event.name}", event.title or "switching surface"
+            yield Outcome(
+                f"{name}: {event.direction}{' ends' if event.ends else ''}", "guard", event.guard, "0 =", "", title
+            )
+            for q in system.states:
+                if q.symbol in event.reset:
+                    title = f"{q.name} after {event.name}"
+                    yield Outcome(
+                        f"{name}: {q.name}+",
+                        "reset",
+                        event.reset[q.symbol],
+                        f"{quantity_latex(q)}^{{+}}",
+                        q.unit,
+                        title,
+                    )
 
 
 def _named(
@@ -268,6 +301,7 @@ def _law(system: System, law: Controller) -> Iterator[Outcome]:
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
     yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
     yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
+    yield from _rates(law.memory, getattr(law, "rates", ()), "memory rate", f"{law.name}: ")
     for output in law.outputs:
         q = output.quantity
         yield Outcome(f"{law.name}.{q.name}", "law output", output.value, quantity_latex(q), q.unit, q.description)
@@ -306,6 +340,11 @@ def groups(system: System) -> dict[str, Iterable[Quantity]]:
         roles["commanded"] = system.actuator.commanded
     if system.sensor:
         roles["noise"] = system.sensor.noise
+        roles["measured"] = getattr(system.sensor, "seen", ())
+    if diffusion := getattr(system, "diffusion", None):
+        roles["wiener"] = diffusion.wiener
+    if step := getattr(system, "random_step", None):
+        roles["noise of steps"] = step.noise
     for law in system.controllers:
         roles[f"law {law.name}"] = law.parameters
         roles[f"memory {law.name}"] = law.memory

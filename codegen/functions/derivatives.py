@@ -44,9 +44,11 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
             derived.append(jacobian(function, ["p"], name, "parameters_jac"))
     if system.actuator:
         derived.append(directional(by_name["actuate"], ["x", "u_cmd"], "loops_jac"))
+    if system.seen is not system.states:
+        derived.append(directional(by_name["measure"], ["x"], "loops_jac"))
     for law in system.controllers:
         name = identifier(law.name)
-        derived.append(directional(by_name[name], _present(by_name[name], "xrvz"), "loops_jac"))
+        derived.append(directional(by_name[name], _present(by_name[name], ("x", "seen", *"rvz")), "loops_jac"))
         if not law.period:
             loop = by_name[f"{name}_loop"]
             derived.append(jacobian(loop, _present(loop, "qr"), f"{name}_loop_jac", "loops_jac"))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -40,7 +40,10 @@ def generate_functions(system: System) -> list[FunctionGraph]:
 def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
     """Share subexpressions over the whole model; temporaries are definitions like any other."""
     names = list(system.definitions)
-    shared = [*system.definitions.values(), *(e for law in system.controllers for e in (*law.command, *law.update))]
+    shared = [
+        *system.definitions.values(),
+        *(e for law in system.controllers for e in (*law.command, *law.update, *law.rates)),
+    ]
     results = [e for request in listing if not request.alone for _, exprs in request.results for e in exprs]
     temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
     pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")
@@ -61,7 +64,10 @@ def _build(
     }
     bound = bindings(system, request)
     definitions = named | {symbol: expr for symbol, expr in bound.items() if symbol not in symbols}
-    outputs = [ca.vertcat(*to_casadi(exprs, symbols, definitions)) if exprs else ca.SX(0, 1) for _, exprs in results]
+    numbers = _numbers(system, bound, [e for _, exprs in results for e in exprs], definitions)
+    values = iter(to_casadi([*(e for _, exprs in results for e in exprs), *numbers], symbols, definitions))
+    outputs = [_vector(islice(values, len(exprs))) for _, exprs in results]
+    steps = ca.Function("steps", vectors, [_vector(values)])
     shared = ca.cse(outputs)
     signature = tuple((g.name, None if _is_scalar(g) else len(g)) for g in request.arguments)
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
@@ -74,29 +80,31 @@ def _build(
         sizes,
         graph,
         elements={group.name: tuple(q.name for q in group) for group in request.arguments if not _is_scalar(group)},
-        derivation=_named_steps(
-            system, bound, definitions, [e for _, exprs in results for e in exprs], vectors, symbols
-        ),
+        derivation=NamedSteps({s.name: number for s, number in numbers.items()}, steps),
     )
     if not request.repeated:
         return function
     return replace(function, parameters=parameter_arguments(system, request), held=held_arguments(request))
 
 
-def _named_steps(
+def _vector(values: Iterable[ca.SX]) -> ca.SX:
+    entries = list(values)
+    return ca.vertcat(*entries) if entries else ca.SX(0, 1)
+
+
+def _numbers(
     system: System,
     bound: Mapping[sp.Symbol, Expr],
-    definitions: Mapping[sp.Symbol, Expr],
     results: Sequence[Expr],
-    vectors: Sequence[ca.SX],
-    symbols: Mapping[sp.Symbol, ca.SX],
-) -> NamedSteps:
-    """Return the definitions that results depend on, and what stands for states and inputs that are not received."""
+    definitions: Mapping[sp.Symbol, Expr],
+) -> dict[sp.Symbol, str]:
+    """Return the definitions that results depend on, and what stands for states and inputs that are not received.
+
+    Each with its equation number, in the order of the derivation.
+    """
     numbers = {step.symbol: step.number for step in system.definitions_in_order} | dict.fromkeys(bound, "")
     reached = _reached(results, definitions)
-    names = [symbol for symbol in numbers if symbol in reached]
-    values = ca.vertcat(*to_casadi(names, symbols, definitions)) if names else ca.SX(0, 1)
-    return NamedSteps({s.name: numbers[s] for s in names}, ca.Function("steps", vectors, [values]))
+    return {symbol: number for symbol, number in numbers.items() if symbol in reached}
 
 
 def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:

@@ -3,14 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from mehvar.models.check import formulas
 from mehvar.models.geometry import shape_coordinates
-from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
+from mehvar.models.system import (
+    TIME,
+    Condition,
+    Controller,
+    Event,
+    Expr,
+    Function,
+    Group,
+    Quantity,
+    System,
+    free_symbols,
+    scalar,
+)
 from mehvar.names import CLOCK, identifier
 
 
@@ -70,6 +82,7 @@ def _plant(system: System) -> list[Request]:
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
+    functions += _events(system)
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
@@ -79,18 +92,58 @@ def _plant(system: System) -> list[Request]:
         functions.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
         functions.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
     if system.projection:
-        functions.append(
-            Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
-        )
+        of_parameters = not free_symbols(system.projection, system.definitions).isdisjoint(p.symbols)
+        arguments, result = (q, p) if of_parameters else (q,), (("q_next", system.projection),)
+        functions.append(Request("project", "coordinates put back on their manifold", arguments, result))
+    mass = getattr(system, "mass", None)  # a checkout from before it has none
+    if mass is not None:
+        diagonal, description = (("m", tuple(mass.diagonal())),), "one, and zero of algebraic states"
+        functions.append(Request("mass_diagonal", description, (p,), diagonal))
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)
         result = (("u", system.actuator.applied),)
         functions.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
     if system.sensor:
         noise = Group("e", system.sensor.noise.quantities)
-        result = (("x_seen", system.sensor.measured),)
-        functions.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
+        own = len(system.sensor.seen)
+        result = (("seen" if own else "x_seen", system.sensor.measured),)
+        what = "what a law sees" if own else "state that a law sees"
+        functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
+    if system.delays:
+        counts = {q.name: q.symbol for q in system.parameters}
+        late = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
+        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", late),)))
+    if system.diffusion:
+        wiener, result = Group("dw", system.diffusion.wiener.quantities), (("x_step", system.diffusion.change),)
+        what = "change of the state by Wiener processes"
+        functions.append(Request("diffuse", what, (x, wiener, p), result, repeated=True))
+    if system.random_step:
+        noise, result = Group("e", system.random_step.noise.quantities), (("x_after", system.random_step.after),)
+        functions.append(Request("jump", "state after a random step", (x, noise, p), result, repeated=True))
     return functions
+
+
+def _events(system: System) -> list[Request]:
+    """Return the guards of events, and what they make of the state: of the event of a number, counted from 0."""
+    if not system.events:
+        return []
+    motion = (system.states, system.inputs, system.parameters)
+    guards = (("g", tuple(event.guard for event in system.events)),)
+    functions = [Request("guards", "what crosses zero at events", motion, guards, repeated=True)]
+    if any(event.reset for event in system.events):
+        number = Quantity("event", "1", "which event, counted from 0")
+        states = tuple(_after(symbol, system.events, number.symbol) for symbol in system.states.symbols)
+        description = "state after an event"
+        functions.append(Request("resets", description, (*motion, scalar(number)), (("x_next", states),)))
+    return functions
+
+
+def _after(symbol: sp.Symbol, events: Sequence[Event], number: sp.Symbol) -> Expr:
+    """Return a state after the event of a number."""
+    if not any(symbol in event.reset for event in events):
+        return symbol
+    values = [(event.reset.get(symbol, symbol), number < k + sp.S.Half) for k, event in enumerate(events)]
+    return sp.Piecewise(*values[:-1], (values[-1][0], True))
 
 
 def _scenario(system: System) -> list[Request]:
@@ -127,18 +180,19 @@ def _law(system: System, law: Controller) -> list[Request]:
         functions.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
     if law.outputs:
         results = (("w", tuple(output.value for output in law.outputs)),)
-        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), results, law=law))
+        arguments = (x, r, _memory(law), p, c) if _reports_memory(system, law) else (x, r, p, c)
+        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", arguments, results, law=law))
     if derived:
         functions.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
     return functions
 
 
 def _sampled(system: System, law: Controller) -> list[Request]:
-    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    x, r, p, c = system.seen, system.references, system.parameters, law.parameters
     name, command = identifier(law.name), ("u", _commanded(system))
     if not law.memory:
         return [Request(name, law.title, (x, r, p, c), (command,), law=law, repeated=True)]
-    arguments = (x, r, _applied(system, law), Group("z", law.memory.quantities), p, c)
+    arguments = (x, r, _applied(system, law), _memory(law), p, c)
     return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law, repeated=True)]
 
 
@@ -148,14 +202,30 @@ def _applied(system: System, law: Controller) -> Group:
     return Group("v", law.applied.quantities or tuple(unread))
 
 
+def _memory(law: Controller) -> Group:
+    return Group("z", law.memory.quantities)
+
+
+def _reports_memory(system: System, law: Controller) -> bool:
+    """Tell whether a law's outputs depend on its memory, of a continuous one also by way of its command."""
+    definitions = system.definitions | (bindings_of_command(system, law) if not law.period else {})
+    values = free_symbols([output.value for output in law.outputs], definitions)
+    return not values.isdisjoint(law.memory.symbols)
+
+
 def _continuous(system: System, law: Controller) -> list[Request]:
     x, r, p, c = system.states, system.references, system.parameters, law.parameters
     q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
     name = identifier(law.name)
     command = ("u_cmd", _commanded(system))
     results = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
+    answer: tuple[tuple[str, tuple[Expr, ...]], ...] = (("u", _commanded(system)),)
+    arguments: tuple[Group, ...] = (system.seen, r, p, c)
+    if law.memory:
+        q, rhs = Group("q", (*q.quantities, *law.memory.quantities)), (*rhs, *law.rates)
+        answer, arguments = (*answer, ("dz", law.rates)), (system.seen, r, _memory(law), p, c)
     functions = [
-        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law, repeated=True),
+        Request(name, law.title, arguments, answer, law=law, repeated=True),
         Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law, repeated=True),
         Request(
             f"{name}_observe",
@@ -166,8 +236,12 @@ def _continuous(system: System, law: Controller) -> list[Request]:
             repeated=True,
         ),
     ]
+    if guards := tuple(event.guard for event in (*system.events, *law.events)):
+        description = f"what crosses zero at events in the loop of {law.name}"
+        results = (("g", guards),)
+        functions.append(Request(f"{name}_guards", description, (q, r, p, c), results, law=law, repeated=True))
     for variant in system.variants:
-        loop = variant.loops.get(law.name, variant.rhs)
+        loop = (*variant.loops.get(law.name, variant.rhs), *law.rates)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"
         tag = f"{name}_loop_{suffix(system, variant.values)}"
         functions.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
@@ -190,14 +264,24 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
         bound |= _pairs(system.states.symbols, coordinates.to_state)
     elif coordinates:
         bound |= _pairs(coordinates.states.symbols, coordinates.from_state)
-    if coordinates and law and not law.period:
-        bound |= _pairs(coordinates.inputs.symbols, law.command) | _pairs(system.inputs.symbols, coordinates.to_input)
-    elif coordinates and not law:
+    if coordinates and not law:
         bound |= _pairs(coordinates.inputs.symbols, coordinates.from_input)
     elif law:
-        bound |= _pairs(_commanded(system), law.command)
-        bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+        bound |= bindings_of_command(system, law)
+    if law and system.sensor and system.seen is not system.states and "seen" not in names:
+        bound |= _pairs(system.sensor.seen.symbols, system.sensor.measured)
+        bound |= dict.fromkeys(system.sensor.noise.symbols, sp.S.Zero)
     return bound
+
+
+def bindings_of_command(system: System, law: Controller) -> dict[sp.Symbol, Expr]:
+    """Return what a law makes of the inputs."""
+    coordinates = system.coordinates
+    if coordinates and not law.period:
+        chart = _pairs(coordinates.inputs.symbols, law.command)
+        return chart | _pairs(system.inputs.symbols, coordinates.to_input)
+    acting = _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+    return _pairs(_commanded(system), law.command) | acting
 
 
 def parameter_arguments(system: System, request: Request) -> frozenset[int]:

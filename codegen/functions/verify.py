@@ -43,6 +43,9 @@ def check_counterparts(system: System) -> None:
 def verify(system: System) -> None:
     """Compare x' of the evaluation form with x' of the derived equations at random points.
 
+    Where rounding makes rates differ that solve the equations to 1e-12 of their own terms, as it does under a mass
+    matrix whose entries are of several sizes, they are the same.
+
     States and inputs are drawn from [-1, 1], parameters within 20 % of their defaults and inside their bounds.
 
     Raises
@@ -58,7 +61,7 @@ def verify(system: System) -> None:
     names = list(system.rates)
     for point in range(POINTS):
         x, u, p = (_draw(group, generator) for group in (system.states, system.inputs, system.parameters))
-        rates, residual, slope = (np.array(value) for value in forms(project(x), u, p))
+        rates, residual, slope = (np.array(value) for value in forms(project(x, p), u, p))
         try:
             error = np.abs(np.linalg.solve(slope, residual)).ravel()
         except np.linalg.LinAlgError as singular:
@@ -68,7 +71,8 @@ def verify(system: System) -> None:
             ) from singular
         bound = TOLERANCE * max(1.0, float(np.abs(rates).max()))
         worst = int(error.argmax())
-        if not error[worst] <= bound:
+        solves = np.abs(residual) <= TOLERANCE * (np.abs(slope) @ np.abs(rates))
+        if not error[worst] <= bound and not solves.all():
             raise VerificationError(
                 f"{system.origin}: {names[worst]}' of the evaluation form differs from the derived equations "
                 f"by {error[worst]:.2e} (allowed {bound:.2e}) at random point {point}"
@@ -94,11 +98,12 @@ def _forms(system: System) -> ca.Function:
 
 
 def _projection(system: System) -> ca.Function:
-    """Return x -> x on the manifold of the states."""
-    x = ca.SX.sym("x", len(system.states))
+    """Return x, p -> x on the manifold of the states."""
+    x, p = ca.SX.sym("x", len(system.states)), ca.SX.sym("p", len(system.parameters))
     symbols = {symbol: x[k] for k, symbol in enumerate(system.states.symbols)}
+    symbols |= {symbol: p[k] for k, symbol in enumerate(system.parameters.symbols)}
     moved = to_casadi(system.projection or system.states.symbols, symbols, system.definitions)
-    return ca.Function("project", [x], [ca.vertcat(*moved)])
+    return ca.Function("project", [x, p], [ca.vertcat(*moved)])
 
 
 def _draw(group: Group, generator: np.random.Generator) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "7610c55dbe8df326cf4f6fd660b61a5cf7648b52d5db3a098436bcb335efd3cc"
+#define SLOSH_HASH "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "7610c55dbe8df326cf4f6fd660b61a5cf7648b52d5db3a098436bcb335efd3cc"
+HASH = "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()

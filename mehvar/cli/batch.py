@@ -22,6 +22,7 @@ from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.run.formats import ENDINGS as RESULT_ENDINGS
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.units import read_value
 from mehvar.settings import (
@@ -32,6 +33,7 @@ from mehvar.settings import (
     complete_varied,
     read_values,
     required_law,
+    whole,
 )
 from mehvar.terminal import Advance, progress
 
@@ -49,12 +51,12 @@ def command(
     controller: Annotated[
         str | None, typer.Option(metavar="C", help="The control law.", autocompletion=complete_controllers)
     ] = None,
-    n: Annotated[int | None, typer.Option("-n", metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
+    n: Annotated[int | None, typer.Option("-n", parser=whole, metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
     scenario: Annotated[
         str | None,
         typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
+    seed: Annotated[int | None, typer.Option(parser=whole, metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
     settings: SettingTexts = None,
     vary: Annotated[
         list[str] | None,
@@ -77,7 +79,8 @@ def command(
     strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
-        int | None, typer.Option(metavar="N", help="Threads of this process; all processors unless given.")
+        int | None,
+        typer.Option(parser=whole, metavar="N", help="Threads of this process; all processors unless given."),
     ] = None,
 ) -> int:
     """Run, report, print statistics; return the exit status.
@@ -96,6 +99,10 @@ def command(
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     if batch.out is None:
         raise InputError("a batch needs a store: --out STORE.zarr")
+    if batch.out.suffix.lower() in RESULT_ENDINGS:
+        raise bad_value(
+            "out", str(batch.out), "the folder of a store, such as runs.zarr, not a file of results", "--out"
+        )
     try:
         with _client(scheduler) as client, progress(f"{batch.model} {batch.controller}") as advance:
             meter = _Meter(advance)

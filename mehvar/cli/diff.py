@@ -18,14 +18,15 @@ from mehvar.comparison.sources import WORK
 from mehvar.errors import InputError, bad_value
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import check_file, write_atomic
+from mehvar.runtime.run.options import either
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:
     from mehvar.ledger.judging import Ledger
 
 FORMATS = ("text", "json", "html", "markdown")
-_ENDINGS = {"md": "markdown"}
+_ENDINGS = {".txt": "text", ".json": "json", ".html": "html", ".md": "markdown"}
 _HEAD = "HEAD"
 
 
@@ -54,6 +55,9 @@ def command(
         If the options do not go together, or a version or model does not exist.
     """
     chosen = _format(form, out)
+    for path in (out, plot):
+        if path is not None:
+            check_file(path)
     if paper:
         if old is not None:
             raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
@@ -138,14 +142,15 @@ def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
 
 
 def _format(form: str | None, out: Path | None) -> str:
-    """Return the format: what is asked for, else what the file's name says, else text."""
+    """Return the format: what is asked for, and what the file's name says; text when neither says anything."""
     if form is not None and form not in FORMATS:
         raise bad_value("--format", form, " or ".join(FORMATS))
-    ending = out.suffix.removeprefix(".") if out else ""
-    ending = _ENDINGS.get(ending, ending)
-    if form is not None and ending in FORMATS and ending != form:
-        raise bad_value("--format", form, f"left out or {ending}, as {out} ends")
-    chosen = form or (ending if ending in FORMATS else "text")
+    implied = None if out is None else _ENDINGS.get(out.suffix.lower())
+    if out is not None and implied is None:
+        raise bad_value("--out", str(out), f"a file name that ends in {either(_ENDINGS)}")
+    if None not in (form, implied) and form != implied:
+        raise bad_value("--format", form, f"left out or {implied}, as {out} ends")
+    chosen = form or implied or "text"
     if chosen == "html" and out is None and sys.stdout.isatty():
         raise InputError("--format html writes a page: say where with --out FILE.html")
     return chosen

@@ -13,6 +13,7 @@ from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import read_manifest
+from mehvar.runtime.files import check_folder
 from mehvar.settings import read_settings
 from mehvar.terminal import working
 
@@ -68,6 +69,8 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         raise InputError(f"--out takes one model, not {len(names)}: {', '.join(names)}")
     if emit not in (None, "casadi"):
         raise bad_value("--emit", emit, "casadi")
+    if out is not None:
+        check_folder(out)
     for model in names:
         with working(f"deriving {model}"):
             report = generation.generate(tree, model, out, structure, emit == "casadi")

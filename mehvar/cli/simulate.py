@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +12,7 @@ import typer
 from mehvar.errors import bad_value, together, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
+from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
@@ -37,6 +37,7 @@ from mehvar.settings import (
     read_settings,
     read_values,
     required_law,
+    whole,
 )
 from mehvar.terminal import print_json, print_table, progress
 
@@ -77,7 +78,9 @@ def command(
     store: Annotated[
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
-    run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+    run: Annotated[
+        int | None, typer.Option(parser=whole, metavar="ID", help="Which run of the batch, counted from 0.")
+    ] = None,
     trust_model: Annotated[
         bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
     ] = False,
@@ -194,7 +197,7 @@ def simulate(
         run = simulate_run(
             model, controller, scenario, parameters, progress=advance, origin="--set", **options, **opened
         )
-    return _finish(run, out, plot, as_json)
+    return _finish(run, out, plot, as_json, as_described=not settings)
 
 
 def repeat(
@@ -232,38 +235,31 @@ def repeat(
 def _check_outputs(out: Path | None, plot: Path | None) -> None:
     for path in (out, plot):
         if path is not None:
-            _check_folder(path)
+            check_file(path)
     if out is not None:
         checked_format(out)
     if plot is not None:
         checked_suffix(plot)
 
 
-def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False) -> int:
+def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False, as_described: bool = False) -> int:
+    """Print and save; a run as the scenario describes it is held against the numbers that the scenario expects."""
+    notes = [*run.exceeded(), *grouped(notes_of(run)), *(_unexpected(run) if as_described else ())]
     if as_json:
-        print_json(_facts(run))
+        print_json(_facts(run, notes))
     else:
-        _summary(run)
+        _summary(run, notes)
     _save(run, out, plot, as_json)
-    if run.status is not Status.DONE:
+    if run.status not in (Status.DONE, Status.EVENT):
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
     return 0
 
 
-def _check_folder(path: Path) -> None:
-    """Refuse a file that cannot be written before the run, not after it."""
-    # os.path, since pathlib raises for a name that is too long
-    if not os.path.isdir(path.parent):  # noqa: PTH112
-        raise bad_value("output file", str(path), "in a folder that exists")
-    if os.path.isdir(path) or not os.access(path.parent, os.W_OK):  # noqa: PTH112
-        raise bad_value("output file", str(path), "a file in a folder that can be written")
-
-
-def _summary(run: Run) -> None:
+def _summary(run: Run, notes: Sequence[str]) -> None:
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
-    for text in _notes(run):
+    for text in notes:
         typer.echo(f"note: {text}")
     if run.controller.name == OPEN_LOOP and run.hold is None:
         typer.echo("run by the generated Python module, which looks at inputs that no step holds as often as it likes")
@@ -274,13 +270,34 @@ def _summary(run: Run) -> None:
         for name, value in metrics(run, run.manifest).items()
     ]
     print_table("", ["metric", "value", "unit", "meaning"], rows)
+    _print_events(run)
 
 
-def _notes(run: Run) -> list[str]:
-    return [*run.exceeded(), *grouped(notes_of(run))]
+def _print_events(run: Run) -> None:
+    """Print how often each event happened, when first and when last."""
+    times: dict[str, list[float]] = {}
+    for t, name in run.events:
+        times.setdefault(name, []).append(t)
+    if times:
+        rows = [[name, str(len(t)), f"{t[0]:.6g}", f"{t[-1]:.6g}"] for name, t in times.items()]
+        print_table("", ["event", "number", "first, s", "last, s"], rows)
 
 
-def _facts(run: Run) -> dict[str, object]:
+def _unexpected(run: Run) -> list[str]:
+    """Say which metrics are not reproduced as the scenario expects them, by the tolerances of the papers' report."""
+    if run.controller.name not in run.scenario.expect:
+        return []
+    from mehvar.papers.deviations import of_run
+
+    numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
+    return [
+        f"the scenario {d.scenario} expects {d.metric.name} = {d.expected:.6g}, not {d.measured:.6g}"
+        for d in numbers
+        if not d.holds
+    ]
+
+
+def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
     values = metrics(run, run.manifest)
     return {
         "model": run.manifest.model,
@@ -292,7 +309,8 @@ def _facts(run: Run) -> dict[str, object]:
         "run_seconds": run.run_seconds,
         "backend": run.backend,
         "checksum": run.checksum,
-        "notes": _notes(run),
+        "notes": list(notes),
+        **({"events": run.events} if run.may_happen else {}),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
 

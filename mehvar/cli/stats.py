@@ -18,9 +18,10 @@ from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
 from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.runtime.files import check_file
 from mehvar.runtime.run.metrics import grouped
 from mehvar.settings import AsJson
-from mehvar.terminal import print_json, print_table
+from mehvar.terminal import print_folded, print_json, print_table
 
 
 def command(
@@ -44,6 +45,7 @@ def command(
         from mehvar.pictures.files import checked_suffix
 
         checked_suffix(plot)
+        check_file(plot)
     elif of:
         raise InputError("--of says what --plot draws: give both")
     store = open_store(path)
@@ -125,8 +127,7 @@ def _print_sensitivities(items: list[Sensitivity]) -> None:
             continue
         names = list(dict.fromkeys(name for item in group for name in item.first))
         typer.echo(f"\n{title}")
-        print_table(
-            "",
+        print_folded(
             ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"],
             [[item.metric, *(_cell(item, name) for name in names), _explained(item), str(item.runs)] for item in group],
         )

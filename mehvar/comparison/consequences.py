@@ -98,6 +98,10 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
     if (before.state_names, before.input_names) != (after.state_names, after.input_names):
         missing = "rates, eigenvalues and runs not compared: states or inputs differ"
         return Consequences(operations=operations, note=missing), None
+    if before.manifest.algebraic or after.manifest.algebraic:
+        return Consequences(
+            operations=operations, note="rates, eigenvalues and runs not compared: algebraic states"
+        ), None
     with np.errstate(all="ignore"):
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)

@@ -252,9 +252,11 @@ def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
-    memory = (run.u[-1], run.z[-1]) if run.controller.memory else (None, None)
+    held, z = run.controller.memory and run.controller.period, run.z[-1] if run.controller.memory else None
     r = model.functions["reference"](run.t[-1], p, s)
-    return margins(cut_loop(model.manifest, model.functions, run.controller, run.x[-1], memory[0], p, r, c, memory[1]))
+    return margins(
+        cut_loop(model.manifest, model.functions, run.controller, run.x[-1], run.u[-1] if held else None, p, r, c, z)
+    )
 
 
 def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:

@@ -19,7 +19,7 @@ from mehvar.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
 from mehvar.runtime.compiling.library import ENDING, FLAGS
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.model import load
 
 from .description import Interface, Version, description
@@ -73,7 +73,9 @@ def export_fmu(
         raise bad_value("kind", kind, "'me' or 'cs'")
     if out is None or Path(out).suffix.lower() != ".fmu":
         raise bad_value("out", out, "a file name that ends in .fmu")
+    check_file(out)
     what = subject(load(model), controller, scenario)
+    what.model.manifest.check_rates("a functional mock-up unit")
     name = identifier("_".join(filter(None, (what.model.name, controller))))
     draft = c_sources(what, fmi, "")
     digest = hashlib.sha256("".join(text for item in sorted(draft.items()) for text in item).encode()).hexdigest()

@@ -40,7 +40,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
     generated = {name: generated_text(manifest, name) for name in names}
     adapter = f"fmi{version[0]}.c"
     units = [file_of(manifest.model, ""), "tableaux.c", adapter]
-    native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "fmu/core.h")
+    native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/*.h", "fmu/core.h")
     standard = native_sources(f"fmu/{adapter}", f"fmu/fmi/fmi{version[0]}*.h")
     return {
         **native_headers(),
@@ -63,6 +63,7 @@ def _header(subject: Subject, token: str) -> str:
     defines |= {
         "FMU_NX": len(manifest.states),
         "FMU_NE": len(manifest.noise),
+        "FMU_SEEN": len(manifest.seen),
         "FMU_KIND": KINDS.index(subject.kind),
         "FMU_VALUES": len(subject.variables),
         "FMU_TOKEN": f'"{token}"',

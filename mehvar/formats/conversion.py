@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.formats import checked_format, open_result, save
 
@@ -81,6 +81,7 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
     checked_format(target)
     if Path(source).resolve() in target.resolve().parents:
         raise bad_value("out", os.fspath(out), f"a file outside the batch {os.fspath(source)}, whose folder is its own")
+    check_file(target)
     if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
         result = open_result(source)
         if to in ("netcdf", "mat"):

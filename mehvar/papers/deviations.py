@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -49,11 +49,18 @@ def deviations(runs: Runs) -> list[Deviation]:
     """Run every scenario and law that expects numbers, and compare."""
     manifest = runs.model.manifest
     return [
-        Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
+        number
         for scenario in manifest.scenarios.values()
-        for law, expected in scenario.expect.items()
-        for measured in [runs.metrics(law, scenario.name)]
-        for name, value in expected.items()
+        for law in scenario.expect
+        for number in of_run(manifest, scenario, law, runs.metrics(law, scenario.name))
+    ]
+
+
+def of_run(manifest: Manifest, scenario: Scenario, law: str, measured: Mapping[str, float]) -> list[Deviation]:
+    """Compare the metrics of one run with those that its scenario expects of its law, if it expects any."""
+    return [
+        Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
+        for name, value in scenario.expect.get(law, {}).items()
     ]
 
 

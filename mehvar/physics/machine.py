@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mehvar.codegen.functions.lower import to_casadi
 from mehvar.codegen.functions.requests import Request, bindings, requests
 from mehvar.models.arrays import INCREASING, Tensor
+from mehvar.models.forms import with_mass
 from mehvar.models.system import TIME, Group, Parameter, Quantity, System, scalar
 
 Array = NDArray[np.float64]
@@ -46,7 +47,7 @@ class Machine:
     """
 
     def __init__(self, system: System, ranges: Ranges, weights: Sequence[sp.Symbol] = ()) -> None:
-        self.system = system
+        self.system = system = with_mass(system)
         self.ranges = ranges
         listing = (*requests(system), *_chart(system), *_derived(system))
         self.requests = {request.name: request for request in listing}

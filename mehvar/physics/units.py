@@ -66,10 +66,13 @@ def _units(system: System, request: Request, name: str) -> list[str] | None:
     memory = request.law.memory if request.law else ()
     groups = {
         "x": system.states, "u": system.inputs, "y": system.outputs, "r": system.references,
-        "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "z": memory, "z_next": memory,
+        "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "seen": system.seen,
+        "x_step": system.states, "x_after": system.states, "z": memory, "z_next": memory,
     }  # fmt: skip
-    if name in ("dx", "dq"):
-        return [f"{quantity.unit}/s" for quantity in (system.states if name == "dx" else q)]
+    integrated = (*q, *memory) if request.law and not request.law.period else tuple(q)
+    rates = {"dx": tuple(system.states), "dq": integrated, "dz": tuple(memory)}
+    if name in rates:
+        return [f"{quantity.unit}/s" for quantity in rates[name]]
     if name == "derived":
         (group,) = request.arguments
         return [p.unit for p in group if p.name in formulas(group)]

@@ -48,7 +48,9 @@ class Animation:
         return f'<iframe srcdoc="{escape(self.page)}" width="100%" height="{_HEIGHT}" style="border: 0"></iframe>'
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the page; the file is complete or absent."""
+        """Write the page, whose name ends in .html; the file is complete or absent."""
+        if Path(path).suffix.lower() != ".html":
+            raise bad_value("path", str(path), "a file name that ends in .html")
         write_atomic(Path(path), self.page.encode())
 
 

@@ -63,7 +63,8 @@ def loop_spectra(runs: Runs, loops: Iterable[tuple[str, str]]) -> list[LoopSpect
 def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
     run, model = runs(law, scenario), runs.model
     values, t = run.parameters, float(run.t[-1])
-    memory = {"u": run.u[-2], "z": run.z[-1]} if run.controller.memory and len(run.t) > 1 else {"u": None}
+    held = run.controller.memory and run.controller.period and len(run.t) > 1
+    memory = {"u": run.u[-2] if held else None, "z": run.z[-1] if run.controller.memory else None}
     r = model.functions["reference"](t, values.p, values.s)
 
     def linear(x: FloatArray) -> LinearSystem:

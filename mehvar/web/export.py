@@ -59,8 +59,10 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
     """
     check_arguments("path", "the call", out=out)
     check_folder(out)
-    zig_toolchain()  # before the runs, which take longer
     loaded = load(model)
+    loaded.manifest.check_rates("a page")
+    loaded.manifest.refuse_events("a page")
+    zig_toolchain()  # before the runs, which take longer
     page = Path(out) / f"{loaded.manifest.model}.html"
     text = web_page(loaded.manifest, cases_of(loaded))
     page.parent.mkdir(parents=True, exist_ok=True)

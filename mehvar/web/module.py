@@ -118,7 +118,7 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
         "NC": max(len(law.parameters) for law in laws),
         "NS": len(manifest.scenario_parameters),
         "NX": len(manifest.states),
-        "NQ": max(len(manifest.states), len(manifest.coordinates)),
+        "NQ": max(len(manifest.states), len(manifest.coordinates)) + max(len(law.memory) for law in laws),
         "NU": len(manifest.inputs),
         "NR": len(manifest.references),
         "NY": len(manifest.outputs),
@@ -159,8 +159,9 @@ def _law(manifest: Manifest, law: Controller) -> str:
     calls = loop_calls(manifest, law, "", sampled)
     charted = not sampled and "to_coordinates" in calls
     numbers = {
-        "nq": len(manifest.coordinates if charted else manifest.states),
+        "nq": len(manifest.coordinates if charted else manifest.states) + (0 if sampled else len(law.memory)),
         "nx": len(manifest.states),
+        "nseen": len(manifest.seen),
         "nu": len(manifest.inputs),
         "nz": len(law.memory),
         "ny": len(manifest.outputs),

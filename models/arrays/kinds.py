@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from ..quantities import Array, Group, ModelError, Parameter
+from ..quantities import Group, ModelError, Parameter, ParameterArray
 
 if TYPE_CHECKING:  # tables of numbers are read without SymPy
     import sympy as sp
@@ -25,7 +25,7 @@ OUTSIDE = ("hold", "line")
 
 
 @dataclass(frozen=True)
-class Tensor(Array):
+class Tensor(ParameterArray):
     """A vector or a matrix; of a symmetric one only the elements on and above the diagonal are parameters.
 
     Parameters
@@ -56,7 +56,7 @@ class Tensor(Array):
 
 
 @dataclass(frozen=True)
-class Table(Array):
+class Table(ParameterArray):
     """Values at points, read in between by a call: `p.thrust(t)`.
 
     Parameters
@@ -81,7 +81,7 @@ class Table(Array):
         return Reading(self.name, self.over, tuple(columns[:-1]), columns[-1], self.form, self.outside)
 
 
-def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outside: str, where: str) -> Array:
+def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outside: str, where: str) -> ParameterArray:
     """Return the kind of array that an entry of a table of parameters declares.
 
     Raises
@@ -149,14 +149,14 @@ def _is_positive_definite(numbers: list[list[float]]) -> bool:
     return True
 
 
-def elements(whole: Parameter, array: Array, numbers: Sequence[Any]) -> Iterator[Parameter]:
+def elements(whole: Parameter, array: ParameterArray, numbers: Sequence[Any]) -> Iterator[Parameter]:
     """Yield the parameters that an array consists of: I_1_2 for the second number of the first row of I.
 
     Parameters
     ----------
     whole : Parameter
         What they have in common.
-    array : Array
+    array : ParameterArray
         What they are together.
     numbers : list, or list of lists
         Their defaults.

@@ -72,7 +72,7 @@ def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -
     parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
     with placed(vector.row(k)):
         values = [dimensions(part) for part in parts]  # of a smallest margin only the sign counts
-        if k < len(vector.rows) and values[0] is not None:
+        if k < len(vector.rows) and values[0] is not None and not vector.in_balance:
             unit = vector.rows[k].unit + ("/s" if vector.rate else "")
             if values[0] != dimension(unit):
                 raise MisfitError(f"{short(entry)} is in {unit_text(values[0])}, and must be in {unit}")
@@ -91,8 +91,8 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
             dimension(step.unit or "1")
     for law in system.controllers:
         clock = next((q for q in system.parameters if q.name == law.period), None)
-        count = next((q for q in law.parameters if q.name == law.delay), None)
-        for what, q, unit in (("period", clock, "s"), ("delay", count, "1")):
+        count, multiple = (next((q for q in law.parameters if q.name == n), None) for n in (law.delay, law.every))
+        for what, q, unit in (("period", clock, "s"), ("delay", count, "1"), ("every", multiple, "1")):
             if q and dimension(q.unit) != dimension(unit):
                 raise ModelError(
                     f"{law.origin}: {what} = {q.name!r} of law {law.name!r} is in {q.unit}, and must be in {unit}"

@@ -7,15 +7,19 @@ import itertools
 import string
 from collections.abc import Iterable, Sequence
 
+import sympy as sp
+
 from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
 
+from ..forms import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
+from .events import check_events
 
-_OF_SAMPLES = ("delay", "applied", "memory", "start", "update", "bears_loss")
+_OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
 """What only a sampled law has."""
-_OF_MEMORY = ("applied", "start", "update")
+_OF_MEMORY = ("applied", "start", "update", "rates")
 """What only a law with memory has."""
 
 
@@ -26,15 +30,56 @@ def check_features(system: System) -> None:
     for law in system.controllers:
         _check_times(system, law)
         _check_law(law)
+    check_events(system)
     _check_chart(system)
+    _check_noise(system)
+    _check_delays(system)
     _check_choices(system)
     if len(system.residual) != len(system.rates):
         raise ModelError(
             f"{system.origin}: residual has {len(system.residual)} entries for {len(system.rates)} rates: there must "
             "be one for each"
         )
+    _check_mass(system)
     _check_geometry(system)
     _check_messages(system)
+
+
+def _check_mass(system: System) -> None:
+    """Refuse a mass that is not one row and column a state, and what says the rates a second time."""
+    if system.mass is None:
+        return
+    n = len(system.states)
+    if system.mass.shape != (n, n):
+        raise ModelError(
+            f"{system.origin}: mass has the shape {system.mass.shape}: must have a row and a column for each of the "
+            f"{n} states"
+        )
+    for what in ("coordinates", "variants", *(() if has_rates(system) else ("residual", "rates"))):
+        if getattr(system, what):
+            raise ModelError(
+                f"{system.origin}: {what} cannot stand beside mass, by which the rates are not those of rhs; solve for "
+                "the rates in rhs, or leave one of both out"
+            )
+    if len(algebraic_rows(system)) == n:
+        raise ModelError(f"{system.origin}: mass is zero: a system must have a state that has a rate")
+    if algebraic_rows(system):
+        _check_beside_algebraic(system)
+
+
+def _check_beside_algebraic(system: System) -> None:
+    """Refuse what no method can integrate together with algebraic states."""
+    if system.diffusion:
+        raise ModelError(
+            f"{system.diffusion.origin}: diffusion cannot stand beside algebraic states, which the methods for "
+            "process noise do not solve for"
+        )
+    for law in system.controllers:
+        if law.rates:
+            raise ModelError(
+                f"{law.origin}: law {law.name!r} has states of its own, and mass has algebraic ones: a continuous law "
+                "of such a system must have no memory"
+            )
 
 
 def _check_geometry(system: System) -> None:
@@ -54,15 +99,25 @@ def _check_geometry(system: System) -> None:
 def _check_law(law: Controller) -> None:
     for names, missing in ((_OF_SAMPLES, "period"), (_OF_MEMORY, "memory")):
         for name in names:
+            if name == "applied" and law.every:
+                continue  # a law that commands at some samples has memory
             value = getattr(law, name)
             if (len(value) if isinstance(value, Group | tuple) else value) and not getattr(law, missing):
                 kind = "continuous in time (it has no period)" if missing == "period" else "without memory"
                 raise ModelError(f"{law.origin}: {name} of law {law.name!r} would be ignored: the law is {kind}")
+    if law.period and law.rates:
+        raise ModelError(
+            f"{law.origin}: rates of law {law.name!r} would be ignored: the law is sampled, and its memory is what "
+            "update makes of it"
+        )
 
 
 def _check_times(system: System, law: Controller) -> None:
-    """Refuse a law whose period or delay is no parameter."""
-    for what, name, group in (("period", law.period, system.parameters), ("delay", law.delay, law.parameters)):
+    """Refuse a law whose period, delay or multiple of the period is no parameter."""
+    for what, name, group in (
+        ("period", law.period, system.parameters), ("delay", law.delay, law.parameters),
+        ("every", law.every, law.parameters),
+    ):  # fmt: skip
         names = [q.name for q in group]
         if name and name not in names:
             raise ModelError(
@@ -75,6 +130,12 @@ def _check_times(system: System, law: Controller) -> None:
             f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: must be above "
             "zero, as in (0, inf)"
         )
+    multiple = next((q for q in law.parameters if q.name == law.every), None)
+    if isinstance(multiple, Parameter) and not multiple.bounds.lower >= 1:
+        raise ModelError(
+            f"{law.origin}: every = {law.every!r} of law {law.name!r} has the bounds {multiple.bounds}: must be one or "
+            "above, as in [1, inf)"
+        )
 
 
 def _check_chart(system: System) -> None:
@@ -84,6 +145,62 @@ def _check_chart(system: System) -> None:
             f"{system.actuator.origin}: actuator would be ignored by law {continuous[0]!r}: with coordinates a "
             "continuous law commands the inputs of the chart; leave out one of actuator and coordinates"
         )
+    if system.coordinates and system.seen is not system.states and continuous:
+        assert system.sensor is not None
+        raise ModelError(
+            f"{system.sensor.origin}: seen of the sensor would be ignored by law {continuous[0]!r}: with coordinates a "
+            "continuous law is a function of the chart; leave out one of seen and coordinates"
+        )
+
+
+def _check_noise(system: System) -> None:
+    """Refuse process noise that is none, and random steps that never come."""
+    diffusion, step = system.diffusion, system.random_step
+    if diffusion:
+        if system.coordinates:
+            raise ModelError(
+                f"{diffusion.origin}: diffusion would be ignored: with coordinates the chart is integrated; leave out "
+                "one of diffusion and coordinates"
+            )
+        for q in diffusion.wiener:
+            if q.unit != "s^(1/2)":
+                raise ModelError(
+                    f"{diffusion.origin}: Wiener process {q.name!r} is in {q.unit}, and must be in s^(1/2)"
+                )
+        for k, row in enumerate(diffusion.change):
+            if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):
+                raise ModelError(
+                    f"{diffusion.origin}: change of the diffusion, row {k + 1}: {row} must be linear in "
+                    f"{', '.join(q.name for q in diffusion.wiener)}, as in p.sigma * dW"
+                )
+    if step and not any(law.period for law in system.controllers):
+        raise ModelError(
+            f"{step.origin}: random_step would be ignored: it comes at the samples of a law, and no law has a period"
+        )
+
+
+def _check_delays(system: System) -> None:
+    """Refuse delays of what is no input, by what is no count of samples."""
+    parameters = {q.name: q for q in system.parameters}
+    check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
+    check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")
+    for name in system.delays.values():
+        q = parameters[name]
+        if isinstance(q, Parameter) and not (q.bounds.lower >= 0 and q.unit == "1"):
+            raise ModelError(
+                f"{system.origin}: delays: parameter {name!r} is in {q.unit} with the bounds {q.bounds}: must be a "
+                "number of samples, zero or above, as in [0, 100]"
+            )
+    if system.delays and not any(law.period for law in system.controllers):
+        raise ModelError(
+            f"{system.origin}: delays would be ignored: they are counted in samples of a law with a period"
+        )
+
+
+def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:
+    slopes = [row.diff(symbol) for symbol in symbols]
+    rest = sp.expand(row - sum(slope * symbol for slope, symbol in zip(slopes, symbols, strict=True)))
+    return rest == 0 and not any(slope.free_symbols.intersection(symbols) for slope in slopes)
 
 
 def _check_choices(system: System) -> None:

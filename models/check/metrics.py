@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -27,8 +28,21 @@ def check_metrics(system: System, folder: Path | None = None) -> None:
         place = place_of(folder, "metrics", metric.name, system.origin)
         where = f"{place}: metric {metric.name!r} of {system.name}"
         check_names([metric.kind], METRIC_KINDS, f"{where}: kind")
-        _check_variables(metric, units, where)
+        if metric.kind == "events":
+            _check_events(metric, system, where)
+        else:
+            _check_variables(metric, units, where)
         check_metric_numbers(metric, where)
+
+
+def _check_events(metric: Metric, system: System, where: str) -> None:
+    """Refuse a count of events that a run of some law does not have, and a window, which a count has not."""
+    check_distinct(metric.of, f"{where}: event")
+    check_names(metric.of, [event.name for event in system.events], f"{where}: event")
+    if not metric.of or metric.unit != "1":
+        raise ModelError(f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be one event or more, in 1")
+    if metric.since or math.isfinite(metric.until):
+        raise ModelError(f"{where}: since and until would be ignored: events are counted over the whole run")
 
 
 def _variables(system: System) -> dict[str, set[str]]:

@@ -29,6 +29,7 @@ _TAKEN = ("jac", "hess", "null")
 """What CasADi calls no function."""
 _GENERATED = frozenset("""
     rhs outputs geometry limits initial reference constraints to_coordinates from_coordinates project actuate measure
+    mass_diagonal measure_jvp diffuse jump input_delays guards resets
     jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
 """What a system's own functions are called: no law and no other function."""
@@ -234,6 +235,7 @@ def _check_letters(system: System) -> None:
         ("y", system.outputs),
         ("p", system.parameters),
         ("s", system.scenario_parameters),
+        *((("seen", system.seen),) if system.seen is not system.states else ()),
         *(("c", law.parameters) for law in system.controllers),
     ]
     for letter, group in groups:

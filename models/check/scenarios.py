@@ -47,12 +47,12 @@ def _check_parameters(system: System) -> None:
 def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
     for group in (system.parameters, system.scenario_parameters):
         used = {s.name for s in free_symbols((e for v in vectors for e in v.entries), system.definitions)}
-        used |= {law.period for law in system.controllers}
+        used |= {law.period for law in system.controllers} | {*system.delays.values()}
         _refuse_unused(group, used, f"group {group.name!r} of {system.name}", system.origin)
     for law in system.controllers:
         own = [e for v in vectors if law.parameters in v.receives for e in v.entries]
         used = {s.name for s in free_symbols([*own, *_formulas(law)], system.definitions)}
-        _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}", law.origin)
+        _refuse_unused(law.parameters, used | {law.delay, law.every}, f"law {law.name!r}", law.origin)
 
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
@@ -65,6 +65,11 @@ def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
         groups.append(("commanded input", system.actuator.commanded, system.actuator.origin))
     if system.sensor:
         groups.append(("noise", system.sensor.noise, system.sensor.origin))
+        groups.append(("measured quantity", system.sensor.seen, system.sensor.origin))
+    if system.diffusion:
+        groups.append(("Wiener process", system.diffusion.wiener, system.diffusion.origin))
+    if system.random_step:
+        groups.append(("noise of the random step", system.random_step.noise, system.random_step.origin))
     for kind, group, origin in groups:
         for q in group:
             if q.symbol not in used:

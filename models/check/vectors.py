@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from ..derivation import free_symbols
+from ..events import Event
+from ..forms import mass_rows
 from ..geometry import shape_coordinates
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
@@ -41,6 +43,8 @@ class Vector:
         Whether only the signs of the entries count.
     in_numbers : bool
         Whether its units are not to be checked.
+    in_balance : bool
+        Whether another vector holds each row to its unit.
     more : mapping of Symbol to str
         Symbols that it receives beside those of groups, with their units.
     """
@@ -55,6 +59,7 @@ class Vector:
     group: str = ""
     margin: bool = False
     in_numbers: bool = False
+    in_balance: bool = False
     more: Mapping[sp.Symbol, str] = field(default_factory=dict)
 
     @property
@@ -95,7 +100,11 @@ def known(system: System) -> list[tuple[str, Group]]:
     if system.actuator:
         groups.append(("commanded input", system.actuator.commanded))
     if system.sensor:
-        groups.append(("noise", system.sensor.noise))
+        groups += [("noise", system.sensor.noise), ("measured quantity", system.sensor.seen)]
+    if system.diffusion:
+        groups.append(("Wiener process", system.diffusion.wiener))
+    if system.random_step:
+        groups.append(("noise of the random step", system.random_step.noise))
     return groups
 
 
@@ -108,17 +117,37 @@ def own(law: Controller) -> list[tuple[str, Group]]:
 def _plant(system: System) -> Iterator[Vector]:
     motion = (*_motion(system), system.parameters)
     yield Vector(
-        "rhs", system.rhs, system.states.quantities, motion, system.origin, of_time=True, rate=True, group="states"
-    )
+        "rhs", system.rhs, system.states.quantities, motion, system.origin,
+        of_time=True, rate=system.mass is None, group="states", in_balance=system.mass is not None,
+    )  # fmt: skip
+    if system.mass is not None:
+        yield _balance(system, motion)
     yield Vector(
         "output", system.output, system.outputs.quantities, (*motion, system.references), system.origin,
         of_time=True, group="outputs",
     )  # fmt: skip
     yield from _conditions("limits", system.limits, motion, of_time=True)
+    for event in system.events:
+        yield _guard(event, f"event {event.name!r}", motion)
+        if event.reset:
+            rows = tuple(q for q in system.states if q.symbol in event.reset)
+            entries = tuple(event.reset[q.symbol] for q in rows)
+            yield Vector(
+                f"reset of event {event.name!r}", entries, rows, motion, event.origin, of_time=True, group="states"
+            )
     if system.geometry:
         yield _geometry(system, (*motion, system.references))
     if system.residual or system.rates:
         yield Vector("residual", system.residual, (), motion, system.origin, of_time=True, more=_rates(system))
+
+
+def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
+    """Return mass x' - rhs, whose terms are in one unit, row by row."""
+    rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
+    units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
+    rows = zip(mass_rows(system, rates), system.rhs, strict=False)
+    left = tuple(row - entry if isinstance(entry, sp.Expr) else row for row, entry in rows)
+    return Vector("mass", left, (), receives, system.origin, of_time=True, more=units)
 
 
 def _geometry(system: System, receives: tuple[Group, ...]) -> Vector:
@@ -159,13 +188,25 @@ def _hardware(system: System) -> Iterator[Vector]:
         sensor = system.sensor
         receives = (x, sensor.noise, p)
         yield Vector(
-            "measured of the sensor", sensor.measured, x.quantities, receives, sensor.origin,
+            "measured of the sensor", sensor.measured, system.seen.quantities, receives, sensor.origin,
+            of_time=True, group="measured quantities" if len(sensor.seen) else "states",
+        )  # fmt: skip
+    if system.diffusion:
+        noise = system.diffusion
+        yield Vector(
+            "change of the diffusion", noise.change, x.quantities, (x, noise.wiener, p), noise.origin,
+            of_time=True, group="states",
+        )  # fmt: skip
+    if system.random_step:
+        step = system.random_step
+        yield Vector(
+            "after of the random step", step.after, x.quantities, (x, step.noise, p), step.origin,
             of_time=True, group="states",
         )  # fmt: skip
     if system.projection:
         q = system.coordinates.states if system.coordinates else x
         yield Vector(
-            "projection", system.projection, q.quantities, (q,), system.origin,
+            "projection", system.projection, q.quantities, (q, p), system.origin,
             group="coordinates" if system.coordinates else "states",
         )  # fmt: skip
 
@@ -226,7 +267,7 @@ def _law(system: System, law: Controller) -> Iterator[Vector]:
     x, r, p, s, c = system.states, system.references, system.parameters, system.scenario_parameters, law.parameters
     chart = (system.coordinates.states,) if system.coordinates else ()
     state = (x, r, p, c, *chart)
-    seen = (*state, law.memory, law.applied)
+    seen = (*(state if system.seen is x else (system.seen, r, p, c)), law.memory, law.applied)
     where = f"of law {law.name!r}"
 
     def vector(what: str, entries: Sequence[Expr], rows: Group, receives: tuple[Group, ...], group: str) -> Vector:
@@ -240,15 +281,27 @@ def _law(system: System, law: Controller) -> Iterator[Vector]:
     result = (commanded, system.inputs, *((system.coordinates.inputs,) if system.coordinates else ()))
     yield vector("command", law.command, rows, seen, "inputs of the chart" if rows is not commanded else "inputs")
     yield vector("start", law.start, law.memory, state, "memory")
-    yield vector("update", law.update, law.memory, (*seen, *result), "memory")
+    if law.period:
+        yield vector("update", law.update, law.memory, (*seen, *result), "memory")
+    elif law.memory:
+        yield Vector(
+            f"rates {where}", law.rates, law.memory.quantities, (*seen, *result), law.origin,
+            of_time=True, rate=True, group="memory", in_numbers=law.in_numbers,
+        )  # fmt: skip
     if law.applied:
         yield _alike(f"applied {where}", law.applied, system.inputs, law.origin)
     reported = Group("w", tuple(output.quantity for output in law.outputs))
-    receives = state if law.memory else (*state, *result)
+    receives = (*state, law.memory) if law.memory and law.period else (*state, law.memory, *result)
     yield vector("outputs", [output.value for output in law.outputs], reported, receives, "outputs")
+    for event in law.events:
+        yield _guard(event, f"event {event.name!r} {where}", (*state, *result))
     known_at_start = (p, c, s) if _moves(system) else (p, c, s, r)
     yield from _conditions(f"constraints {where}", law.constraints, known_at_start)
     yield from _conditions(f"warnings {where}", law.warnings, known_at_start)
+
+
+def _guard(event: Event, what: str, receives: tuple[Group, ...]) -> Vector:
+    return Vector(f"guard of {what}", (event.guard,), (), receives, event.origin, of_time=True, margin=True)
 
 
 def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..forms import with_samples
 from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries
@@ -37,7 +38,7 @@ def check(system: System, folder: Path | None = None) -> None:
     check_kinds(system)
     check_features(system)
     listing = vectors(system)
-    check_names(system)
+    check_names(with_samples(system))
     check_entries(system, listing)
     check_scenarios(system, listing, folder)
     check_dimensions(system, listing)

@@ -12,7 +12,19 @@ import sympy as sp
 
 from mehvar.names import identifier
 
-from ..system import Choice, Controller, Derivation, Expr, Function, Group, Output, Quantity, System, Variant
+from ..system import (
+    Choice,
+    Controller,
+    Derivation,
+    Expr,
+    Function,
+    Group,
+    Output,
+    Quantity,
+    System,
+    Variant,
+    surfaces,
+)
 from ..tables import read_parameters, read_scenarios
 from .derived import residuals, show
 from .fast.hull import velocity_rates
@@ -44,6 +56,7 @@ STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
     "inertia": ("paper", "hinge", "ball"),
     "attitude": ("angles", "quaternion"),
+    "switches": ("crossed", "located"),
 }
 """Structural choices and their values; the first is the default."""
 
@@ -80,7 +93,7 @@ class _Model:
         return Group("x", (*VELOCITY, *RATE, *self.attitude.states, *self.bobs.states))
 
 
-def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles") -> System:
+def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles", switches: str = "crossed") -> System:
     """Derive the spacecraft.
 
     Parameters
@@ -91,6 +104,8 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         Bobs as rotors geared to the angles, as published; rigid on hinges; or on ball joints, without angles.
     attitude : {"angles", "quaternion"}
         Three angles, small or 3-2-1 as the run chooses, or a quaternion.
+    switches : {"crossed", "located"}
+        Whether steps end where a law's demand meets what the thrust can give, and where gimbals meet their limits.
 
     Returns
     -------
@@ -122,7 +137,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
         source=_SOURCE,
-        structure={"pendulums": pendulums, "inertia": inertia, "attitude": attitude},
+        structure={"pendulums": pendulums, "inertia": inertia, "attitude": attitude, "switches": switches},
         states=model.states,
         inputs=INPUTS,
         references=_REFERENCES,
@@ -145,6 +160,9 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
                 inputs[name].command,
                 law_constraints(name, p, c, bobs, inertia),
                 outputs=_reports(law, inputs[name]),
+                events=()
+                if switches == "crossed"
+                else surfaces("demand", (*inputs[name].command, *actuator.applied), d),
             )
             for name, (law, c) in demanded.items()
         ),

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, shown, unknown_name
 
+from ..arguments import literals_are_numbers
+
 Values = Mapping[str, NDArray[Any]]
 
 _Value = Callable[[Values], Any]
@@ -62,6 +64,8 @@ class Criterion:
         self.names: set[str] = set()
         tree = self._parsed()
         _check_depth(tree, self._refused)
+        if not literals_are_numbers(tree, text.strip()):
+            raise self._refused()
         self._holds = self._condition(tree)
         if not self.names:
             raise self._refused(f"{_USAGE}: it names no number of a run")

@@ -17,6 +17,7 @@ import numpy as np
 
 from mehvar.errors import InputError, bad_value, unknown_name
 
+from ..arguments import literals_are_numbers
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
@@ -195,6 +196,8 @@ def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[s
             warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
             call = ast.parse(text.strip(), mode="eval").body
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
+            raise ValueError
+        if not literals_are_numbers(call, text.strip()):
             raise ValueError
         arguments = [_numbers(ast.literal_eval(argument)) for argument in call.args]
         keywords = {str(k.arg): _numbers(ast.literal_eval(k.value)) for k in call.keywords}

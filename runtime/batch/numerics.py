@@ -65,7 +65,8 @@ def numerics_of(kernel: Kernel, sampling: str) -> Numerics:
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
     compiler = require_compiler()
-    machine = (platform.machine(), compiler.version, *compiler.command[1:], *kernel_flags(profile, kernel.lanes))
+    flags = kernel_flags(kernel.loop, profile, kernel.lanes)
+    machine = (platform.machine(), compiler.version, *compiler.command[1:], *flags)
     return Numerics(
         generated=generated_digest(manifest),
         native=_digest(native),
@@ -83,7 +84,7 @@ def generated_digest(manifest: Manifest) -> str:
 
 def provenance(kernel: Kernel) -> dict[str, str | int]:
     """Return what computed a block: compiler, lanes, flags, machine and versions. It names no host and no time."""
-    flags = " ".join((*FLAGS, *kernel_flags(kernel.options.profile, kernel.lanes)))
+    flags = " ".join((*FLAGS, *kernel_flags(kernel.loop, kernel.options.profile, kernel.lanes)))
     about = {"compiler": require_compiler().version, "flags": flags, "machine": platform.machine()}
     return {**about, "lanes": kernel.lanes, **versions()}
 

@@ -19,9 +19,10 @@ from mehvar.names import identifier
 from ..arguments import check_arguments
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
+from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
-from ..run.problem import variant_suffix
+from ..run.problem import consistent, misses, variant_suffix
 from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
@@ -147,8 +148,8 @@ class Plan:
 
     @property
     def noisy(self) -> bool:
-        """Whether the runs have measurement noise."""
-        return self.sampled and bool(self.model.manifest.noise)
+        """Whether the runs have noise."""
+        return self.model.manifest.random(self.sampled)
 
     def labels(self) -> tuple[str, ...]:
         """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
@@ -215,7 +216,8 @@ class Plan:
             name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
         }
         given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
-        check_effects(given, self.options.method, self.sampled, bool(self.model.manifest.noise), self.origin)
+        check_effects(given, self.options.method, self.sampled, self.noisy, self.origin)
+        check_method(self.model.manifest, self.options.method)
         if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
             raise bad_value(
                 "seed", campaign.seed, "left out unless something varies or the runs have noise", self.origin
@@ -310,6 +312,9 @@ class Plan:
         if manifest.limits:
             inputs = np.zeros(len(manifest.inputs))
             good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)
+        if manifest.algebraic and not self.sampled and self.law.name in manifest.controllers:
+            corrections = misses(self.model, self.law, p, c, s, x0)
+            good &= consistent(corrections, x0, self.options).all(axis=1)
         return good
 
 

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mehvar.manifest import Controller, Function, Manifest, Metric
+from mehvar.manifest import Controller, Event, Function, Manifest, Metric
 from mehvar.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
 from ..model.generated import generated_text
-from ..run.calls import loop_calls
+from ..run.calls import events_of, loop_calls
 from ..run.metrics import metrics_of
 from ..run.options import METHODS, Method
 from ..run.problem import STAGES
@@ -31,7 +31,14 @@ _RESULTS = {
     "law": "u_cmd z_next",
     "actuate": "u",
     "measure": "x_seen",
+    "diffuse": "x_step",
+    "jump": "x_after",
+    "input_delays": "d",
     "project": "q_next",
+    "mass": "diagonal",
+    "guards": "g",
+    "loop_guards": "g",
+    "resets": "x_next",
     "start": "z",
     "to_coordinates": "q",
     "from_coordinates": "x",
@@ -89,6 +96,11 @@ class KernelLoop:
     def metrics(self) -> tuple[Metric, ...]:
         """What sums up a run."""
         return tuple(metrics_of(self.manifest, self.controller.name, self.variables).values())
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What may happen in it."""
+        return events_of(self.manifest, self.controller, self.sampled)
 
     @property
     def records_command(self) -> bool:
@@ -180,18 +192,27 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "NY": len(manifest.outputs),
         "NZ": len(loop.controller.memory),
         "NR": len(manifest.references),
+        "SEEN": len(manifest.seen),
         "NQ": states if loop.sampled else calls["loop"].results[0].size,
         "NP": len(manifest.parameters),
         "NC": len(loop.controller.parameters),
         "NS": len(manifest.scenario_parameters),
         "NOISE": len(manifest.noise),
+        "WIENER": len(manifest.wiener),
+        "JUMP": len(manifest.random_step),
+        "STRONG": loop.method == "platen",
         "LIMITS": len(manifest.limits),
+        "EVENTS": len(loop.events),
         "SAMPLED": loop.sampled,
+        "DELAYED": bool(manifest.delays),
         "RECORDS_COMMAND": loop.records_command,
         "PROJECTED": "project" in calls,
+        "ALGEBRAIC": manifest.algebraic,
         "REFERENCE_CONSTANT": manifest.reference_constant,
     }
-    return {name: str(int(value)) for name, value in numbers.items()}
+    table = ", ".join("{{{}, {}, {}}}".format(*event.numbers) for event in loop.events) or "{0, 0, 0}"
+    events = {"EVENT(e, k)": f"((const int[][3]){{{table}}}[e][k])"}
+    return {name: str(int(value)) for name, value in numbers.items()} | events
 
 
 def _declaration(manifest: Manifest, function: Function) -> str:
@@ -223,7 +244,7 @@ def _expression(name: str, call: str) -> str:
     """Return an array of a generated function in C: parameters and what is computed beforehand are in the model."""
     if name in ("h", "w"):
         return f"m->{name}_{call}"
-    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
+    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x", "event": "&event"}.get(name, name)
 
 
 def _method(method: Method) -> tuple[list[str], dict[str, str]]:
@@ -231,7 +252,8 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
     stages = tableau.stages
-    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1", **_dense(tableau)}
+    estimated = str(int(bool(tableau.e or tableau.d)))
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": estimated, **_dense(tableau)}
     if tableau.d:
         return _implicit(tableau, common)
     return [], common | {
@@ -239,7 +261,7 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
         "THIRD": str(int(bool(tableau.e3))),
         "STAGE_SUMS": _stages(tableau, range(1, stages)),
         "END_SUM": _sum(_numbers(tableau.b, stages)),
-        "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error)),
+        "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error) if tableau.e else ()),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
         "GAMMA": "0",
         **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},

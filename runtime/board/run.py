@@ -36,7 +36,7 @@ from .line.packets import BareLaw, HostLaw
 from .session import BoardLaw
 from .stack import StackBound, UnboundedError, stack_bound
 from .targets import TARGETS, MachinePort, open_target
-from .tuning import Requests, TunedLaw, tuned
+from .tuning import Request, Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
 """The checksum of all inputs differs from the first wrong bit on, so more samples only look longer for the slowest."""
@@ -116,6 +116,8 @@ class BoardRun:
         Of the image; None for software in the loop, or where the image does not tell.
     tunings : tuple of Tuning
         Parameters of the law that were asked for while it ran.
+    late : tuple of Request
+        Those that were asked for after its last sample: refused, and not in the journal.
     """
 
     request: BoardRequest
@@ -139,6 +141,7 @@ class BoardRun:
     covered: tuple[Coverage, ...]
     bound: StackBound | None
     tunings: tuple[Tuning, ...] = ()
+    late: tuple[Request, ...] = ()
 
     @property
     def max_ulp(self) -> int:
@@ -223,8 +226,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     finally:
         if journal is not None:
             journal.close(complete)
-    if requests is not None:
-        requests.remove()
+    late = () if requests is None else requests.close()
     tunings = tuple(journal.tunings) if journal is not None else ()
     if tunings:
         single = _tuned(model, request, image, tunings, "float")
@@ -247,7 +249,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         x=difference(board.x, single.x),
         rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
         ticks=tuple(law.ticks), selftest=test, profile=profiler.profile if profiler else None, covered=covered,
-        bound=_bound(elf, image), tunings=tunings,
+        bound=_bound(elf, image), tunings=tunings, late=late,
     )  # fmt: skip
 
 
@@ -351,7 +353,7 @@ def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journa
     options = hashlib.sha256(repr(sorted(single.options.items())).encode()).hexdigest()[:16]
     identity = {
         "scenario": single.scenario.name, "options": options, "parameters": dict(single.parameters.values),
-        "tunable": request.tunable,
+        "tunable": request.tunable, "samples": request.samples,
     }  # fmt: skip
     try:
         journal = Journal(request.journal, identity, layout)

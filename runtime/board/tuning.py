@@ -21,7 +21,7 @@ from ..model.functions import Real
 from ..model.model import Model
 from ..model.parameters import Resolved, number, resolve
 from .image.build import Program, program
-from .image.header import layout
+from .image.header import Layout, layout
 from .journal import Tuning, read_journal
 from .line.packets import HostLaw
 
@@ -62,9 +62,11 @@ class Requests:
         self._requests = [request for request in self._requests if request.line not in self._taken]
         return due
 
-    def remove(self) -> None:
-        """Remove the file: its run is over."""
+    def close(self) -> tuple[Request, ...]:
+        """Remove the file, as its run is over; return what was asked for after its last sample."""
+        self._read()
         self._path.unlink(missing_ok=True)
+        return tuple(self._requests)
 
     def _read(self) -> None:
         size = self._path.stat().st_size if self._path.exists() else 0
@@ -103,14 +105,16 @@ def tune(
     Raises
     ------
     InputError
-        If a name is no parameter of the plant or the law, a value is out of bounds or beyond the range of float, or the
-        parameter sets the law's period.
+        If a name is no parameter of the plant or the law, a value is out of bounds or beyond the range of float, the
+        parameter sets the law's period, or the run is over or ends before that sample.
     """
     law = model.manifest.controller(controller)
     if not values:
         raise InputError("nothing to tune: give at least one NAME=VALUE")
     if at is not None and at < 0:
         raise bad_value("at", at, "a whole number >= 0")
+    if journal.is_file():
+        _check_open(journal, layout(model.manifest, law), at)
     numbers = {name: _value(model.manifest, law, name, value) for name, value in values.items()}
     row = json.dumps({"at": at, "values": numbers}) + "\n"
     path = path_of(journal)
@@ -120,6 +124,16 @@ def tune(
     except OSError as error:
         raise InputError(f"journal = {str(journal)!r}: {path} cannot be written ({error.strerror})") from error
     return numbers
+
+
+def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
+    """Refuse what a run can no longer take up, or never will."""
+    entries = read_journal(journal, sizes)
+    if entries.complete:
+        raise InputError(f"journal = {str(journal)!r}: its run is over, and nothing can be tuned any more")
+    samples = entries.identity.get("samples")
+    if at is not None and isinstance(samples, int) and at >= samples:
+        raise bad_value("at", at, f"a sample of the run, which has {samples}: at most {samples - 1}")
 
 
 def _value(manifest: Manifest, law: Controller, name: str, value: object) -> float:
@@ -253,7 +267,7 @@ class _Again:
 
     def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
         manifest = firmware.model.manifest
-        nx, nr = len(manifest.states), len(manifest.references)
+        nx, nr = len(manifest.seen), len(manifest.references)
         self._law, self._cuts = law, (nx, nx + nr)
         self.z = np.zeros(len(firmware.layout.memory)) if z is None else z.astype(np.float64)
 

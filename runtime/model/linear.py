@@ -97,7 +97,9 @@ def linearize_loop(
     A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
     if controller.memory:
         z_s, z_r = _by_state_and_reference(manifest, controller, slope_z)
-        A, B = _stacked(_stacked(A, u_s), z_s), _stacked(_stacked(B, u_r), z_r)
+        if period is not None:
+            A, B = _stacked(A, u_s), _stacked(B, u_r)
+        A, B = _stacked(A, z_s), _stacked(B, z_r)
     shown = _names(manifest.states) if outputs is None else tuple(outputs)
     return LinearSystem(A, B, C, D, _loop_states(manifest, controller), _names(manifest.references), shown, period)
 
@@ -126,8 +128,9 @@ def cut_loop(
     A, nu = _widened(A, u_s), len(manifest.inputs)
     if controller.memory:
         z_s, _ = _by_state_and_reference(manifest, controller, slope_z)
-        A = _stacked(_stacked(A, np.zeros((nu, A.shape[-1]))), z_s)
-        B = _stacked(_stacked(B, np.eye(nu)), np.zeros((len(controller.memory), nu)))
+        if period is not None:
+            A, B = _stacked(A, np.zeros((nu, A.shape[-1]))), _stacked(B, np.eye(nu))
+        A, B = _stacked(A, z_s), _stacked(B, np.zeros((len(controller.memory), nu)))
     inputs, none = _names(manifest.inputs), np.zeros((*u_s.shape[:-2], nu, nu))
     return LinearSystem(A, B, u_s, none, _loop_states(manifest, controller), inputs, inputs, period)
 
@@ -199,6 +202,7 @@ def _plant(
     outputs: Sequence[str] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return A, B, C, D, and the derivative of the outputs with respect to the reference."""
+    manifest.check_rates("a linear system x' = A x + B u")
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
     A, B = functions["jac_x"](x, u, p), functions["jac_u"](x, u, p)
     C, D, E = (np.zeros((*A.shape[:-2], nx, size)) for size in (nx, nu, nr))
@@ -225,10 +229,21 @@ def _answer(
     """Return the input that acts under a law, its slopes and those of the law's next memory."""
     law, nu = identifier(controller.name), len(manifest.inputs)
     memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
-    arguments = (x, r, *memory, p, c)
+    seen, slope_seen = _seen(manifest, functions, x, p)
+    arguments = (seen, r, *memory, p, c)
     results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
+    if slope_seen is not None:
+        slope["x"] = slope.pop("seen") @ slope_seen
     command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
     return *_acting(functions, x, command, p, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
+
+
+def _seen(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> tuple[ArrayLike, FloatArray | None]:
+    """Return what laws receive, without noise, and its slope in the state where it is another vector."""
+    if not manifest.measured:
+        return x, None
+    point = x, np.zeros(len(manifest.noise)), p
+    return functions["measure"](*point), slopes(functions["measure_jvp"], *point)["x"]
 
 
 def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:
@@ -240,7 +255,8 @@ def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatAr
 
 
 def _loop_states(manifest: Manifest, controller: Controller) -> tuple[str, ...]:
-    applied = (f"applied_{name}" for name in _names(manifest.inputs)) if controller.memory else ()
+    held = controller.memory and controller.period
+    applied = (f"applied_{name}" for name in _names(manifest.inputs)) if held else ()
     return (*_names(manifest.states), *applied, *_names(controller.memory))
 
 
@@ -261,8 +277,12 @@ def _memory(
             if value is not None:
                 raise bad_value(name, value, f"None: the law {controller.name} gives the input and has no memory")
         return ()
-    start = functions[f"{identifier(controller.name)}_start"]
-    return np.zeros(len(manifest.inputs)) if u is None else u, start(x, r, p, c) if z is None else z
+    memory = functions[f"{identifier(controller.name)}_start"](x, r, p, c) if z is None else z
+    if not controller.period:
+        if u is not None:
+            raise bad_value("u", u, f"None: the law {controller.name} gives the input")
+        return (memory,)
+    return np.zeros(len(manifest.inputs)) if u is None else u, memory
 
 
 def _acting(
@@ -280,7 +300,8 @@ def _by_state_and_reference(
     manifest: Manifest, controller: Controller, slope: dict[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Put the slopes with respect to state, applied input and memory side by side; a model may have no reference."""
-    by_state = np.concatenate([slope[name] for name in (("x", "v", "z") if controller.memory else ("x",))], axis=-1)
+    parts = ("x", "v", "z") if controller.period else ("x", "z")
+    by_state = np.concatenate([slope[name] for name in (parts if controller.memory else ("x",))], axis=-1)
     return by_state, slope["r"] if manifest.references else np.zeros((*by_state.shape[:-1], 0))
 
 

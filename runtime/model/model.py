@@ -333,6 +333,7 @@ class Model:
         """
         from .tools.ivp import initial_value_problem
 
+        self.manifest.check_rates("an initial value problem of SciPy")
         case = self.manifest.scenario(scenario)
         settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
         rhs = self.functions["rhs"]

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Function, Manifest
+from mehvar.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.names import identifier
 
-from .options import IMPLICIT, METHODS, Method, either
+from .options import IMPLICIT, METHODS, STOCHASTIC, Method, either
 
 _ARGUMENTS = {
     "reference": "t p s",
@@ -20,11 +20,17 @@ _ARGUMENTS = {
     "observe": "q r p c",
     "outputs": "x u r p",
     "limits": "x u p",
-    "law": "x r p c",
-    "law with memory": "x r v z p c",
     "actuate": "x u_cmd p",
     "measure": "x e p",
+    "diffuse": "x dw p",
+    "jump": "x e p",
+    "input_delays": "p",
     "project": "q",
+    "project by parameters": "q p",
+    "mass": "p",
+    "guards": "x u p",
+    "loop_guards": "q r p c",
+    "resets": "x u p event",
     "start": "x r p c",
     "to_coordinates": "x",
     "from_coordinates": "q",
@@ -62,18 +68,45 @@ def loop_calls(
     names = {"reference": "reference", "outputs": "outputs"}
     if manifest.limits:
         names["limits"] = "limits"
+    if events_of(manifest, controller, sampled):
+        names["guards" if sampled else "loop_guards"] = "guards" if sampled else f"{law}_guards"
+    if any(event.resets for event in manifest.events):
+        names["resets"] = "resets"
     if sampled:
         names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
-        names |= {name: name for name in ("actuate", "measure") if name in functions}
-        names |= {"start": f"{law}_start"} if controller.memory and generated else {}
+        names |= {name: name for name in ("actuate", "measure", "jump", "input_delays") if name in functions}
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
+    if manifest.algebraic:
+        names["mass"] = "mass_diagonal"
+    names |= {"start": f"{law}_start"} if controller.memory and generated else {}
+    if manifest.wiener:
+        names["diffuse"] = "diffuse"
     if method in IMPLICIT:
         names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
-    return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+    law_arguments = law_signature(manifest, controller)[0]
+    other = {"project": "project by parameters"} if manifest.projects_by_parameters else {}
+    return {
+        call: _function(
+            functions, name, law_arguments if call == "law" else tuple(_ARGUMENTS[other.get(call, call)].split())
+        )
+        for call, name in names.items()
+    }
+
+
+def check_method(manifest: Manifest, method: Method) -> None:
+    """Refuse an explicit method for a model with algebraic states, which have no rates that it could add up."""
+    if manifest.algebraic and method not in IMPLICIT:
+        allowed = f"{either(IMPLICIT)}: {manifest.model} has algebraic states"
+        raise bad_value("method", method, allowed)
+
+
+def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
+    """Return the events of a loop: the system's, and the surfaces of a law that is continuous."""
+    return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
 def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:
@@ -86,7 +119,7 @@ def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampl
     """
     name = f"jac_x{suffix}" if sampled else f"{identifier(controller.name)}_loop_jac{suffix}"
     if name not in map(identifier, manifest.functions):
-        explicit = either(method for method in METHODS if method not in IMPLICIT)
+        explicit = either(method for method in METHODS if method not in (*IMPLICIT, *STOCHASTIC))
         raise bad_value("method", IMPLICIT[0], f"{explicit}: {manifest.model} has no Jacobian {name}")
     return name
 
@@ -98,16 +131,14 @@ def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: 
         renamed["observe"] = "observe_command"
     if manifest.references:
         renamed["loop_jac"] = "loop_jac_r"
+    if manifest.projects_by_parameters:
+        renamed["project"] = "project_p"
     return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
 
 
-def _arguments(call: str, controller: Controller) -> list[str]:
-    return _ARGUMENTS["law with memory" if call == "law" and controller.memory else call].split()
-
-
-def _function(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:
+def _function(functions: dict[str, Function], name: str, arguments: tuple[str, ...]) -> Function:
     function = functions.get(name)
-    if function is None or [a.name for a in function.arguments] != arguments:
+    if function is None or tuple(a.name for a in function.arguments) != arguments:
         signature = f"{name}({', '.join(arguments)})"
         raise InputError(f"the generated folder lacks the function {signature}; generate the model again")
     return function

@@ -20,6 +20,7 @@ from .problem import Problem, Status, Trajectory
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 
 _STRUCTURES = structures("step/schedule.h", "single/single.h")
+_HAPPENED = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_int32)
 _Schedule, _Model, _Single = (_STRUCTURES[name] for name in ("mv_schedule", "mv_model", "mv_single"))
 
 
@@ -27,11 +28,15 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     """Integrate a closed loop; the interpreter lock is free while it runs."""
     library = _library()
     single, arrays = _prepare(problem, backend)
+    log: list[tuple[float, int]] = []
+    happened = _HAPPENED(lambda t, event: log.append((t, event)))
+    single.happened = ctypes.cast(happened, ctypes.c_void_p)
     elsewhere = None if problem.law is None else _Elsewhere(problem, single.model)
     _drive(library, single, problem)
     if elsewhere is not None and elsewhere.error is not None:
         raise elsewhere.error
-    q, count = arrays["q"], single.records
+    count = single.records
+    q = arrays["q"][: len(arrays["q"]) - (0 if problem.hold_every else len(problem.z0))]
     charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
     return Trajectory(
         t=arrays["record_t"][:count],
@@ -45,6 +50,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         t_stop=float(single.t),
         error=float(single.error),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
+        events=tuple(log),
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )
 
@@ -67,7 +73,7 @@ class _Elsewhere:
         assert problem.law is not None
         self.error: BaseException | None = None
         self._law = problem.law
-        self._nx, self._nr, self._nu, self._nz = model.nx, model.nr, model.nu, model.nz
+        self._nx, self._nr, self._nu, self._nz = model.nseen, model.nr, model.nu, model.nz
         pointer = ctypes.POINTER(ctypes.c_double)
         with_memory = bool(problem.controller.memory)
         kind = ctypes.CFUNCTYPE(None, *[pointer] * (8 if with_memory else 5))
@@ -115,21 +121,27 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem) -> None:
         chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
 
 
-def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatArray]]:
+def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
     """Return the structure of a run and the arrays that it points to."""
     manifest = problem.model.manifest
     sampled = problem.hold_every is not None
     x0 = problem.x0
     if not sampled and "to_coordinates" in manifest.functions:
         x0 = problem.model.functions["to_coordinates"](x0)
+    if not sampled:
+        x0 = np.concatenate((x0, problem.z0))
     nx, nu, ny = (len(group) for group in (manifest.states, manifest.inputs, manifest.outputs))
     nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
     arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
-    arrays = {name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()}
+    arrays: dict[str, Any] = {
+        name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()
+    }
     widths = {"x": nx, "u": nu, "u_cmd": nu, "y": ny, "z": nz}
     records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
     arrays |= records
+    numbers = [event.numbers for event in problem.events]
+    arrays["events"] = np.array(numbers, dtype=np.int32)  # kept as long as the others
     pointers = {name: array.ctypes.data for name, array in arrays.items()}
     schedule = _Schedule(
         t=pointers["t"],
@@ -141,15 +153,22 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
         rtol=problem.rtol,
         atol=problem.atol,
         step=problem.step,
+        longest=max(problem.late, default=0),
     )
     model = _Model(
         **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},
         **{"nr": len(manifest.references), "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
+        nseen=len(manifest.seen),
+        nw=len(manifest.wiener),
+        nj=len(manifest.random_step),
+        seed=problem.seed,
+        run=problem.run,
+        nv=len(numbers),
         sampled=sampled,
         reference_constant=manifest.reference_constant,
         method=METHODS.index(problem.method),
         **_addresses(problem, backend),
-        **{name: pointers[name] for name in ("p", "c", "s", "e")},
+        **{name: pointers[name] for name in ("p", "c", "s", "e", "events")},
     )
     results = {name: pointers[name] for name in ("q", "z", *records)}
     return _Single(schedule=schedule, model=model, **results), arrays

@@ -205,6 +205,8 @@ _FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
     ".parquet": _parquet,
     ".mat": _matlab,
 }
+ENDINGS = tuple(_FORMATS)
+"""Of the names of result files."""
 
 
 def _series(dataset: xarray.Dataset) -> xarray.Dataset:

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ import numpy as np
 from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
-from .calls import jacobian_name
-from .options import IMPLICIT, SMALLEST_RTOL
+from .calls import check_method, jacobian_name
+from .events.watch import Watch
+from .noise import Draws, Stream
+from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 
 _PROGRESS_SECONDS = 0.1
@@ -30,6 +33,9 @@ Samples of a smooth closed loop at 1e-8, a hundred a second, are off by 2e-9 wit
 without it, by 1e-7 and 2e-6. Those of rodas5p are as accurate as its steps. The native loop, which steps to every
 sample, is off by 4e-8. Half of it takes 0.9 and 2.3 times the evaluations.
 """
+
+_NEWTON_STEPS, _SETTLED = 10, 0.1
+"""As in native/step/implicit.h."""
 
 _Slope = Callable[[float, FloatArray], FloatArray]
 
@@ -50,7 +56,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method == "rk4" or problem.own is not None:
+            elif problem.method in FIXED or problem.own is not None or problem.events:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -58,7 +64,20 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
             end = early
     t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
     x_stop = x[-1] if end.x is None else end.x
-    return Trajectory(t, x, u, u_cmd, y, z, end.status, end.violated, float(end.t), x_stop, loop.statistics)
+    return Trajectory(
+        t,
+        x,
+        u,
+        u_cmd,
+        y,
+        z,
+        end.status,
+        end.violated,
+        float(end.t),
+        x_stop,
+        loop.statistics,
+        events=tuple(loop.happened),
+    )
 
 
 class _Loop:
@@ -72,11 +91,15 @@ class _Loop:
         self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
         self.to_coordinates = raw("to_coordinates") if charted and "to_coordinates" in manifest.functions else _same
+        self._own_states = len(problem.controller.memory) if charted else 0
         self.law = None if own else raw(law)
         self.actuate, self.measure, project = (
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
         )
         self._project = project if charted or "to_coordinates" not in manifest.functions else None
+        self._of_manifold = (problem.p,) if manifest.projects_by_parameters else ()
+        check_method(manifest, problem.method)
+        self.mass = raw("mass_diagonal")(problem.p) if manifest.algebraic else None
         self._loop = raw(f"{law}_loop{problem.suffix}") if charted else None
         self._observe = raw(f"{law}_observe") if charted else None
         self._jacobian = None
@@ -88,7 +111,68 @@ class _Loop:
         self._reference = raw("reference")
         self._constant = self._reference_at(0.0) if manifest.reference_constant else None
         self._no_memory = np.empty(0)
+        self._diffuse = raw("diffuse") if manifest.wiener else None
+        self._jump = raw("jump") if manifest.random_step and not self.continuous else None
+        self._wiener = Draws(problem.seed, problem.run, Stream.WIENER_PROCESSES, len(manifest.wiener))
+        self._steps = Draws(problem.seed, problem.run, Stream.RANDOM_STEPS, len(manifest.random_step))
+        self._diffused = 0
         self._reported = time.perf_counter()
+        self.happened: list[tuple[float, int]] = []
+        self._guards = raw(f"{law}_guards" if charted else "guards") if problem.events else None
+        self._guards_of_loop = charted
+        self._resets = raw("resets") if "resets" in manifest.functions else None
+        self.watch = Watch(self.guards, problem.events, float(problem.t[-1])) if problem.events else None
+
+    def guards(self, t: float, q: FloatArray) -> FloatArray:
+        """Return what crosses zero at events."""
+        assert self._guards is not None
+        if self._guards_of_loop:
+            values = self._guards(q, self.reference(t), self.problem.p, self.problem.c)
+        else:
+            values = self._guards(q, self._input(t, q), self.problem.p)
+        return np.asarray(values, dtype=np.float64)
+
+    def _input(self, t: float, q: FloatArray) -> FloatArray:
+        return self.observed(t, q)[1] if self.continuous else self.u
+
+    def happen(self, t: float, q: FloatArray, fires: Sequence[int]) -> FloatArray:
+        """Let events happen; return the coordinates after them."""
+        assert self.watch is not None
+        before = q
+        for event in fires:
+            self.happened.append((float(t), event))
+            if self.problem.events[event].resets:
+                assert self._resets is not None
+                q = np.asarray(self._resets(q, self._input(t, q), self.problem.p, np.float64(event)), dtype=np.float64)
+        if self.watch.settle(t, before, q, fires):
+            raise _EndOfRun(Status.CHATTERING, t)
+        return q
+
+    def end_at(self, t: float, fires: Sequence[int]) -> None:
+        """End the run where one of the events does that."""
+        if any(self.problem.events[event].ends for event in fires):
+            raise _EndOfRun(Status.EVENT, t)
+
+    def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
+        """Return what process noise adds over a step from q, as native/step/random.h has it."""
+        change = np.zeros(len(q))
+        if self._diffuse is None:
+            return change
+        n, p, root = len(self.problem.x0), self.problem.p, math.sqrt(h)
+        dw = root * self._wiener(self._diffused)
+        self._diffused += 1
+        change[:n] = self._diffuse(q[:n], dw, p)
+        for j, along in enumerate(np.eye(len(dw)) if self.problem.method == "platen" else ()):
+            support = q[:n] + h * slope[:n] + self._diffuse(q[:n], root * along, p)
+            pair = (dw[j] * dw - h * along) / 2
+            change[:n] += (self._diffuse(support, pair, p) - self._diffuse(q[:n], pair, p)) / root
+        return change
+
+    def stepped(self, x: FloatArray, evaluation: int) -> FloatArray:
+        """Return the state after the random step of a sample."""
+        if self._jump is None:
+            return x
+        return np.asarray(self._jump(x, self._steps(evaluation), self.problem.p), dtype=np.float64)
 
     def reference(self, t: float) -> FloatArray:
         """Return r(t)."""
@@ -139,7 +223,23 @@ class _Loop:
 
     def projected(self, q: FloatArray) -> FloatArray:
         """Return coordinates put back on their manifold."""
-        return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
+        if self._project is None:
+            return q
+        plant = self._project(q[: len(q) - self._own_states], *self._of_manifold)
+        return np.concatenate((plant, self.own_states(q)))
+
+    def own_states(self, q: FloatArray) -> FloatArray:
+        """Return the memory of a continuous law, the last of what is integrated."""
+        return q[len(q) - self._own_states :]
+
+    def start(self) -> FloatArray:
+        """Return what is integrated of a continuous loop, at the start."""
+        plant = np.asarray(self.to_coordinates(self.problem.x0), dtype=np.float64)
+        return np.concatenate((plant, self.problem.z0[: self._own_states]))
+
+    def record_continuous(self, tick: int, q: FloatArray) -> None:
+        """Record a sample of a continuous loop."""
+        self.record(tick, *self.observed(self.problem.t[tick], q), self.own_states(q))
 
     def record(
         self,
@@ -190,8 +290,8 @@ def _same(x: FloatArray) -> FloatArray:
 def _run_dense(loop: _Loop) -> None:
     """Run a continuous closed loop in the integrator's own steps."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
-    loop.record(0, *loop.observed(t[0], q))
+    q = loop.start()
+    loop.record_continuous(0, q)
     tick, tighter = 1, 1.0 if loop.problem.method in IMPLICIT else _DENSE
     for step in solver.steps(t[0], q, t[-1], None, tighter):
         dense = step.dense_output()
@@ -199,18 +299,18 @@ def _run_dense(loop: _Loop) -> None:
         while tick < len(t) and t[tick] <= step.t:
             at_tick = dense(t[tick]) if t[tick] < step.t else step.y
             loop.check(t[tick], at_tick)
-            loop.record(tick, *loop.observed(t[tick], at_tick))
+            loop.record_continuous(tick, at_tick)
             solver.trials = 0
             tick += 1
         loop.check(step.t, step.y)
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss something."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
-    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
+    q = loop.start()
     for tick in range(len(t)):
-        loop.record(tick, *loop.observed(t[tick], q))
+        loop.record_continuous(tick, q)
         if tick + 1 < len(t):
             q = solver.advance(t[tick], q, t[tick + 1])
 
@@ -222,18 +322,41 @@ def _run_sampled(loop: _Loop) -> None:
     x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held, loop.held_jacobian)
     u = u_cmd = loop.u
-    queue = deque([u] * problem.delay)
+    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.late, default=0))
     for tick in range(len(t)):
         memory = z
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
+            if problem.late:
+                sent.append(u)
+                u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.late)])
+                sent.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))
         if tick + 1 < len(t):
             loop.u = u
+            x = x if loop.mass is None else _settled(loop, x)
             x = solver.advance(t[tick], x, t[tick + 1])
+            if (tick + 1) % problem.hold_every == 0:
+                x = loop.stepped(x, (tick + 1) // problem.hold_every)
+
+
+def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
+    """Let algebraic states be what their equations say under the input that is held now, as native/step/implicit.h."""
+    problem, moving = loop.problem, np.asarray(loop.mass) != 0
+    for _ in range(_NEWTON_STEPS):
+        slope = np.where(moving, 0.0, loop.held(0.0, x))
+        matrix = np.where(moving[:, None], np.eye(len(x)), -loop.held_jacobian(0.0, x))
+        try:
+            change = np.linalg.solve(matrix, slope)
+        except np.linalg.LinAlgError:
+            return x
+        x = x + change
+        if not np.sqrt(np.mean((change / (problem.atol + problem.rtol * np.abs(x))) ** 2)) > _SETTLED:
+            break
+    return x
 
 
 def _command(
@@ -253,6 +376,22 @@ def _command(
     return u_cmd, z_next
 
 
+@dataclass
+class _Cut:
+    """A step that ends at an event, as a SciPy solver shows itself; `y` is the state after it."""
+
+    t: float
+    y: FloatArray
+    h_abs: float
+    dense: Callable[[float], FloatArray]
+    fires: tuple[int, ...]
+    f: FloatArray | None = None
+
+    def dense_output(self) -> Callable[[float], FloatArray]:
+        """Return the coordinates within the step."""
+        return self.dense
+
+
 class _Solver:
     """Steps of one method; the step size survives from one interval to the next."""
 
@@ -267,8 +406,8 @@ class _Solver:
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
         """Integrate to `end` exactly, with a look at the limits after every step."""
         self.trials = 0
-        if self._loop.problem.method == "rk4":
-            return self._advance_rk4(t, x, end)
+        if self._loop.problem.method in FIXED:
+            return self._advance_fixed(t, x, end)
         for step in self.steps(t, x, end, self._h):
             self._h, x = step.h_abs, self.project(step)
             self._loop.check(step.t, x)
@@ -283,12 +422,14 @@ class _Solver:
         problem, statistics = self._loop.problem, self._loop.statistics
         if not np.all(np.isfinite(self._evaluate(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
-        jacobian = {"jac": self._jacobian} if problem.method in IMPLICIT else {}
+        implicit = {"jac": self._jacobian, "mass": self._loop.mass} if problem.method in IMPLICIT else {}
         method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4, "rodas5p": Rodas5P}[problem.method]
         first = None if h is None else min(h, end - t)
         rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
         tolerances = {"rtol": rtol, "atol": problem.atol * tighter}
-        solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **jacobian)
+        solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
+        if self._loop.watch:
+            self._loop.watch.begin(t, x)
         while solver.status == "running":
             if self.trials == problem.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
@@ -298,7 +439,28 @@ class _Solver:
                 status = Status.STEP_UNDERFLOW if self._last_finite else Status.NOT_FINITE
                 raise _EndOfRun(status, solver.t)
             statistics["steps"] += 1
-            yield solver
+            cut = self._cut(solver) if self._loop.watch else None
+            yield solver if cut is None else cut
+            if cut is not None:
+                self._loop.end_at(cut.t, cut.fires)
+                if end - cut.t <= 2 * np.spacing(end):
+                    return
+                solver = method(self._evaluate, cut.t, cut.y, end, **tolerances, **implicit)
+
+    def _cut(self, solver: Any) -> _Cut | None:
+        """Return the part of a step that ends at an event, which has happened."""
+        assert self._loop.watch is not None
+        t, h, dense = solver.t_old, solver.t - solver.t_old, solver.dense_output()
+
+        def within(part: float) -> FloatArray:
+            return np.asarray(dense(t + part * h) if part < 1 else solver.y, dtype=np.float64)
+
+        crossing = self._loop.watch.crossing(t, h, within)
+        if crossing is None:
+            return None
+        instant = min(crossing.t, float(solver.t))
+        q = self._loop.projected(within((instant - t) / h))
+        return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
 
     def project(self, step: Any) -> FloatArray:
         """Put a SciPy solver's point back on the manifold, its slope with it."""
@@ -313,7 +475,7 @@ class _Solver:
         self._last_finite = bool(np.all(np.isfinite(slope)))
         return slope
 
-    def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
+    def _advance_fixed(self, t: float, x: FloatArray, end: float) -> FloatArray:
         pieces = float(end - t) / self._loop.problem.step * (1 - 1e-12)
         if pieces > self._loop.problem.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
@@ -321,14 +483,43 @@ class _Solver:
         h = (end - t) / count
         for i in range(count):
             now = t + i * h
-            k1 = self._evaluate(now, x)
-            k2 = self._evaluate(now + h / 2, x + h / 2 * k1)
-            k3 = self._evaluate(now + h / 2, x + h / 2 * k2)
-            k4 = self._evaluate(now + h, x + h * k3)
-            y = x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
-            if not np.all(np.isfinite(y)):
-                raise _EndOfRun(Status.NOT_FINITE, now)
-            x = self._loop.projected(y)
+            x = self._fixed_step(now, x, h) if self._loop.watch is None else self._past_events(now, x, h)
             self._loop.statistics["steps"] += 1
             self._loop.check(now + h, x)
+        return x
+
+    def _fixed_step(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        y = self._rk4(t, x, h) if self._loop.problem.method == "rk4" else self._euler(t, x, h)
+        if not np.all(np.isfinite(y)):
+            raise _EndOfRun(Status.NOT_FINITE, t)
+        return self._loop.projected(y)
+
+    def _rk4(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        k1 = self._evaluate(t, x)
+        k2 = self._evaluate(t + h / 2, x + h / 2 * k1)
+        k3 = self._evaluate(t + h / 2, x + h / 2 * k2)
+        k4 = self._evaluate(t + h, x + h * k3)
+        return x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+
+    def _euler(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        slope = self._evaluate(t, x)
+        return x + h * slope + self._loop.diffused(x, slope, h)
+
+    def _past_events(self, t: float, x: FloatArray, h: float) -> FloatArray:
+        """Take a fixed step, with an end at each event on the way."""
+        watch, end = self._loop.watch, t + h
+        assert watch is not None
+        watch.begin(t, x)
+        while end - t > 2 * np.spacing(end):
+            begin, span, start = t, end - t, x
+
+            def within(part: float, begin: float = begin, span: float = span, start: FloatArray = start) -> FloatArray:
+                return self._fixed_step(begin, start, part * span) if part else start
+
+            crossing = watch.crossing(t, span, within)
+            if crossing is None:
+                return within(1.0)
+            t = crossing.t
+            x = self._loop.happen(t, within((t - begin) / span), crossing.fires)
+            self._loop.end_at(t, crossing.fires)
         return x

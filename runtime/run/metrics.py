@@ -3,21 +3,26 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, unknown_name
-from mehvar.manifest import Manifest, Metric
+from mehvar.manifest import Event, Manifest, Metric
 
 from ..model.functions import FloatArray
 from .simulate import Run
 
 if TYPE_CHECKING:
     import xarray
+
+COUNT = "events"
+"""The kind of metric that counts events instead of summing up series."""
 
 
 def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
@@ -45,7 +50,13 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
     t = run.t if isinstance(run, Run) else run["t"].values
     law = run.controller.name if isinstance(run, Run) else run.attrs.get("controller")
-    return {name: evaluate(metric, t, series) for name, metric in metrics_of(manifest, law, series).items()}
+    log = (
+        (name for _, name in run.events)
+        if isinstance(run, Run)
+        else json.loads(run.attrs.get("events", '{"name": []}'))["name"]
+    )
+    counts = Counter(log)
+    return {name: evaluate(metric, t, series, counts) for name, metric in metrics_of(manifest, law, series).items()}
 
 
 def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
@@ -56,7 +67,8 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
     return {
         name: metric
         for name, metric in manifest.metrics.items()
-        if not {part for of in metric.of for part in _variables(of)} & (reports - set(variables))
+        if metric.kind == COUNT
+        or not {part for of in metric.of for part in _variables(of)} & (reports - set(variables))
     }
 
 
@@ -91,8 +103,20 @@ _ROUNDING = 1e-12
 """Of instants that are counted in steps: a window's end on a sample is not before it. A window is longer."""
 
 
-def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
-    """Return one metric of series by name."""
+def event_number(metric: Metric, name: str, events: Sequence[Event]) -> int:
+    """Return which event of a loop a metric counts, or raise InputError."""
+    names = [event.name for event in events]
+    if name not in names:
+        raise unknown_name(f"event in metric {metric.name}", name, names)
+    return names.index(name)
+
+
+def evaluate(
+    metric: Metric, t: FloatArray, series: Mapping[str, FloatArray], counts: Mapping[str, int] | None = None
+) -> float:
+    """Return one metric of series by name; `counts` says how often each event happened."""
+    if metric.kind == COUNT:
+        return float(sum((counts or {}).get(name, 0) for name in metric.of))
     if metric.kind not in _KINDS:
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurement noise: standard normal numbers that depend on seed, run and sample alone.
+"""Noise: standard normal numbers that depend on seed, run, what they are for, and sample or step alone.
 
 Philox4x64-10 (Salmon, Moraes, Dror & Shaw, SC11) with the key (seed, run) counts through the samples; pairs of its
-words become pairs of normal numbers by the method of Box and Muller. Every sample starts at a counter of its own.
+words become pairs of normal numbers by the method of Box and Muller. Every sample starts at a counter of its own; what
+the numbers are for is the upper half of the counter.
 """
 
 from __future__ import annotations
 
 import ctypes
+from enum import IntEnum
 
 import numpy as np
 
@@ -15,6 +17,15 @@ from ..compiling.library import load_native
 from ..model.functions import FloatArray
 
 _WORDS = 4  # that Philox makes per counter value
+_BLOCK = 512  # steps whose numbers are drawn at once: with a half or twice as many a run takes as long
+
+
+class Stream(IntEnum):
+    """What numbers are for, as in native/random/noise.h."""
+
+    MEASUREMENTS = 0
+    WIENER_PROCESSES = 1
+    RANDOM_STEPS = 2
 
 
 def normals(seed: int, run: int, samples: int, size: int, native: bool = True) -> FloatArray:
@@ -45,8 +56,29 @@ def normals(seed: int, run: int, samples: int, size: int, native: bool = True) -
             numbers.ctypes.data_as(ctypes.c_void_p),
         )
         return numbers
+    return _drawn(seed, run, Stream.MEASUREMENTS, 0, samples, size)
+
+
+class Draws:
+    """The numbers of a stream, sample by sample, computed in NumPy."""
+
+    def __init__(self, seed: int, run: int, stream: Stream, size: int) -> None:
+        self._key, self._size = (seed, run, stream), size
+        self._block, self._numbers = -1, np.empty((0, size))
+
+    def __call__(self, index: int) -> FloatArray:
+        """Return the numbers of a sample or step."""
+        block, place = divmod(index, _BLOCK)
+        if block != self._block:
+            self._block, self._numbers = block, _drawn(*self._key, block * _BLOCK, _BLOCK, self._size)
+        numbers: FloatArray = self._numbers[place]
+        return numbers
+
+
+def _drawn(seed: int, run: int, stream: Stream, first: int, samples: int, size: int) -> FloatArray:
     blocks = -(-size // _WORDS)
-    words = np.random.Philox(key=np.array([seed, run], dtype=np.uint64)).random_raw(_WORDS * blocks * samples)
+    key, counter = np.array([seed, run], dtype=np.uint64), np.array([first * blocks, stream, 0, 0], dtype=np.uint64)
+    words = np.random.Philox(key=key, counter=counter).random_raw(_WORDS * blocks * samples)
     fractions = ((words >> np.uint64(12)) * 2.0**-52).reshape(samples, 2 * blocks, 2)
     radius, angle = np.sqrt(-2.0 * np.log(1.0 - fractions[..., 0])), 2.0 * np.pi * fractions[..., 1]
     pairs = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

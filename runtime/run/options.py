@@ -20,21 +20,25 @@ from ..model.parameters import number
 
 Kind = Literal["number", "count", "word"]
 Place = Literal["run", "batch", "board"]
-Method = Literal["rk4", "dopri5", "dop853", "rock4", "rodas5p"]
+Method = Literal["rk4", "dopri5", "dop853", "rock4", "rodas5p", "euler", "platen"]
 Profile = Literal["portable", "fast"]
-Need = Literal["rk4", "adaptive", "sampled", "noise"]
+Need = Literal["fixed", "adaptive", "sampled", "noise"]
 
 METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
 IMPLICIT: tuple[Method, ...] = ("rodas5p",)
 """Methods that take the Jacobian of the loop."""
+STOCHASTIC: tuple[Method, ...] = ("euler", "platen")
+"""Methods for process noise: of strong order 1/2, and 1 where the noise commutes."""
+FIXED: tuple[Method, ...] = ("rk4", *STOCHASTIC)
+"""Methods whose step is the same everywhere."""
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
 _SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
 _COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32
 _NEEDS: Mapping[Need, str] = {
-    "rk4": "the method is rk4",
+    "fixed": "the method has a fixed step, as rk4 has",
     "adaptive": "the method is adaptive in its step",
     "sampled": "the law is sampled, by its own period or by `hold`",
-    "noise": "the law is sampled and the model has measurement noise",
+    "noise": "the law is sampled and the model has measurement noise or random steps, or it has process noise",
 }
 """What a loop must be for an option to have an effect on it."""
 
@@ -57,7 +61,7 @@ class Option:
         What a word may be.
     refused : mapping of str to str
         Places that do not take the option, each with what to do instead.
-    needs : {"rk4", "adaptive", "sampled", "noise"}, optional
+    needs : {"fixed", "adaptive", "sampled", "noise"}, optional
         What the loop must be for the option to have an effect; with another loop it is refused.
     name : str
         What people call it: the field's name unless given.
@@ -209,7 +213,7 @@ class RunOptions:
     seed: int = field(
         default=0,
         metadata=count_row(
-            "What the measurement noise starts from",
+            "What the noise starts from",
             refused={"batch": "given with --seed, or as seed of the batch"},
             needs="noise",
         ),
@@ -232,7 +236,10 @@ class RunOptions:
         ),
     )
     method: Method = field(
-        default="dop853", metadata=word_row("Integration method, adaptive in its step but for rk4", METHODS)
+        default="dop853",
+        metadata=word_row(
+            "Integration method, adaptive in its step but for rk4, and euler and platen of noise", METHODS
+        ),
     )
     rtol: float = field(
         default=1e-11,
@@ -244,7 +251,7 @@ class RunOptions:
     )
     step: float | None = field(
         default=None,
-        metadata=number_row("Largest step", "s", otherwise="the sampling step", above=0.0, needs="rk4"),
+        metadata=number_row("Largest step", "s", otherwise="the sampling step", above=0.0, needs="fixed"),
     )
     max_steps: int = field(
         default=100_000, metadata=count_row("Trial steps between two samples after which the run ends", least=1)
@@ -312,7 +319,7 @@ def check_effects(given: Mapping[str, object], method: Method, sampled: bool, no
     method : str
         Of the run.
     sampled, noisy : bool
-        Whether the law is sampled, and whether the model has measurement noise.
+        Whether the law is sampled, and whether the runs depend on a seed.
     origin : str
         How error messages call the options.
 
@@ -322,10 +329,10 @@ def check_effects(given: Mapping[str, object], method: Method, sampled: bool, no
         For the first option without an effect; the message says what it needs.
     """
     holds: Mapping[Need, bool] = {
-        "rk4": method == "rk4",
-        "adaptive": method != "rk4",
+        "fixed": method in FIXED,
+        "adaptive": method not in FIXED,
         "sampled": sampled,
-        "noise": sampled and noisy,
+        "noise": noisy,
     }
     for name, value in given.items():
         need = OPTIONS[name].needs

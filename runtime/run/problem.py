@@ -9,16 +9,18 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.manifest import Controller, Event, Manifest, Scenario
 from mehvar.names import identifier
 
 from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
+from .calls import check_method, events_of
 from .noise import normals
-from .options import OPTIONS, Method, RunOptions, check_effects
+from .options import OPTIONS, STOCHASTIC, Method, RunOptions, check_effects, either
 from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
@@ -35,6 +37,8 @@ class Status(IntEnum):
     STEP_UNDERFLOW = 2
     TOO_MANY_STEPS = 3
     LIMIT = 4
+    EVENT = 5
+    CHATTERING = 6
 
     @property
     def text(self) -> str:
@@ -51,9 +55,11 @@ class Problem:
     p, c, s : array
         Parameters of plant, law and scenario.
     x0, z0 : array
-        Initial state, and the memory of a sampled law before its first sample.
+        Initial state, and the memory of the law before its first sample or at the start.
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
+    seed, run : int
+        What all noise of the run depends on.
     suffix : str
         Of the functions that the chosen variant of the plant has of its own.
     real : str
@@ -68,12 +74,14 @@ class Problem:
         Ticks for which a sampled law's input is held; None for a continuous closed loop.
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
+    late : tuple of int
+        Further samples until each input acts, for a plant whose inputs have delays of their own.
     method : str
         One of `METHODS`.
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float
-        Largest step of rk4, s.
+        Largest step of a method with a fixed one, s.
     max_steps : int
         Trial steps from one tick to the next after which the run ends.
     progress : callable, optional
@@ -92,6 +100,8 @@ class Problem:
     x0: FloatArray
     z0: FloatArray
     noise: FloatArray
+    seed: int
+    run: int
     suffix: str
     real: Real
     t: FloatArray
@@ -100,6 +110,7 @@ class Problem:
     record_every: int
     hold_every: int | None
     delay: int
+    late: tuple[int, ...]
     method: Method
     rtol: float
     atol: float
@@ -109,6 +120,11 @@ class Problem:
     law: Law | None = None
     own: OwnLaw | None = None
 
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What may happen in the loop."""
+        return events_of(self.model.manifest, self.controller, self.hold_every is not None)
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -116,7 +132,7 @@ class Trajectory:
 
     `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
     Status.LIMIT is about, and `x_stop` the state there. `error` is the largest of a step over its tolerance, NaN where
-    the backend does not keep it.
+    the backend does not keep it. `events` has the instant of each event and its number in `Problem.events`.
     """
 
     t: FloatArray
@@ -131,6 +147,7 @@ class Trajectory:
     x_stop: FloatArray
     statistics: Mapping[str, int]
     error: float = math.nan
+    events: tuple[tuple[float, int], ...] = ()
 
 
 def pose(
@@ -154,14 +171,20 @@ def pose(
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
+    check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
-    check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
+    check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
+    check_noise(model.manifest, options.method, hold is not None, origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
+    check_method(model.manifest, options.method)
+    if model.manifest.algebraic and hold is None:
+        _check_consistent(model, law, resolved, x0, options, origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
+    late = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -171,6 +194,8 @@ def pose(
         x0=x0,
         z0=_memory(model, law, resolved, x0) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
+        seed=options.seed,
+        run=options.run,
         suffix=suffix,
         real=options.real,
         t=ticks,
@@ -179,6 +204,7 @@ def pose(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
+        late=late,
         method=options.method,
         rtol=options.rtol,
         atol=options.atol,
@@ -221,13 +247,95 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
         raise bad_value("hold", hold, allowed, origin)
 
 
+def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
+    """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
+    if manifest.wiener and method not in STOCHASTIC:
+        raise bad_value("method", method, f"{either(STOCHASTIC)}: {manifest.model} has process noise", origin)
+    if not manifest.wiener and method in STOCHASTIC:
+        raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
+    if manifest.random_step and not sampled:
+        allowed = f"given, or a sampled law: the random steps of {manifest.model} come at samples"
+        raise bad_value("hold", None, allowed, origin)
+
+
+def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
+    """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
+
+    Raises
+    ------
+    InputError
+        For a loop without samples, and for a delay after which an input never acts.
+    """
+    if not manifest.delays:
+        return ()
+    if hold_every is None:
+        allowed = f"given, or a sampled law: the inputs of {manifest.model} are delayed by samples"
+        raise bad_value("hold", None, allowed, origin)
+    names, rows = [q.name for q in manifest.parameters], np.atleast_2d(p)
+    greatest = {name: int(rows[:, names.index(name)].max()) for name in manifest.delays.values()}
+    periods = -(-(ticks - 1) // hold_every)
+    for name, delay in greatest.items():
+        if delay and delay >= periods:
+            raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
+    return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
+
+
+def check_integrated(hold: float | None, law: Controller, origin: str) -> None:
+    """Refuse to sample a continuous law whose own states are integrated with the plant's."""
+    if hold is not None and law.period is None and law.memory:
+        allowed = f"left out: the states of the continuous law {law.name} are integrated"
+        raise bad_value("hold", hold, allowed, origin)
+
+
 def evaluations_of(ticks: int, hold_every: int | None) -> int:
     """Return how often a sampled law is evaluated in a run of so many ticks."""
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
+def misses(model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> FloatArray:
+    """Return how far algebraic states are at the start from what their equations say, shape (..., states).
+
+    By Newton's correction, the other states kept, in the loop of a continuous law of the model; zero of other states.
+    """
+    functions, name = model.functions, identifier(law.name)
+    r = functions["reference"](0.0, p, s)
+    slopes = np.asarray(functions[f"{name}_loop"](x0, r, p, c))
+    jacobians = functions[f"{name}_loop_jac"](x0, r, p, c)
+    jacobians = np.asarray(jacobians[0] if isinstance(jacobians, tuple) else jacobians)
+    kept = np.asarray(functions["mass_diagonal"](p)) * np.ones_like(slopes)
+    n = slopes.shape[-1]
+    matrices = np.where(kept[..., None] == 0, jacobians.reshape(*slopes.shape[:-1], n, n), np.eye(n))
+    right = np.where(kept == 0, slopes, 0.0)
+    try:
+        corrections: FloatArray = np.linalg.solve(matrices, -right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return np.full_like(slopes, math.nan)
+    return corrections
+
+
+def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
+    """Tell of each state whether it is at the start what its equation says, within the tolerances of the run."""
+    allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
+    return allowed
+
+
+def _check_consistent(
+    model: Model, law: Controller, resolved: Resolved, x0: FloatArray, options: RunOptions, origin: str
+) -> None:
+    """Refuse algebraic states that do not satisfy their equations when the run begins."""
+    if law.name not in model.manifest.controllers:
+        return
+    corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
+    for name, value, miss, good in zip(
+        model.state_names, x0, corrections, consistent(corrections, x0, options), strict=True
+    ):
+        if not good:
+            allowed = f"about {value + miss:.9g}, as its equation says: it is algebraic"
+            raise bad_value(f"initial state {name}", float(value), allowed, origin)
+
+
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a sampled law's memory before its first sample."""
+    """Return a law's memory before its first sample, or at the start."""
     if not law.memory:
         return np.empty(0)
     r = model.functions["reference"](0.0, resolved.p, resolved.s)

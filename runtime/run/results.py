@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import json
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -47,7 +48,8 @@ def to_dataset(run: Run) -> xarray.Dataset:
     if twice:
         raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
     form = _form(run.t.tobytes(), _texts({name: about[name] for name in series}), _texts(numbers))
-    values = {name: evaluate(metric, run.t, series) for name, metric in known.items()}
+    counts = Counter(name for _, name in run.events)
+    values = {name: evaluate(metric, run.t, series, counts) for name, metric in known.items()}
     dataset = form.copy(data={**series, **values})
     dataset.attrs = _attributes(run)
     return dataset
@@ -111,6 +113,8 @@ def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, st
 
 def _attributes(run: Run) -> dict[str, str | float]:
     manifest: Manifest = run.manifest
+    instants, names = zip(*run.events, strict=True) if run.events else ((), ())
+    events = {"events": json.dumps({"t": instants, "name": names})} if run.may_happen else {}
     return {
         "title": f"{manifest.title}: {run.controller.title}",
         "model": manifest.model,
@@ -128,6 +132,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "initial": json.dumps({q.name: float(v) for q, v in zip(manifest.states, run.x[0], strict=True)}),
         "options": json.dumps(run.options),
         "statistics": json.dumps(run.statistics),
+        **events,
         "manifest": manifest.text,
         "versions": json.dumps({**manifest.versions, **versions()}),
     }

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.manifest import Controller, Manifest, Scenario, reads_memory
 from mehvar.names import identifier
 
 from ..arguments import check_arguments
@@ -24,7 +24,8 @@ from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
-from .options import OPTIONS, merged, read_options
+from .calls import events_of
+from .options import FIXED, OPTIONS, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -51,7 +52,7 @@ class Run:
     u_cmd : array, (n, nu)
         What the law commanded; differs from u with a delay.
     z : array, (n, nz)
-        The law's memory as the law found it at t_k.
+        The law's memory as the law found it at t_k; a continuous law's own states.
     w : array, (n, nw)
         What the law reports.
     status : Status
@@ -70,6 +71,8 @@ class Run:
         Effective parameters with their origins.
     options : mapping
         Effective method, tolerances, sampling.
+    events : tuple of (float, str)
+        What happened: the instant of each event in seconds, and its name.
     statistics : mapping
         Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
     compile_seconds, run_seconds : float
@@ -95,6 +98,7 @@ class Run:
     hold: float | None
     parameters: Resolved
     options: Mapping[str, float | str]
+    events: tuple[tuple[float, str], ...]
     statistics: Mapping[str, int]
     compile_seconds: float
     run_seconds: float
@@ -110,6 +114,11 @@ class Run:
         columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}
         columns |= {q.name: self.w[:, i] for i, q in enumerate(self.controller.outputs)}
         return columns
+
+    @property
+    def may_happen(self) -> bool:
+        """Whether the loop has events."""
+        return bool(events_of(self.manifest, self.controller, self.hold is not None))
 
     @property
     def checksum(self) -> str:
@@ -259,6 +268,7 @@ def simulate(
         hold=problem.hold,
         parameters=resolved,
         options=_effective(problem),
+        events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
         statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
@@ -271,9 +281,9 @@ def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> Fl
     if not law.outputs:
         return np.empty((len(trajectory.t), 0))
     r = model.functions["reference"](trajectory.t, resolved.p, resolved.s)
-    return np.asarray(
-        model.functions[f"{identifier(law.name)}_outputs"](trajectory.x, r, resolved.p, resolved.c), dtype=np.float64
-    )
+    outputs = model.functions[f"{identifier(law.name)}_outputs"]
+    memory = (trajectory.z,) if reads_memory(outputs.function) else ()
+    return np.asarray(outputs(trajectory.x, r, *memory, resolved.p, resolved.c), dtype=np.float64)
 
 
 def _integrate(problem: Problem) -> Trajectory:
@@ -332,6 +342,12 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
         last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
         message = model.manifest.limits[trajectory.violated]
         return f"{say(message, {**resolved.values, **last})} ({at})"
+    if trajectory.events and trajectory.status in (Status.EVENT, Status.CHATTERING):
+        name = problem.events[trajectory.events[-1][1]].name
+        what = (
+            "ends the run" if trajectory.status is Status.EVENT else "happens again and again without progress in time"
+        )
+        return f"the event {name} {what} {at}"
     if trajectory.status is Status.NOT_FINITE:
         broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
         name = model.input_names[broken[0]] if broken.size else ""
@@ -347,6 +363,6 @@ def _effective(problem: Problem) -> dict[str, float | str]:
     if problem.hold is not None:
         options |= {"hold": problem.hold, "delay": problem.delay}
     options |= {"method": problem.method}
-    if problem.method == "rk4":
+    if problem.method in FIXED:
         return options | {"step": problem.step}
     return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -56,6 +56,8 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
     ----------
     jac : callable, optional
         Jacobian of the slope, as a function of time and coordinates; by differences unless given.
+    mass : array, optional
+        What stands before each rate: one, and zero of algebraic states.
     """
 
     A, G, (C, D), DENSE = np.split(_rodas_rows(), (8, 16, 18))
@@ -74,11 +76,13 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
         atol: float,
         first_step: float | None = None,
         jac: Callable[[float, FloatArray], FloatArray] | None = None,
+        mass: FloatArray | None = None,
     ) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized=False)
         self.rtol, self.atol = rtol, atol
         self.f = self.fun(self.t, self.y)
         self._jac, self._factor = jac, None
+        self._mass = np.ones(len(self.y)) if mass is None else np.asarray(mass, dtype=np.float64)
         span, direction = t_bound - t0, 1.0
         self.h_abs = first_step or select_initial_step(
             self.fun, self.t, self.y, t_bound, span, self.f, direction, self.order, rtol, atol
@@ -118,12 +122,12 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
 
     def _stages(self, h: float, jacobian: FloatArray, in_time: FloatArray) -> tuple[FloatArray, FloatArray]:
         n = len(self.y)
-        matrix, stages, at = np.eye(n) / (h * self.D[0]) - jacobian, np.zeros((_RODAS_STAGES, n)), self.y
+        matrix, stages, at = np.diag(self._mass) / (h * self.D[0]) - jacobian, np.zeros((_RODAS_STAGES, n)), self.y
         factors = lu_factor(matrix, check_finite=False)
         for s in range(_RODAS_STAGES):
             at = self.y + self.A[s, :s] @ stages[:s]
             slope = self.fun(self.t + self.C[s] * h, at) if s else self.f
-            right = slope + self.G[s, :s] @ stages[:s] / h + self.D[s] * h * in_time
+            right = slope + self._mass * (self.G[s, :s] @ stages[:s]) / h + self.D[s] * h * in_time
             stages[s] = lu_solve(factors, right, check_finite=False)
         return at + stages[-1], stages
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import (
     GenerateError,
     Tree,
@@ -24,6 +25,7 @@ from mehvar.codegen.generate import (
 from mehvar.codegen.new_numbers import shapes
 from mehvar.manifest import manifest_text, read_manifest
 from mehvar.models.quantities import ModelError
+from tests.derived import variant
 
 ROOT = installed_tree().root
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -66,12 +68,12 @@ def test_who_derives_changes_nothing(tree):
     assert manifest.read_bytes() == before
 
 
-def generate_in(tree: Tree, casadi: bool = False) -> None:
+def generate_in(tree: Tree) -> None:
     """Generate in a process of its own: this one has imported the models of another tree."""
     code = (
         "from pathlib import Path\n"
         "from mehvar.codegen.generate import find_tree, generate\n"
-        f"generate(find_tree(Path.cwd()), 'triangle', casadi={casadi})"
+        "generate(find_tree(Path.cwd()), 'triangle')"
     )
     python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
 
@@ -205,7 +207,7 @@ def test_nothing_is_half_written(tree, monkeypatch):
     """A disk that fills up while writing leaves the old files whole and no scratch behind."""
     folder = tree.root / "generated" / "triangle"
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    texts = derive(installed_tree(), "triangle", {"masses": "general"})
+    texts = variant("triangle", masses="general")
     plain = Path.write_text
 
     def full(self, text, **options):
@@ -222,24 +224,32 @@ def test_nothing_is_half_written(tree, monkeypatch):
 def test_a_variant_goes_where_it_is_told(tmp_path):
     generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
     manifest = read_manifest(tmp_path / "mine")
+    assert not list((tmp_path / "mine").glob("*casadi*"))
     assert [p.name for p in manifest.parameters] == ["H", "disturbance", "m1", "m2", "m3"]
     assert manifest_text(manifest) == manifest.text
     assert not generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"}).stale
 
 
-def test_casadis_own_c_is_written_on_request_and_kept_from_then_on(tree):
+def test_casadis_own_c_is_written_on_request_and_kept_from_then_on(tree, monkeypatch):
+    """The committed texts stand for what is derived; `test_regenerating_gives_the_committed_bytes` derives them."""
     folder, (code, header) = tree.root / "generated" / "triangle", ("triangle_casadi.c", "triangle_casadi.h")
+    texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
+
+    def committed(tree, model, structure, casadi):
+        return {name: text for name, text in texts.items() if casadi or name not in (code, header)}
+
+    monkeypatch.setattr(generation, "derive", committed)
     for name in (code, header, "manifest.json"):
         (folder / name).unlink()
-    generate_in(tree)
+    generate(tree, "triangle")
     assert not (folder / code).exists()
-    generate_in(tree, casadi=True)
+    generate(tree, "triangle", casadi=True)
     assert "int triangle_rhs(const casadi_real** arg" in (folder / code).read_text()
     assert "triangle_jac_x" in (folder / header).read_text()
     for name in (code, "manifest.json"):
         (folder / name).unlink()
         assert check(tree, "triangle").stale
-        generate_in(tree)
+        generate(tree, "triangle")
         assert (folder / code).is_file()
         assert not check(tree, "triangle").stale
 

@@ -17,7 +17,6 @@ from mehvar.codegen.code.casadi_c import casadi_c
 from mehvar.codegen.functions.function import FunctionGraph, Part
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.requests import Request, bindings, requests
-from mehvar.codegen.generate import derive, installed_tree, system_of
 from mehvar.manifest import file_of
 from mehvar.models.system import System
 from mehvar.runtime.compiling.compiler import require_compiler
@@ -25,6 +24,7 @@ from mehvar.runtime.compiling.processor import widest
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.functions import Functions, PythonBackend
 from tests.codegen.high_precision import HighPrecision
+from tests.derived import system, variant
 from tests.sampling import sample
 
 # the committed texts are held against CasADi's own C by tests/mehvar/report/test_backends.py, slosh's too, which takes
@@ -54,9 +54,9 @@ class Case:
 
     def __init__(self, model: str, structure: dict[str, str], folder: Path) -> None:
         self.model, self.folder = model, folder
-        self.system: System = system_of(installed_tree(), model, structure)
+        self.system: System = system(model, **structure)
         functions = generate_functions(self.system)
-        for name, text in (derive(installed_tree(), model, structure) | casadi_c(model, functions)).items():
+        for name, text in (variant(model, **structure) | casadi_c(model, functions)).items():
             (folder / name).write_text(text)
         self.functions: list[FunctionGraph] = [f for f in functions if any(size != 0 for _, size in f.results)]
         self.builds = list(dict.fromkeys(BUILDS + (FURTHER_BUILDS if model == "triangle" else [])))

@@ -17,6 +17,7 @@ from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
+from mehvar.models.forms import with_mass
 from mehvar.models.system import ModelError, System
 from mehvar.runtime import load
 from tests.fuzz.campaign import Outcome
@@ -73,7 +74,7 @@ def _refusal(system: System) -> str:
 
 def _written(system: System, folder: Path) -> Path:
     check_counterparts(system)
-    system = with_clock(system)
+    system = with_clock(with_mass(system))
     functions = printed(generate_functions(system))
     manifest = manifest_of(system, functions, {})
     folder.mkdir()

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import importlib
-
 import pytest
 
-from mehvar.codegen.ledger.ledger import Ledger, judge
+from mehvar.codegen.ledger.ledger import Ledger
 from mehvar.models.system import System
+from tests import derived
 
 
 def _model(request: pytest.FixtureRequest) -> str:
@@ -17,10 +16,9 @@ def _model(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def system(request: pytest.FixtureRequest) -> System:
-    model: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
-    return model
+    return derived.system(_model(request))
 
 
 @pytest.fixture(scope="module")
-def ledger(request: pytest.FixtureRequest, system: System) -> Ledger:
-    return judge(importlib.import_module(f"mehvar.models.{_model(request)}.paper").paper(system), system.name)
+def ledger(request: pytest.FixtureRequest) -> Ledger:
+    return derived.ledger(_model(request))

@@ -63,6 +63,7 @@ def test_a_good_table_is_read_in_order(tmp_path):
         ),
         (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' are not an interval"),
         (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are empty"),
+        (('bounds = "(0, inf)"', 'bounds = "(0, 1_0)"'), "bounds '\\(0, 1_0\\)' are not an interval"),
         (('source = "paper Table 1"', 'source = "somewhere"'), "source 'somewhere' must begin with"),
         (("[plant]", "[plant"), "is not valid TOML: Expected"),
         (('bounds = "[0, 5]"', 'bounds = "[0, 5'), r"parameters.toml:5: is not valid TOML"),

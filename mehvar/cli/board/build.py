@@ -24,7 +24,7 @@ from mehvar.cli.board.loop import (
     tunable_of,
 )
 from mehvar.errors import bad_value
-from mehvar.runtime.board.image.build import Image, compile_commands, law_unit, sources, write_sources
+from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.files import check_folder, filling
@@ -65,8 +65,8 @@ def export(image: Image, out: Path) -> None:
     """Write sources, a CMake and a Make fragment, and the image into a folder that a vendor's project can take."""
     model = image.program.model.manifest.model
     texts = sources(image.program, image.board)
-    law = law_unit(texts, model)
-    portable = [law, "app.c", "link.c", "raw.c" if image.program.raw else "server.c"]
+    laws = [name for name in ("law.c", f"{model}.c") if name in texts]
+    portable = [*laws, "app.c", "link.c", "raw.c" if image.program.raw else "server.c"]
     commands = compile_commands(texts, model, image.board, image.toolchain)
     texts["mehvar.mk"] = _make_fragment(portable)
     texts["mehvar.cmake"] = _cmake_fragment(portable)

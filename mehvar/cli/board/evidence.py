@@ -9,10 +9,12 @@ from typing import Annotated
 import typer
 
 from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
+from mehvar.errors import bad_value
 from mehvar.report.board.evidence import write_evidence
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
+from mehvar.settings import whole
 from mehvar.terminal import working
 
 
@@ -25,13 +27,15 @@ def command(
     disturbed: Annotated[
         int,
         typer.Option(
-            metavar="N", min=0, help="Steps besides, from memories, parameters and measurements that are drawn."
+            parser=whole, metavar="N", help="Steps besides, from memories, parameters and measurements that are drawn."
         ),
     ] = 400,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:
     """Compile, run, disturb, write; return the exit status of the run."""
     check_folder(out)
+    if disturbed < 0:
+        raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
     with working(f"{controller} of {model}: evidence"):
         evidence = collect(loaded, controller, board, compiler, samples, disturbed)

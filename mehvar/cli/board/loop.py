@@ -15,7 +15,7 @@ from mehvar.runtime.board.image.toolchains import BOARDS
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
-from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values
+from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values, whole
 from mehvar.terminal import working
 
 _BOARDS = f"{', '.join(BOARDS)}, the first unless given; with --target sil {', '.join(PROCESSORS)} under QEMU."
@@ -37,7 +37,7 @@ Scenario = Annotated[
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")
 ]
-Samples = Annotated[int, typer.Option(metavar="N", help="Evaluations of the law.")]
+Samples = Annotated[int, typer.Option(parser=whole, metavar="N", help="Evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
 
 Inline = Annotated[bool, typer.Option("--inline-parameters", help="Fold the parameters into the law's text.")]

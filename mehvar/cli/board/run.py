@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -29,6 +30,7 @@ from mehvar.cli.board.loop import (
 from mehvar.errors import bad_value
 from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
+from mehvar.runtime.files import check_file
 from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts
 from mehvar.terminal import print_table
@@ -57,6 +59,8 @@ def command(
     """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""
     if form not in FORMATS:
         raise bad_value("format", form, either(FORMATS), "--format")
+    if journal is not None:
+        check_file(journal)
     loaded = compiled(model)
     request = BoardRequest(
         controller, target, board, compiler, scenario, samples,
@@ -99,7 +103,13 @@ def _print_outcome(outcome: BoardRun) -> None:
     if outcome.selftest is not None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     for tuning in outcome.tunings:
-        values = ", ".join(f"{name} = {value:g}" for name, value in tuning.values.items())
-        rows += [[f"tuned before sample {tuning.sample}", values, tuning.refusal or "set over the link"]]
+        rows += [[f"tuned before sample {tuning.sample}", _texts(tuning.values), tuning.refusal or "set over the link"]]
+    for request in outcome.late:
+        place = "the end" if request.at is None else f"sample {request.at}"
+        rows += [[f"asked for from {place} on", _texts(request.values), "refused: it came after the last sample"]]
     rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]
     print_table("", ["", "value", ""], rows)
+
+
+def _texts(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in values.items())

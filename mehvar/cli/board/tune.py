@@ -10,7 +10,7 @@ import typer
 
 from mehvar.cli.board.loop import Law, ModelName, compiled
 from mehvar.runtime.board.tuning import tune
-from mehvar.settings import SettingTexts, read_values
+from mehvar.settings import SettingTexts, read_values, whole
 
 Journal = Annotated[Path, typer.Option(metavar="FILE", help="The journal of the run: `board run --journal FILE`.")]
 
@@ -21,12 +21,14 @@ def command(
     journal: Journal,
     settings: SettingTexts = None,
     at: Annotated[
-        int | None, typer.Option("--at", metavar="K", help="The first sample with them; the next one unless given.")
+        int | None,
+        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; the next one unless given."),
     ] = None,
 ) -> None:
     """Ask the run that writes the journal."""
-    loaded = compiled(model)
+    loaded, running = compiled(model), journal.is_file()
     numbers = tune(loaded, controller, journal, read_values(settings, loaded.manifest), at)
     texts = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
     when = "the next sample" if at is None else f"sample {at}"
-    typer.echo(f"asked the run of {journal} for {texts} from {when} on")
+    run = "run" if running else "next run"
+    typer.echo(f"asked the {run} of {journal} for {texts} from {when} on")

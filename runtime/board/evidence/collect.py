@@ -170,7 +170,10 @@ def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
     single = run.single
     r = model.functions["reference"](single.t[k], single.parameters.p, single.parameters.s)
     applied = single.u[k - 1] if k else np.zeros(single.u.shape[1])
-    parts = [single.x[k], r, applied] if run.image.program.layout.memory else [single.x[k], r]
+    x = single.x[k]
+    if model.manifest.measured:
+        x = model.functions["measure"](x, np.zeros(len(model.manifest.noise)), single.parameters.p)
+    parts = [x, r, applied] if run.image.program.layout.memory else [x, r]
     return np.concatenate(parts)
 
 

@@ -27,7 +27,7 @@ void mv_app_defaults(void)
     now = 0;
 }
 
-void mv_app_start(const real in[MV_BOARD_IN]) { mv_board_start(in, in + MV_BOARD_NX, p, c, memory[now]); }
+void mv_app_start(const real in[MV_BOARD_IN]) { mv_board_start(in, in + MV_BOARD_NSEEN, p, c, memory[now]); }
 
 real *mv_app_group(uint32_t group, uint32_t *count)
 {
@@ -84,7 +84,7 @@ int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU])
 {
     const int seen = admit(in, MV_BOARD_IN);
     real *next = memory[1 - now];
-    mv_board_law(in, in + MV_BOARD_NX, in + MV_BOARD_NX + MV_BOARD_NR, memory[now], p, c, u, next);
+    mv_board_law(in, in + MV_BOARD_NSEEN, in + MV_BOARD_NSEEN + MV_BOARD_NR, memory[now], p, c, u, next);
     /* a law that bears the loss of a measurement keeps its memory finite itself */
     const int whole = finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_BEARS_LOSS || finite_all(next, MV_BOARD_NZ));
     if (whole && (seen || MV_BOARD_LAW_BEARS_LOSS)) now = (uint8_t)(1 - now);
@@ -117,7 +117,7 @@ static void advance(real x[MV_BOARD_NX], const real u[MV_BOARD_NU])
             for (int i = 0; i < MV_BOARD_NX; i++) sum[i] += weight[stage] * slope[i];
         }
         for (int i = 0; i < MV_BOARD_NX; i++) y[i] = x[i] + h / K(6) * sum[i];
-        mv_board_project(y, x);
+        mv_board_project(y, p, x);
     }
 }
 
@@ -130,9 +130,9 @@ void mv_app_selftest(uint32_t samples, mv_app_test *result)
     mv_board_initial(p, s, x);
     for (uint32_t k = 0; k < samples && mv_board_read() < 0; k++) {
         const real t = (real)k * MV_BOARD_PERIOD(p);
-        memcpy(in, x, MV_BOARD_NX * sizeof *in);
-        mv_board_reference(&t, p, s, in + MV_BOARD_NX);
-        memcpy(in + MV_BOARD_NX + MV_BOARD_NR, applied, MV_BOARD_NV * sizeof *in);
+        mv_board_measure(x, p, in);
+        mv_board_reference(&t, p, s, in + MV_BOARD_NSEEN);
+        memcpy(in + MV_BOARD_NSEEN + MV_BOARD_NR, applied, MV_BOARD_NV * sizeof *in);
         const uint32_t begin = mv_board_ticks();
         mv_app_step(in, u);
         const uint32_t ticks = mv_board_ticks() - begin;

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import os
+import posixpath
+import re
 import shlex
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -13,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar import cache
-from mehvar.errors import BuildError
+from mehvar.errors import BuildError, bad_value
 from mehvar.manifest import Controller, Scenario
 
 from ...compiling.compiler import environment
@@ -21,7 +24,8 @@ from ...compiling.library import native_headers
 from ...model.generated import generated_text
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
-from .header import Layout, board_law_header, board_law_source, board_model_header, layout
+from .folded import law_source
+from .header import Layout, board_law_header, board_model_header, layout
 from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
@@ -34,7 +38,8 @@ FLAGS = (
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
-_KIND, _ELF = "boards", "firmware.elf"
+_KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
+_INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
@@ -121,7 +126,11 @@ def program(
     resolved : Resolved, optional
         Other parameters than the scenario's.
     """
+    model.manifest.check_rates("a board's self-test")
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
+    if raw and model.manifest.measured and controller.memory:
+        allowed = f"left out: the memory of {law} starts from the state, and bare packets hold what is measured"
+        raise bad_value("raw", raw, allowed)
     values = {controller.delay: 1.0} if controller.delay else {}
     if resolved is None:
         resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
@@ -145,7 +154,7 @@ def sources(firmware: Program, board: Board | None) -> dict[str, str]:
         manifest, firmware.law, firmware.resolved, firmware.period, delay, tunable=firmware.tunable
     )
     if firmware.tunable is not None:
-        texts["law.c"] = board_law_source(manifest, firmware.law, firmware.tunable)
+        texts[_LAW] = law_source(manifest, firmware.law, firmware.tunable, texts[f"{name}.c"])
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
@@ -181,9 +190,34 @@ def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], 
         scratch = Path(name)
         write_sources(scratch, texts)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(lambda command: _run(command, scratch, toolchain), commands[:-1]))
+            list(pool.map(lambda command: _object(command, texts, scratch, toolchain), commands[:-1]))
         _run(commands[-1], scratch, toolchain)
         (scratch / _ELF).replace(folder / _ELF)
+
+
+def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
+    """Put the object of a unit into a folder; firmwares of a model, and all of a compiler, share most of theirs."""
+    unit, name = command[-3], command[-1]
+    read = (text for item in sorted(_included(unit, texts).items()) for text in item)
+
+    def fill(place: Path) -> None:
+        _run(command, scratch, toolchain)
+        (scratch / name).replace(place / name)
+
+    key = cache.key(toolchain.version, *command, *read)
+    shutil.copyfile(cache.entry(_OBJECTS, f"{Path(name).stem}-{key}", fill) / name, scratch / name)
+
+
+def _included(unit: str, texts: Mapping[str, str]) -> dict[str, str]:
+    """Return a unit and what it includes, with all files that a name may mean."""
+    names, rest = {unit}, [unit]
+    while rest:
+        place = rest.pop()
+        for name in _INCLUDE.findall(texts[place]):
+            meant = {posixpath.normpath(posixpath.join(posixpath.dirname(place), name)), name, f"libc/{name}"}
+            rest += (new := meant & texts.keys() - names)
+            names |= new
+    return {name: texts[name] for name in names}
 
 
 def compile_commands(
@@ -197,19 +231,14 @@ def compile_commands(
         own = (*toolchain.flags(board), *_SMALL, *defines)
         own += ("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()
         link = ("-T", "board.ld", *toolchain.libraries)
-    law = law_unit(texts, model)
-    units = [name for name in texts if name.endswith(".c") and (name != f"{model}.c" or name == law)]
+    units = [name for name in texts if name.endswith(".c")]
     objects = {name: Path(name).with_suffix(".o").name for name in units}
     start = [*toolchain.command, *own, *FLAGS]
+    flags = {_LAW: (*LAW_FLAGS, *(toolchain.folding(board) if board else ())), f"{model}.c": LAW_FLAGS}
     return [
-        *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
+        *([*start, *flags.get(name, OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
         [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", _ELF],
     ]
-
-
-def law_unit(texts: Mapping[str, str], model: str) -> str:
-    """Return the name of the file that holds the law: the generated one, or that which includes it."""
-    return "law.c" if "law.c" in texts else f"{model}.c"
 
 
 def _below(folder: str) -> list[str]:

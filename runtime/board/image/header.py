@@ -33,7 +33,7 @@ class Layout:
     Attributes
     ----------
     inputs : tuple of str
-        Payload of a step: states, references, and for a law with memory the inputs applied over the last period.
+        Payload of a step: what is measured, references, and for a law with memory the inputs that were applied before.
     outputs : tuple of str
         The law's inputs to the plant.
     memory : tuple of str
@@ -56,7 +56,7 @@ class Layout:
 def layout(manifest: Manifest, law: Controller) -> Layout:
     """Return the layout that the names of a model and a law make."""
     applied = [f"{q.name}_applied" for q in manifest.inputs] if law.memory else []
-    inputs = (*(q.name for q in manifest.states), *(q.name for q in manifest.references), *applied)
+    inputs = (*(q.name for q in manifest.seen), *(q.name for q in manifest.references), *applied)
     outputs = tuple(q.name for q in manifest.inputs)
     memory = tuple(q.name for q in law.memory)
     counts = (len(inputs), len(outputs), len(memory))
@@ -87,8 +87,9 @@ def board_model_header(manifest: Manifest, law: Controller, period: float) -> st
         "enum {",
         *(f"    MV_BOARD_N{n} = {size}," for n, size in zip("ZPCSX", link.sizes[2:], strict=True)),
         f"    MV_BOARD_NU = {len(link.outputs)},",
+        f"    MV_BOARD_NSEEN = {len(manifest.seen)},",
         f"    MV_BOARD_NR = {nr},",
-        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.states) - nr},",
+        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.seen) - nr},",
         f"    MV_BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
         "};",
         "",
@@ -171,36 +172,6 @@ def board_law_header(
     return "\n".join(lines) + "\n"
 
 
-def board_law_source(manifest: Manifest, law: Controller, tunable: Sequence[str]) -> str:
-    """Return the text of law.c: all parameters but the tunable ones are constants of the law, for the compiler to fold.
-
-    What a compiler computes it rounds as the processor does, so the bits stay.
-    """
-    groups = {"p": manifest.parameters, "c": law.parameters}
-    lines = [
-        _LICENSE,
-        f"/* {manifest.model} under {law.name}, its parameters folded into its text. Written by mehvar board. */",
-        f'#include "{manifest.model}.c"',
-        "",
-        '#include "mehvar/private/board_law.h"',
-        "",
-        "__attribute__((flatten)) /* or the law is called, and nothing folded */",
-        f"void mv_app_law({_LAW_ARGUMENTS})",
-        "{",
-        *(f"    real own_{n}[] = MV_BOARD_DEFAULT_{n.upper()};" for n in groups),
-        *(
-            f"    own_{n}[{i}] = {n}[{i}];"
-            for n, group in groups.items()
-            for i, parameter in enumerate(group)
-            if parameter.name in tunable
-        ),
-        *(f"    (void){n};" for n in (("p", "c") if law.memory else ("p", "c", "v", "z", "z_next"))),
-        f"    {_law_call(manifest, law, 'own_p', 'own_c')};",
-        "}",
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def _tunable(manifest: Manifest, law: Controller, names: Sequence[str] | None) -> list[str]:
     """Say which parameters can be set."""
     head = "static inline int mv_board_tunable(uint32_t group, uint32_t i) /* group: 1 is p, 2 is c */"
@@ -246,16 +217,25 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inl
     lines += _inline(
         "reference", "const real *t, const real *p, const real *s, real *r", f"{model}_reference(t, p, s, r)"
     )
+    if manifest.measured:
+        none = ", ".join(["K(0)"] * max(len(manifest.noise), 1))
+        call, unused = f"static const real none[] = {{{none}}};\n    {model}_measure(x, none, p, seen)", ()
+    else:
+        call, unused = "for (int i = 0; i < MV_BOARD_NX; i++) seen[i] = x[i]", ("p",)
+    lines += _inline("measure", "const real *x, const real *p, real *seen", call, unused)
     if "actuate" in names:
         call, unused = f"{model}_actuate(x, u_cmd, p, u)", ()
     else:
         call, unused = "for (int i = 0; i < MV_BOARD_NU; i++) u[i] = u_cmd[i]", ("x", "p")
     lines += _inline("actuate", "const real *x, const real *u_cmd, const real *p, real *u", call, unused)
     if "project" in names and "to_coordinates" not in names:
-        call = f"{model}_project(q, projected)"
+        of_parameters = manifest.projects_by_parameters
+        call = f"{model}_project({'q, p' if of_parameters else 'q'}, projected)"
     else:
+        of_parameters = False
         call = "for (int i = 0; i < MV_BOARD_NX; i++) projected[i] = q[i]"
-    return lines + _inline("project", "const real *q, real *projected", call)
+    arguments = "const real *q, const real *p, real *projected"
+    return lines + _inline("project", arguments, call, () if of_parameters else ("p",))
 
 
 def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) -> list[str]:

@@ -78,6 +78,11 @@ _GCC_SMALL = (
     "-fno-trapping-math", "-fno-tree-pre", "-fno-if-conversion", "-fno-schedule-insns2", "-fno-inline-small-functions",
 )  # fmt: skip
 """Each makes the image of a law smaller and no step slower."""
+_GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
+"""For a law whose parameters are constants: a core that gcc uses vmla for, as clang is told to above.
+
+The bits stay, as it rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, and 313 more estimated
+cycles, in which fetching instructions costs nothing."""
 _ZIG_CPU = {
     "m3": ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m3"),
     "m4f": ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m4+vfp4d16sp-slowfpvmlx"),
@@ -102,6 +107,10 @@ class Toolchain:
         if self.name == "gcc":
             return (*_GCC_CPU[board.cpu], "-mthumb", "-nostdlib", *_GCC_SMALL)
         return (*_ZIG_CPU[board.cpu], "-fno-sanitize=all", "-Xclang", "-Oz")  # zig makes -Os of a plain -Oz
+
+    def folding(self, board: Board) -> tuple[str, ...]:
+        """Return what this compiler needs besides for a law whose parameters are constants."""
+        return _GCC_FOLDING.get(board.cpu, ()) if self.name == "gcc" else ()
 
     @property
     def libraries(self) -> tuple[str, ...]:

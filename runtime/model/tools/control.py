@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from mehvar.errors import bad_value
 from mehvar.manifest import Controller, Manifest, Quantity
 from mehvar.names import identifier
@@ -48,8 +50,9 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
     """Return a law: inputs x and r, and before them v, the input of the sample before, where it has a memory z."""
-    call, nx, nz = functions[identifier(law.name)], len(manifest.states), len(law.memory)
-    inputs = (*manifest.states, *manifest.references)
+    _refuse_integrated(law)
+    call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
+    inputs = (*manifest.seen, *manifest.references)
     if not law.memory:
 
         def command(_t: float, _z: FloatArray, v: FloatArray, _more: Mapping[str, object]) -> Any:
@@ -85,14 +88,21 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
         raise bad_value(
             "controller", law.name, "a continuous law; to_nlsys(part='law') has the sampled one, simulate runs the loop"
         )
+    _refuse_integrated(law)
     rhs, call, actuate = functions["rhs"], functions[identifier(law.name)], functions.get("actuate")
+    measure, quiet = functions["measure"] if manifest.measured else None, np.zeros(len(manifest.noise))
 
     def update(_t: float, x: FloatArray, r: FloatArray, _more: Mapping[str, object]) -> Any:
-        u = call(x, r, p, c)
+        u = call(x if measure is None else measure(x, quiet, p), r, p, c)
         return rhs(x, u if actuate is None else actuate(x, u, p), p)
 
     name = f"{manifest.model} under {law.name}"
     return _system(name, update, None, manifest.states, manifest.references, manifest.states)
+
+
+def _refuse_integrated(law: Controller) -> None:
+    if law.memory and law.period is None:
+        raise bad_value("controller", law.name, "a law without states of its own that are integrated")
 
 
 class _Named:

@@ -14,7 +14,7 @@ static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->r
 int64_t mv_work_size(const mv_job *job)
 {
     const int64_t records = most_records(&job->schedule);
-    int64_t reals = (int64_t)job->schedule.delay * NU + KEPT * KEPT_SIZE + job->metrics, signals = 0;
+    int64_t reals = mv_queued(&job->schedule) * NU + KEPT * KEPT_SIZE + job->metrics, signals = 0;
     for (int m = 0; m < job->metrics; m++) {
         signals += job->metric[m].signals;
         if (job->metric[m].kind == MV_SETTLING_ABOUT_END) reals += job->metric[m].signals * records;
@@ -42,7 +42,7 @@ static void divide_work(mv_block *b, char *work)
     int64_t signals = 0;
     for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
     b->loop.queue = (real *)work;
-    b->loop.kept = b->loop.queue + (int64_t)job->schedule.delay * NU;
+    b->loop.kept = b->loop.queue + mv_queued(&job->schedule) * NU;
     b->counts = b->loop.kept + KEPT * KEPT_SIZE;
     b->tally = (mv_tally *)(b->counts + job->metrics);
     real *history = (real *)(b->tally + signals);
@@ -76,6 +76,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     b->first = first;
     b->records = 0;
     b->t_record = SPLAT(0);
+    for (int e = 0; e < EVENTS; e++) b->happened[e] = SPLAT(0);
     for (int i = 0; i < COLUMNS; i++) {
         b->minimum[i] = SPLAT(MV_INFINITY);
         b->maximum[i] = SPLAT(-MV_INFINITY);
@@ -91,12 +92,18 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     gather(b, job->x0, NX, x0);
     mv_call_start(&l->model, x0, l->r, l->column + Z_COLUMN);
     mv_call_to_coordinates(&l->model, x0, l->q);
+    if (!SAMPLED) mv_copy(mv_integrated(l, l->q), l->column + Z_COLUMN, NZ);
 }
 
-static void mv_draw(const mv_loop *l, int64_t evaluation, real *e)
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, real *e)
 {
     const mv_block *b = (const mv_block *)l;
-    mv_noise(b->job->seed, b->run, (uint64_t)evaluation, NOISE, e);
+    mv_noise(b->job->seed, b->run, stream, (uint64_t)index, size, e);
+}
+
+static void mv_happen(mv_loop *l, mask lanes, int event)
+{
+    ((mv_block *)l)->happened[event] += SELECT0(lanes, SPLAT(1));
 }
 
 static void save(const mv_block *b, int64_t row)

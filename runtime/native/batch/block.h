@@ -74,6 +74,7 @@ typedef struct {
     double *times;             /* instants of the records */
     int64_t records;
     real t_record;             /* instant of a lane's last record */
+    real happened[EVENTS + 1]; /* how often each event did */
 } mv_block;
 
 #endif

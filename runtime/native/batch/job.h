@@ -6,7 +6,8 @@
 #include "schedule.h"
 
 enum mv_kind {
-    MV_SETTLING, MV_SETTLING_ABOUT_END, MV_MAX, MV_MIN, MV_MAX_ABS, MV_RMS, MV_TRAVEL, MV_SIGN_CHANGES, MV_FINAL
+    MV_SETTLING, MV_SETTLING_ABOUT_END, MV_MAX, MV_MIN, MV_MAX_ABS, MV_RMS, MV_TRAVEL, MV_SIGN_CHANGES, MV_FINAL,
+    MV_EVENTS
 };
 
 /* a metric is made of signals: columns of the record, or differences of two */
@@ -16,7 +17,7 @@ typedef struct {
 } mv_metric;
 
 typedef struct {
-    int32_t column, subtracted; /* -1: nothing is subtracted */
+    int32_t column, subtracted; /* -1: nothing is subtracted; of MV_EVENTS the column is an event */
 } mv_signal;
 
 typedef struct {

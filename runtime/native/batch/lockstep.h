@@ -45,11 +45,11 @@ static void columns_out(const mv_block *b, const real *from, int width, double *
 static void see(mv_block *b, const mv_own *own)
 {
     mv_loop *l = &b->loop;
-    real x_seen[NX], e[NOISE + 1];
+    real x_seen[SEEN], e[NOISE + 1];
     mv_refer(l, SPLAT(l->schedule->t[l->tick]));
-    mv_draw(l, l->tick / l->schedule->hold_every, e);
+    mv_draw(l, MV_OF_MEASUREMENTS, l->tick / l->schedule->hold_every, NOISE, e);
     mv_call_measure(&l->model, l->q, e, x_seen);
-    columns_out(b, x_seen, NX, own->x);
+    columns_out(b, x_seen, SEEN, own->x);
     columns_out(b, l->r, NR, own->r);
     columns_out(b, l->column + Z_COLUMN, NZ, own->z);
 }

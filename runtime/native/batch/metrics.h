@@ -52,7 +52,7 @@ static void mv_count(mv_block *b, mask lanes, double now)
     mv_tally *tally = b->tally;
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
-        if (metric->since <= now && now <= metric->until) {
+        if (metric->kind != MV_EVENTS && metric->since <= now && now <= metric->until) {
             const mask first = EQ(b->counts[m], K(0));
             for (int i = 0; i < metric->signals; i++) {
                 const real v = b->loop.column[signal[i].column];
@@ -101,14 +101,25 @@ static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_ta
     return m->kind == MV_RMS ? __builtin_sqrt(value / (double)(count * m->signals)) : value;
 }
 
+/* How often some events happened in one lane. */
+static double mv_events(const mv_block *b, const mv_signal *signal, int signals, int lane)
+{
+    double count = 0.0;
+    for (int i = 0; i < signals; i++) count += AT(b->happened[signal[i].column], lane);
+    return count;
+}
+
 /* The metrics of one lane, NaN where nothing was counted. */
 static void mv_metrics(const mv_block *b, int lane, double *out)
 {
     const mv_tally *tally = b->tally;
+    const mv_signal *signal = b->job->signal;
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
         const int64_t count = (int64_t)AT(b->counts[m], lane);
         out[m] = count ? mv_metric_value(b, metric, tally, lane, count) : __builtin_nan("");
+        if (metric->kind == MV_EVENTS) out[m] = mv_events(b, signal, metric->signals, lane);
+        signal += metric->signals;
         tally += metric->signals;
     }
 }

@@ -84,7 +84,7 @@ static void fmu_link(fmu_instance *i)
 static void fmu_functions(mv_model *m)
 {
     *m = (mv_model){0};
-    m->nq = FMU_NQ, m->nx = FMU_NX, m->nu = FMU_NU, m->nz = FMU_NZ, m->ny = FMU_NY;
+    m->nq = FMU_NQ, m->nx = FMU_NX, m->nseen = FMU_SEEN, m->nu = FMU_NU, m->nz = FMU_NZ, m->ny = FMU_NY;
     m->nr = FMU_NR, m->nm = FMU_NM, m->ne = FMU_NE;
     m->sampled = FMU_KIND != 1;
     m->method = FMU_METHOD;
@@ -149,7 +149,7 @@ static void fmu_evaluate(fmu_instance *i)
 /* A sampled law at its instant, in model exchange. */
 static void fmu_sample(fmu_instance *i)
 {
-    double *v = i->v, seen[FMU_NX], command[FMU_NU + 1], z_next[FMU_NZ + 1];
+    double *v = i->v, seen[FMU_SEEN], command[FMU_NU + 1], z_next[FMU_NZ + 1];
     mv_model *m = &i->single.model;
     if (m->measure) m->measure(v + FMU_V_Q, i->noise, m->p, seen);
     else memcpy(seen, v + FMU_V_Q, sizeof seen);

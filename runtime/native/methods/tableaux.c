@@ -120,11 +120,16 @@ static const double rodas5p[21][MV_STAGES] = {
 #include "rodas5p.inc"
 }; /* the rows of a, of g, c and d, and the rows of dense output */
 
-const mv_tableau mv_tableaux[5] = {
+/* of the drift; step/random.h has what is random */
+static const double euler[1][MV_STAGES] = {{1.0}}, euler_a[1][MV_STAGES] = {{0.0}};
+
+const mv_tableau mv_tableaux[7] = {
     [MV_RK4] = {4, 0, 1, rk4_a, rk4_b, rk4_c, rk4_e, 0, 0, 0, 0, 0, 0},
     [MV_DOPRI5] = {6, 5, 1, dopri5_a, dopri5_b, dopri5_c, dopri5_e, 0, 0, 0, 1, 7, dopri5_dense},
     [MV_DOP853] = {12, 8, 0, mv_dop853_a, mv_dop853_b, mv_dop853_c, mv_dop853_e5, mv_dop853_e3, 0, 0, 4, 16,
                    mv_dop853_dense},
     [MV_ROCK4] = {16, 4, 0, rock4, rock4[16], rock4[17], rock4[18], 0, 0, 0, 1, 16, rock4 + 19},
     [MV_RODAS5P] = {9, 5, 0, rodas5p, 0, rodas5p[16], 0, 0, rodas5p + 8, rodas5p[17], 3, 8, rodas5p + 18},
+    [MV_EULER] = {1, 0, 0, euler_a, euler[0], euler_a[0], 0, 0, 0, 0, 0, 0, 0},
+    [MV_PLATEN] = {1, 0, 0, euler_a, euler[0], euler_a[0], 0, 0, 0, 0, 0, 0, 0},
 };

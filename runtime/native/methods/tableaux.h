@@ -6,7 +6,7 @@
 #define MV_STAGES 16 /* the most that a method has */
 #define MV_KEPT 9    /* the most rows that dense output keeps of a step: those of dop853 */
 
-enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4, MV_RODAS5P };
+enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4, MV_RODAS5P, MV_EULER, MV_PLATEN };
 
 typedef struct {
     int stages;                     /* slopes; of a linearly implicit method one more than it has stages */
@@ -14,7 +14,7 @@ typedef struct {
     int end_in_error;               /* the estimate e needs the slope at the end of the step */
     const double (*a)[MV_STAGES];
     const double *b, *c;
-    const double *e;                /* main error estimate: for each stage, and for the end if it is needed */
+    const double *e;                /* main error estimate: for each stage, and for the end if it is needed; or null */
     const double *e3;               /* third-order estimate of dop853, or null */
     /* of a linearly implicit method, see step/implicit.h, whose a and c are there too: */
     const double (*g)[MV_STAGES];   /* what the stages before add to the right side, over the step */
@@ -25,6 +25,6 @@ typedef struct {
     const double (*dense_g)[MV_STAGES];
 } mv_tableau;
 
-extern const mv_tableau mv_tableaux[5];  /* by enum mv_method */
+extern const mv_tableau mv_tableaux[7];  /* by enum mv_method */
 
 #endif

@@ -21,15 +21,18 @@ static inline void mv_normal_pair(const mv_bits word[2], real *first, real *seco
     *second = radius * s;
 }
 
-/* the numbers of one sample of the runs in the lanes */
-static inline void mv_noise(uint64_t seed, const uint64_t *run, uint64_t sample, int size, real *e)
+/* What the numbers are for: each has counters of its own. */
+enum mv_stream { MV_OF_MEASUREMENTS, MV_OF_WIENER_PROCESSES, MV_OF_RANDOM_STEPS };
+
+/* the numbers of one sample or step of the runs in the lanes */
+static inline void mv_noise(uint64_t seed, const uint64_t *run, enum mv_stream stream, uint64_t sample, int size, real *e)
 {
     const int blocks = (size + 3) / 4;
     for (int j = 0; j < blocks; j++) {
         mv_bits words[4];
         for (int lane = 0; lane < MEHVAR_LANES; lane++) {
             uint64_t own[4];
-            mv_philox(seed, run[lane], 1 + sample * (uint64_t)blocks + (uint64_t)j, own);
+            mv_philox_of(seed, run[lane], stream, 1 + sample * (uint64_t)blocks + (uint64_t)j, own);
             for (int i = 0; i < 4; i++) ((mv_word *)&words[i])[lane] = own[i];
         }
         real pair[4];

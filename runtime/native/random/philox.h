@@ -16,9 +16,9 @@ static inline uint64_t mv_high_product(uint64_t a, uint64_t b, uint64_t *low)
     return a1 * b1 + (cross >> 32) + (other >> 32);
 }
 
-static inline void mv_philox(uint64_t key0, uint64_t key1, uint64_t counter, uint64_t words[4])
+static inline void mv_philox_of(uint64_t key0, uint64_t key1, uint64_t stream, uint64_t counter, uint64_t words[4])
 {
-    uint64_t a = counter, b = 0, c = 0, d = 0;
+    uint64_t a = counter, b = stream, c = 0, d = 0;
     for (int round = 0; round < 10; round++) {
         uint64_t low_a, low_c;
         const uint64_t high_a = mv_high_product(0xD2E7470EE14C6C93u, a, &low_a);
@@ -34,6 +34,11 @@ static inline void mv_philox(uint64_t key0, uint64_t key1, uint64_t counter, uin
     words[1] = b;
     words[2] = c;
     words[3] = d;
+}
+
+static inline void mv_philox(uint64_t key0, uint64_t key1, uint64_t counter, uint64_t words[4])
+{
+    mv_philox_of(key0, key1, 0, counter, words);
 }
 
 #endif

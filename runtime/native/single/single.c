@@ -3,6 +3,7 @@
 #include "single.h"
 
 #include "mehvar/private/arithmetic.h"
+#include "noise.h"
 #include "tableaux.h"
 
 #define NQ (l->model.nq)
@@ -11,14 +12,22 @@
 #define NZ (l->model.nz)
 #define NY (l->model.ny)
 #define NR (l->model.nr)
+#define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
 #define NOISE (l->model.ne)
+#define DELAYED (l->model.input_delays != 0)
+#define WIENER (l->model.nw)
+#define JUMP (l->model.nj)
+#define EVENTS (l->model.nv)
+#define EVENT(e, k) (l->model.events[(e) * 3 + (k)])
 #define SAMPLED (l->model.sampled)
 #define REFERENCE_CONSTANT (l->model.reference_constant)
-#define PROJECTED (l->model.project != 0)
+#define PROJECTED (l->model.project != 0 || l->model.project_p != 0)
+#define ALGEBRAIC (l->model.mass != 0)
 #define RECORDS_COMMAND 1
 
 #define METHOD (&mv_tableaux[l->model.method])
+#define STRONG (l->model.method == MV_PLATEN)
 #define STAGES (METHOD->stages)
 #define ORDER (METHOD->order)
 #define ESTIMATED (METHOD->order != 0)
@@ -53,7 +62,16 @@
 #define CALL_MEASURE                                                                                                 \
     if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
     else mv_copy(x_seen, x, m->nx)
-#define CALL_PROJECT m->project(q, q_next)
+#define CALL_INPUT_DELAYS m->input_delays(m->p, d)
+#define CALL_DIFFUSE m->diffuse(x, dw, m->p, x_step)
+#define CALL_JUMP m->jump(x, e, m->p, x_after)
+#define CALL_PROJECT                                                                                                 \
+    if (m->project_p) m->project_p(q, m->p, q_next);                                                                 \
+    else m->project(q, q_next)
+#define CALL_MASS m->mass(m->p, diagonal)
+#define CALL_GUARDS m->guards(x, u, m->p, g)
+#define CALL_LOOP_GUARDS m->loop_guards(q, r, m->p, m->c, g)
+#define CALL_RESETS m->resets(x, u, m->p, &event, x_next)
 #define CALL_HOLD
 
 #define REALS(a, n) real *a
@@ -118,7 +136,12 @@ static inline void mv_estimate(const mv_loop *l, double *error, double *third_er
     if (m->e3) combine(l, l->k, m->e3, m->stages, third_error);
 }
 
-static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e, l->model.e + evaluation * NOISE, NOISE); }
+/* That of measurements was drawn before, for whoever evaluates the law elsewhere. */
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, double *e)
+{
+    if (stream == MV_OF_MEASUREMENTS) mv_copy(e, l->model.e + index * size, size);
+    else mv_noise(l->model.seed, &l->model.run, stream, (uint64_t)index, size, e);
+}
 
 static void mv_record(mv_loop *l, mask lanes, int due)
 {
@@ -134,6 +157,12 @@ static void mv_record(mv_loop *l, mask lanes, int due)
     mv_copy(s->record_z + row * NZ, l->column + Z_COLUMN, NZ);
 }
 
+static void mv_happen(mv_loop *l, mask lanes, int event)
+{
+    (void)lanes;
+    ((mv_work *)l)->single->happened(l->t, event);
+}
+
 /* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
 static double *divide(mv_loop *l, double *place)
 {
@@ -144,8 +173,10 @@ static double *divide(mv_loop *l, double *place)
         int64_t size;
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
-        {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
-        {&l->kept, KEPT_SIZE},
+        {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
+        {&l->mass, ALGEBRAIC ? NQ : 0}, {&l->kept, KEPT_SIZE},
+        {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
+        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

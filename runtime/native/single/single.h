@@ -6,6 +6,7 @@
 #include "schedule.h"
 
 typedef void mv_1_1(const double *, double *);
+typedef void mv_2_1(const double *, const double *, double *);
 typedef void mv_3_1(const double *, const double *, const double *, double *);
 typedef void mv_4_1(const double *, const double *, const double *, const double *, double *);
 typedef void mv_4_2(const double *, const double *, const double *, const double *, double *, double *);
@@ -15,6 +16,9 @@ typedef void mv_6_2(const double *, const double *, const double *, const double
 
 typedef struct {
     int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
+    int32_t nseen;            /* what the law receives of the state */
+    int32_t nw, nj;           /* Wiener processes, noise of a random step */
+    int32_t nv;               /* events */
     int32_t sampled, reference_constant;
     int32_t method;           /* an mv_method */
     mv_3_1 *rhs;              /* x, u, p -> dx */
@@ -28,13 +32,25 @@ typedef struct {
     mv_4_3 *observe_command;  /* q, r, p, c -> x, u, u_cmd; null without an actuator */
     mv_3_1 *actuate;          /* x, u_cmd, p -> u; null without an actuator */
     mv_3_1 *measure;          /* x, e, p -> what the law sees of x; null when it sees x */
+    mv_3_1 *diffuse;          /* x, dw, p -> change of x; null without process noise */
+    mv_3_1 *jump;             /* x, e, p -> x; null without random steps */
+    mv_1_1 *input_delays;     /* p -> samples of each input; null without delays of the plant */
     mv_3_1 *rhs_jac;          /* x, u, p -> J; this and the next two null unless the method is linearly implicit */
     mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
     mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */
     mv_1_1 *project;          /* q -> q; null without a manifold */
+    mv_2_1 *project_p;        /* q, p -> q; in place of it where parameters decide */
+    mv_1_1 *mass;             /* p -> one, and zero of algebraic states; null without any */
+    mv_3_1 *guards;           /* x, u, p -> g; this and the next two null without events */
+    mv_4_1 *loop_guards;      /* q, r, p, c -> g */
+    mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
+    const int32_t *events;    /* of each its direction, whether it resets, whether it ends the run */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */
+    uint64_t seed, run;       /* of the noise that is not in e */
 } mv_model;
+
+typedef void mv_happened(double t, int32_t event);
 
 /* What Python fills in, and finds there again. */
 typedef struct {
@@ -42,6 +58,7 @@ typedef struct {
     mv_model model;
     double *q;                /* coordinates at time t */
     const double *z;          /* memory before the first sample */
+    mv_happened *happened;    /* told of every event */
     double *record_t, *record_x, *record_u, *record_u_cmd, *record_y, *record_z; /* a row each recorded sample */
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;

@@ -35,6 +35,16 @@ static inline void mv_call_law(const mv_model *m, const real *x, const real *r, 
 }
 static inline void mv_call_actuate(const mv_model *m, const real *x, const real *u_cmd, real *u) { CALL_ACTUATE; }
 static inline void mv_call_measure(const mv_model *m, const real *x, const real *e, real *x_seen) { CALL_MEASURE; }
+static inline void mv_call_input_delays(const mv_model *m, real *d) { CALL_INPUT_DELAYS; }
+static inline void mv_call_diffuse(const mv_model *m, const real *x, const real *dw, real *x_step) { CALL_DIFFUSE; }
+static inline void mv_call_jump(const mv_model *m, const real *x, const real *e, real *x_after) { CALL_JUMP; }
+static inline void mv_call_mass(const mv_model *m, real *diagonal) { CALL_MASS; }
+static inline void mv_call_guards(const mv_model *m, const real *x, const real *u, real *g) { CALL_GUARDS; }
+static inline void mv_call_loop_guards(const mv_model *m, const real *q, const real *r, real *g) { CALL_LOOP_GUARDS; }
+static inline void mv_call_resets(const mv_model *m, const real *x, const real *u, real event, real *x_next)
+{
+    CALL_RESETS;
+}
 static inline void mv_call_project(const mv_model *m, const real *q, real *q_next) { CALL_PROJECT; }
 
 /* what depends on the held input alone, computed when that changes */

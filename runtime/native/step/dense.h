@@ -112,7 +112,7 @@ static void mv_between(mv_loop *l, double t, real *q)
         q[i] = SELECT(end, l->dense[1][i], l->dense[0][i] + sum);
     }
     if (!PROJECTED) return;
-    mv_call_project(&l->model, q, l->stage);
+    mv_project(l, q, l->stage);
     mv_blend(NOT(end), q, l->stage, NQ);
 }
 

@@ -5,15 +5,14 @@
 
 #include "step.h"
 
-/* Defined by whoever includes this: the noise of one evaluation of the law, and what is done with a row. */
-static void mv_draw(const mv_loop *l, int64_t evaluation, real *e);
+/* Defined by whoever includes this: what is done with a row. */
 static void mv_record(mv_loop *l, mask lanes, int due);
 
 /* Before the first tick; schedule, model and queue are there. */
 static void mv_begin(mv_loop *l, mask alive)
 {
     l->alive = alive;
-    l->tick = l->evaluations = 0;
+    l->tick = l->evaluations = l->diffused = 0;
     l->bounded = mv_none();
     l->ready = l->started = 0;
     l->t = l->begin = l->end = SPLAT(l->schedule->t[0]);
@@ -22,10 +21,28 @@ static void mv_begin(mv_loop *l, mask alive)
     l->waiting = l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
+    l->reach = SPLAT(MV_INFINITY);
+    l->t_event = SPLAT(-MV_INFINITY);
+    l->stalled = SPLAT(0);
+    l->happens = mv_none();
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
-    for (int i = 0; i < l->schedule->delay * NU; i++) l->queue[i] = SPLAT(0);
+    for (int64_t i = 0; i < mv_queued(l->schedule) * NU; i++) l->queue[i] = SPLAT(0);
     mv_call_reference(&l->model, l->t, l->r);
+    if (ALGEBRAIC) mv_call_mass(&l->model, l->mass);
+}
+
+/* Each input acts as many evaluations after its command as the plant says; zero before. */
+static void mv_transport(mv_loop *l, int64_t evaluation, real *command)
+{
+    const int64_t depth = l->schedule->longest + 1;
+    real *const ring = l->queue + l->schedule->delay * NU;
+    real late[NU];
+    mv_call_input_delays(&l->model, late);
+    mv_copy(ring + evaluation % depth * NU, command, NU);
+    for (int i = 0; i < NU; i++)
+        for (int lane = 0; lane < MEHVAR_LANES; lane++)
+            AT(command[i], lane) = AT(ring[(evaluation + depth - (int64_t)AT(late[i], lane)) % depth * NU + i], lane);
 }
 
 /* The law's input enters the queue; the one of `delay` evaluations ago leaves it and goes to the actuator. */
@@ -39,13 +56,14 @@ static void mv_apply(mv_loop *l, int64_t evaluation)
         mv_copy(command, place, NU);
         mv_copy(place, l->u_cmd, NU);
     }
+    if (DELAYED && l->schedule->longest) mv_transport(l, evaluation, command);
     mv_call_actuate(&l->model, l->column, command, l->column + U_COLUMN);
 }
 
 static void mv_evaluate_law(mv_loop *l, int64_t evaluation)
 {
-    real x_seen[NX], e[NOISE + 1];
-    mv_draw(l, evaluation, e);
+    real x_seen[SEEN], e[NOISE + 1];
+    mv_draw(l, MV_OF_MEASUREMENTS, evaluation, NOISE, e);
     mv_call_measure(&l->model, l->column, e, x_seen);
     mv_call_law(&l->model, x_seen, l->r, l->column + U_COLUMN, l->column + Z_COLUMN, l->u_cmd, l->z_next);
     mv_apply(l, evaluation);
@@ -57,7 +75,9 @@ static void mv_sample(mv_loop *l)
     mv_refer(l, SPLAT(l->schedule->t[l->tick]));
     if (!SAMPLED) {
         if (PASSES) mv_between(l, l->schedule->t[l->tick], l->y);
-        mv_call_observe(&l->model, PASSES ? l->y : l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        real *const q = PASSES ? l->y : l->q;
+        mv_call_observe(&l->model, q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        mv_copy(l->column + Z_COLUMN, mv_integrated(l, q), NZ);
         return;
     }
     mv_copy(l->column, l->q, NX);
@@ -104,6 +124,7 @@ static void mv_tick(mv_loop *l)
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);
+        if (SAMPLED && JUMP && (l->tick + 1) % s->hold_every == 0) mv_jump(l, (l->tick + 1) / s->hold_every);
     }
     l->tick++;
 }

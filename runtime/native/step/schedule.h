@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT };
+enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT, MV_EVENT, MV_CHATTERING };
 
 typedef struct {
     const double *t;          /* the ticks: integration stops at each of them exactly */
@@ -16,6 +16,10 @@ typedef struct {
     int32_t delay;            /* a sampled law's input acts `delay` evaluations after its own */
     double rtol, atol;
     double step;              /* largest step of rk4; unused by the adaptive methods */
+    int32_t longest;          /* the greatest of the plant's own delays, in all runs */
 } mv_schedule;
+
+/* How many evaluations of the law inputs are kept: a ring for `delay`, and one for the plant's own delays. */
+static inline int64_t mv_queued(const mv_schedule *s) { return s->delay + (s->longest ? s->longest + 1 : 0); }
 
 #endif

@@ -4,15 +4,21 @@
  * Included after a model under a law, which is
  *   mv_model and CALL_NAME           see calls.h
  *   NQ, NX, NU, NZ, NY, NR           numbers of coordinates, states, inputs, memory, outputs and references
- *   LIMITS, NOISE                    of the model's limits and of the noise of one measurement
- *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
+ *   LIMITS, NOISE, SEEN              of the model's limits, of the noise of one measurement, and of what is measured
+ *   SAMPLED                          the law is evaluated every so many ticks and its input held in between; the
+ *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
+ *   ALGEBRAIC                        there are algebraic states, whose slope is to be zero instead of their rate
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
+ *   DELAYED                          inputs of the plant have delays of their own
+ *   WIENER, JUMP, STRONG             numbers of Wiener processes and of the noise of a random step; whether the method is
+ *                                    of strong order one, see random.h
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
  *                                    the local error goes like step^ORDER, 0 for a fixed step
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
+ *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
  *   DENSE, SLOPES                    sums of the method's dense output, and how many slopes are in them; see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
@@ -29,8 +35,9 @@
 #define Z_COLUMN (Y_COLUMN + NY)
 #define COLUMNS (Z_COLUMN + NZ)
 
-/* Whether steps pass over ticks, where nothing changes but what is recorded. */
-#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT)
+/* Whether steps pass over ticks, where nothing changes but what is recorded. With events they stop there, so that guards
+ * are looked at as often as a user samples. */
+#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT && !EVENTS)
 #define MOST_SLOPES (SLOPES > STAGES + 1 ? SLOPES : STAGES + 1)
 #define ROWS_KEPT (PASSES ? (GAMMA ? 3 : 5) + DENSE : 0) /* of a step, see dense.h */
 #define KEPT_SIZE (PASSES ? ROWS_KEPT * NQ + 3 : 0) /* numbers */
@@ -52,6 +59,7 @@ typedef struct {
     mv_model model;
     int64_t tick;              /* the next one */
     int64_t evaluations;       /* of the slope, in all lanes at once */
+    int64_t diffused;          /* steps with process noise, which are the same in all lanes */
     mask alive;
     mask bounded;              /* the last trial was refused */
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
@@ -67,18 +75,30 @@ typedef struct {
     ROWS(k, MOST_SLOPES, NQ);  /* slopes at the stages, at the end of the step, and at stages of dense output */
     REALS(w, GAMMA ? NQ * NQ : 0); /* Jacobian, then the factors of its matrix */
     REALS(w_r, GAMMA ? NQ * NR : 0); /* Jacobian with respect to the references */
+    REALS(mass, ALGEBRAIC ? NQ : 0); /* one, and zero of algebraic states */
     real begin, span, end;     /* of the step that has the last tick: instants, and the length of it */
     ROWS(dense, ROWS_KEPT, NQ);
     int64_t made[MEHVAR_LANES]; /* steps kept so far, */
     real waiting;              /* of which so many have ticks to come, in a ring: */
     real *kept;                /* KEPT times instants and rows as in `dense` */
+    REALS(guard, EVENTS);      /* at (t, q), see events.h */
+    REALS(guard_end, EVENTS);  /* at the end of the trial */
+    REALS(side, EVENTS);
+    REALS(ahead, EVENTS);      /* the side at the end of the trial */
+    REALS(resting, EVENTS);    /* the guard is zero at t */
+    REALS(fires, EVENTS);      /* the event happens at the end of the trial */
+    REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
+    REALS(zero, EVENTS);       /* what is zero to the guard after an event */
+    mask happens;              /* some event happens at t */
+    real reach;                /* the most that the next trial goes, to an event */
+    real t_event, stalled;     /* of the last event; how many in a row made no progress */
     REALS(y, NQ);
     REALS(stage, NQ);
     REALS(r, NR);
     REALS(u_cmd, NU);          /* what the law asks for */
     REALS(z_next, NZ);
     REALS(column, COLUMNS);    /* x, u, u_cmd if recorded, y, z: a row of the result */
-    real *queue;               /* the inputs asked for in the last `delay` evaluations, a ring */
+    real *queue;               /* the inputs asked for in the last evaluations, rings: see mv_queued */
 } mv_loop;
 
 static inline mask mv_all(void) { return LT(SPLAT(0), SPLAT(1)); }
@@ -112,6 +132,16 @@ static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
 {
     l->status = SELECT(m, SPLAT(status), l->status);
     l->alive = AND(l->alive, NOT(m));
+}
+
+/* The memory of a continuous law, among coordinates. */
+static inline real *mv_integrated(const mv_loop *l, real *q) { (void)l; return q + (NQ - NZ); }
+
+/* Put coordinates back on the manifold of the plant's. */
+static inline void mv_project(mv_loop *l, real *q, real *q_next)
+{
+    mv_call_project(&l->model, q, q_next);
+    if (!SAMPLED) mv_copy(mv_integrated(l, q_next), mv_integrated(l, q), NZ);
 }
 
 static inline void mv_refer(mv_loop *l, real t)

@@ -5,7 +5,9 @@
 
 #include "control.h"
 #include "dense.h"
+#include "events.h"
 #include "implicit.h"
+#include "random.h"
 
 /* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
@@ -46,9 +48,11 @@ static mask mv_ticked(mv_loop *l, mask lanes, real after)
 static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real *ratio)
 {
     real *end = l->k[STAGES];
-    const mask goes_on = SAMPLED ? NOT(last) : mv_all(); /* where the slope at the end is that of the next step */
+    /* where the slope at the end is that of the next step, or leads to events */
+    const mask goes_on = SAMPLED && !EVENTS ? NOT(last) : mv_all();
     if (GAMMA) mv_implicit_stages(l, h);
     else mv_stages(l, h);
+    if (WIENER) mv_diffuse(l, h);
     mask good = mv_finite(l->y, NQ);
     if (END_IN_ERROR) {
         mv_slope(l, l->t + h, l->y, end);
@@ -57,7 +61,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     *ratio = SELECT(good, ESTIMATED ? mv_error_ratio(l, h) : SPLAT(0), SPLAT(MV_NAN));
     mask taken = AND(open, ORDER ? LE(*ratio, K(1)) : good);
     if (PROJECTED) {
-        mv_call_project(&l->model, l->y, l->stage);
+        mv_project(l, l->y, l->stage);
         mv_copy(l->y, l->stage, NQ);
     }
     if ((PROJECTED || !END_IN_ERROR) && mv_any(AND(taken, goes_on))) {
@@ -66,6 +70,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         *ratio = SELECT(broken, SPLAT(MV_NAN), *ratio);
         taken = AND(taken, NOT(broken));
     }
+    if (EVENTS) taken = mv_watch(l, h, open, taken);
     const real after = SELECT(last, target, l->t + h);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
@@ -97,7 +102,9 @@ static inline void mv_check_limits(mv_loop *l, mask moved)
 static inline void mv_prepare_steps(mv_loop *l, real target)
 {
     if (SAMPLED) mv_hold(&l->model, l->column + U_COLUMN);
+    if (SAMPLED && ALGEBRAIC) mv_settle(l);
     if (!PASSES) l->trials = SPLAT(0);
+    if (EVENTS && (SAMPLED || !l->started)) mv_take_sides(l);
     if (l->ready) return;
     mv_slope(l, l->t, l->q, l->k[0]);
     l->ready = !SAMPLED;
@@ -129,15 +136,18 @@ static void mv_advance(mv_loop *l, double t_tick)
     for (int64_t trial = 0; mv_any(mv_behind(l, tick)); trial++) {
         const mask open = mv_free(l, end);
         const real target = end, room = target - l->t;
-        const mask last = LE(room, K(STRETCH) * l->h);
-        const real h = ORDER ? SELECT(last, room, l->h) : l->h;
+        mask last = LE(room, K(STRETCH) * l->h);
+        real h = ORDER ? SELECT(last, room, l->h) : l->h;
+        if (EVENTS) h = mv_towards_event(l, start, room, h, &last);
         real ratio;
-        const mask taken = mv_trial(l, target, h, open, last, &ratio), refused = AND(open, NOT(taken));
+        const mask taken = mv_trial(l, target, h, open, last, &ratio);
+        const mask refused = AND(AND(open, NOT(taken)), EVENTS ? EQ(l->reach, SPLAT(MV_INFINITY)) : mv_all());
         if (ORDER)
             mv_control(l, h, ratio, taken, refused);
         else
             mv_halt(l, refused, MV_NOT_FINITE);
-        if (!ORDER) l->t = SELECT(AND(taken, NOT(last)), start + K(trial + 1) * h, l->t); /* counted, not added up */
+        if (!ORDER && !EVENTS) l->t = SELECT(AND(taken, NOT(last)), start + K(trial + 1) * h, l->t); /* counted, not added up */
+        if (EVENTS) mv_fire(l, target - l->t);
         mv_check_limits(l, taken);
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }

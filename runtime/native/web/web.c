@@ -65,7 +65,7 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
     mv_single *s = &web_single;
     const web_law *l = &web_laws[law];
     *s = (mv_single){0};
-    s->schedule = (mv_schedule){web_ticks, ticks, record_every, hold_every, max_steps, 0, rtol, atol, 0.0};
+    s->schedule = (mv_schedule){web_ticks, ticks, record_every, hold_every, max_steps, 0, rtol, atol, 0.0, 0};
     s->model = l->model;
     s->model.p = web_p, s->model.c = web_c, s->model.s = web_s, s->model.e = web_noise;
     s->q = web_q, s->z = web_z;
@@ -76,6 +76,7 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
     else mv_copy(web_q, web_x, WEB_NX);
     s->model.reference(&zero, web_p, web_s, web_r);
     if (l->start) l->start(web_x, web_r, web_p, web_c, web_z);
+    if (!l->model.sampled) mv_copy(web_q + (l->model.nq - l->model.nz), web_z, l->model.nz);
     mv_start(s, (mv_work *)web_work);
 }
 

@@ -150,7 +150,7 @@ class _Caller:
     def __init__(self, function: LawFunction, name: str, manifest: Manifest, memory: int | None) -> None:
         self._function, self._name, self._memory = function, name, memory
         self._inputs = [q.name for q in manifest.inputs]
-        self._type = state_type(tuple(q.name for q in manifest.states), tuple(q.name for q in manifest.references))
+        self._type = state_type(tuple(q.name for q in manifest.seen), tuple(q.name for q in manifest.references))
 
     def __call__(self, t: float, x: FloatArray, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         state = np.array(x).view(self._type)

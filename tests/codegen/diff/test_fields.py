@@ -8,12 +8,12 @@ import pytest
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.parameters import EXEMPT
-from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
+from mehvar.manifest import Choice, Controller, Event, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
 from mehvar.models import system
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import manifest
 
-KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape)
+KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event)
 PLACES = {
     Quantity: lambda m, q: replace(m, states=(q(m.states[0]), *m.states[1:])),
     Parameter: lambda m, q: replace(m, parameters=(q(m.parameters[0]), *m.parameters[1:])),
@@ -23,9 +23,11 @@ PLACES = {
     Scenario: lambda m, q: replace(m, scenarios={name: q(row) for name, row in m.scenarios.items()}),
     Metric: lambda m, q: replace(m, metrics={name: q(row) for name, row in m.metrics.items()}),
     Shape: lambda m, q: replace(m, geometry=tuple(map(q, m.geometry))),
+    Event: lambda m, q: replace(m, events=tuple(map(q, m.events))),
     Manifest: lambda m, q: q(m),
 }
 WORDS = "words"
+EVENT = Event("hit", "rising", True, False, "it hits")
 COMPARED = {
     "System": {
         "structure": "structure", "states": "state", "inputs": "input", "references": "reference",
@@ -34,17 +36,20 @@ COMPARED = {
         "constraints": "constraint", "functions": "function", "controllers": "law", "scenarios": "manifest",
         "metrics": "manifest", "coordinates": "coordinate", "actuator": "actuator", "sensor": "sensor",
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
-        "residual": "motion", "geometry": "geometry",
+        "residual": "motion", "geometry": "geometry", "events": "guard",
         "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",
         "period": "manifest", "delay": "manifest", "applied": "applied", "memory": "memory", "start": "memory at start",
         "update": "memory update", "outputs": "law output", "bears_loss": "manifest", "title": WORDS,
-        "in_numbers": "a check of dimensions, of which no number depends",
+        "events": "guard", "in_numbers": "a check of dimensions, of which no number depends",
     },
     "Condition": {
         "margin": "limit", "message": "manifest", "shown": "numbers in a message; how many is in the manifest",
+    },
+    "Event": {
+        "name": "guard", "guard": "guard", "direction": "guard", "reset": "reset", "ends": "guard", "title": WORDS,
     },
     "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest"},
     "Actuator": {"commanded": "commanded", "applied": "actuator"},
@@ -92,7 +97,7 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
     exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
     if name == "name" or exempt:
         return
-    plain, old = document("f: x*m"), replace(manifest(), geometry=(Shape("rod", "rod", 2, "blue"),))
+    plain, old = document("f: x*m"), replace(manifest(), geometry=(Shape("rod", "rod", 2, "blue"),), events=(EVENT,))
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
     pair = (replace(plain, manifest=side) for side in (old, new))
     assert new != old

@@ -78,8 +78,9 @@ def checksum(path: Path, model: str, law: str) -> int:
         port.close()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("model", "law"), CASES)
+@pytest.mark.parametrize(
+    ("kind", "model", "law"), [*((kind, *CASES[0]) for kind in KINDS), ("cmake", *CASES[1])], ids=str
+)
 def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law):
     """With fused multiplication in reach, which gcc takes unless it is told not to."""
     folder = emitted(tmp_path, kind, model, law)

@@ -3,12 +3,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import pty
 import subprocess
 import sys
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mehvar.terminal import print_folded
 
 
 def on_a_terminal(lines: int, *words: str, **variables: str) -> str:
@@ -69,3 +75,26 @@ def test_every_bar_is_the_same():
         assert "━" in text
         assert "gone" in text
         assert ("50 %" in text) is block.startswith("with progress")
+
+
+@given(
+    names=st.integers(1, 9), rows=st.integers(0, 4), first=st.integers(1, 14), data=st.data(), width=st.integers(1, 46)
+)
+@settings(deadline=None, max_examples=30, derandomize=True)
+def test_a_folded_table_fits_a_page_and_loses_no_cell(names, rows, first, data, width):
+    """The widest cell is a Sobol index with its total, each with an interval: 46 columns."""
+    sizes = data.draw(st.lists(st.integers(1, width), min_size=names, max_size=names))
+    heads = ["m" * first, *(f"{chr(97 + k)}" * size for k, size in enumerate(sizes))]
+    body = [["n" * first, *(f"{chr(65 + k)}" * size for k, size in enumerate(sizes))] for _ in range(rows)]
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        print_folded(heads, body)
+    lines = text.getvalue().splitlines()
+    assert max(map(len, lines)) <= 80
+    words = " ".join(lines).split()
+    parts = sum(line.startswith("m") for line in lines)
+    assert words.count("m" * first) == parts
+    assert words.count("n" * first) == parts * rows
+    for head, cells in zip(heads[1:], zip(*(row[1:] for row in body), strict=True), strict=False):
+        assert words.count(head) == 1
+        assert words.count(cells[0]) == rows

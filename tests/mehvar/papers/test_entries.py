@@ -15,6 +15,7 @@ from mehvar.papers.deviations import deviations, table_claims
 from mehvar.papers.reproduction import Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import judge, missing
+from tests.derived import system
 from tests.mehvar.papers.shared import paper_claims, paper_runs
 from tests.mehvar.papers.words import silent, wrong_words
 
@@ -35,8 +36,7 @@ def paper(model: str) -> Reproduction:
 @pytest.fixture(scope="module")
 def printed(model: str) -> Paper:
     """Return the paper's ledger, not judged."""
-    system = importlib.import_module(f"mehvar.models.{model}").system()
-    written: Paper = importlib.import_module(f"mehvar.models.{model}.paper").paper(system)
+    written: Paper = importlib.import_module(f"mehvar.models.{model}.paper").paper(system(model))
     return written
 
 

@@ -23,7 +23,11 @@ PURE_NUMBERS = {"mrac", "mrac_literal"}
 """Laws whose first covariance is a number that stands for 1/(N m)^2 too: units of torque must stay as they are."""
 PICTURES = {"geometry"}
 """What is only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
-every_case = pytest.mark.parametrize("case", CASES, ids=title)
+BETWEEN = [case for case in CASES if dict(case[1]).get("pendulums") == "3" and dict(case[1]).get("inertia") != "hinge"]
+"""Three pendulums on the joints that two or six hang on too."""
+every_case = pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.soak) if case in BETWEEN else case for case in CASES], ids=title
+)
 up_to_two_pendulums = pytest.mark.parametrize(
     "case", [case for case in CASES if dict(case[1]).get("pendulums", "1") in "12"], ids=title
 )

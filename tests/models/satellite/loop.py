@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.codegen.generate import derive, installed_tree, write
+from mehvar.codegen.generate import write
 from mehvar.manifest import Controller, Manifest, Parameter, read_manifest
+from tests.derived import generated, variant
 
 Array = NDArray[np.float64]
 Settings = Mapping[str, float]
@@ -28,11 +29,33 @@ _OPTIONS = ("delay",)
 
 @dataclass(frozen=True)
 class Generated:
-    """A generated folder: its functions and what its manifest says."""
+    """The generated satellite: its functions and what its manifest says; made when first used, not when collected."""
 
-    module: ModuleType
-    manifest: Manifest
-    folder: Path
+    chart: str
+
+    @functools.cached_property
+    def folder(self) -> Path:
+        """The committed texts, or those of a variant in a folder that goes with this process."""
+        if self.chart == "euler":
+            return generated("satellite")
+        folder = Path(_scratch().name) / f"satellite_{self.chart}"
+        write(folder, variant("satellite", chart=self.chart))
+        return folder
+
+    @functools.cached_property
+    def module(self) -> ModuleType:
+        """The generated functions."""
+        spec = importlib.util.spec_from_file_location(self.folder.name, self.folder / "satellite.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    @functools.cached_property
+    def manifest(self) -> Manifest:
+        """What says the order of everything."""
+        return read_manifest(self.folder)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         return getattr(self.module, name)
@@ -70,20 +93,14 @@ def _value(q: Parameter, values: Settings, group: Sequence[Parameter]) -> float:
 
 @functools.cache
 def satellite(chart: str = "euler") -> Generated:
-    """Derive the satellite into a temporary folder and import it."""
-    folder = Path(tempfile.mkdtemp(prefix=f"satellite_{chart}_"))
-    write(folder, derive(installed_tree(), "satellite", {"chart": chart}))
-    return load(folder)
+    """Return the satellite in one of its charts."""
+    return Generated(chart)
 
 
-def load(folder: Path, name: str = "satellite") -> Generated:
-    """Import a generated folder."""
-    spec = importlib.util.spec_from_file_location(f"generated_{folder.name}", folder / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return Generated(module, read_manifest(folder), folder)
+@functools.cache
+def _scratch() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder that is removed at the end of the process."""
+    return tempfile.TemporaryDirectory(prefix="satellite-")
 
 
 @dataclass(frozen=True)

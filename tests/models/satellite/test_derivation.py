@@ -12,7 +12,6 @@ from mehvar.models.mechanics import (
     quaternion_rates,
     quaternion_rotation,
 )
-from mehvar.models.satellite import system
 from mehvar.models.satellite.dynamics import angles, euler_rotation
 from mehvar.models.satellite.linear import linear_torques, pulse_transfer
 from mehvar.models.satellite.polynomials import (
@@ -29,10 +28,9 @@ from mehvar.models.satellite.polynomials import (
     s1,
 )
 from mehvar.models.system import Equation
+from tests import derived
 from tests.reference.reference_satellite import INERTIA, PRINTED_B, desired, diophantine, rotation
 
-SYSTEM = system()
-PLANT = SYSTEM.parameters
 HERE = dict(zip(angles, (0.3, -0.5, 1.1), strict=True))
 OMEGA = sp.symbols("p q r", real=True)
 
@@ -68,19 +66,20 @@ def test_the_rate_of_a_frame_is_found_from_its_matrix():
     assert numeric(back)[:, 0] == pytest.approx([0.1, -0.2, 0.3], abs=1e-15)
 
 
-def test_the_linear_model_keeps_and_drops_what_the_paper_does():
-    x, y, z, w0 = PLANT.I_x, PLANT.I_y, PLANT.I_z, PLANT.omega0
+def test_the_linear_model_keeps_and_drops_what_the_paper_does(system):
+    plant = system.parameters
+    x, y, z, w0 = plant.I_x, plant.I_y, plant.I_z, plant.omega0
     roll, pitch, yaw = angles
     phi, _, psi = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
     up = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)
-    of_wheels = 3 * w0**2 * sp.Matrix([PLANT.Iw_y - PLANT.Iw_z, PLANT.Iw_x - PLANT.Iw_z])
+    of_wheels = 3 * w0**2 * sp.Matrix([plant.Iw_y - plant.Iw_z, plant.Iw_x - plant.Iw_z])
     kept = [
         x * up[0] + (4 * w0**2 * (y - z) + of_wheels[0]) * roll,
         y * up[1] + (3 * w0**2 * (x - z) + of_wheels[1]) * pitch,
         z * up[2] + w0**2 * (y - x) * yaw,
     ]
     dropped = {0: -w0 * (x - y + z) * psi, 2: w0 * (x - y + z) * phi}
-    shown = {step.left: step.expr for step in SYSTEM.steps if isinstance(step, Equation)}
+    shown = {step.left: step.expr for step in system.steps if isinstance(step, Equation)}
     for k, axis in enumerate("xyz"):
         assert sp.expand(shown[f"T_{axis}"] - kept[k]) == 0
     for k, coupling in dropped.items():
@@ -88,9 +87,10 @@ def test_the_linear_model_keeps_and_drops_what_the_paper_does():
     assert r"T_{y,\mathrm{dropped}}" not in shown
 
 
-def test_stored_momentum_enters_the_linear_model():
-    hx, hy, hz = (SYSTEM.states.symbols[k] for k in (6, 7, 8))
-    w0 = PLANT.omega0
+def test_stored_momentum_enters_the_linear_model(system):
+    plant = system.parameters
+    hx, hy, hz = (system.states.symbols[k] for k in (6, 7, 8))
+    w0 = plant.omega0
     roll, _, yaw = angles
     phi, theta, psi = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
     added = [
@@ -98,7 +98,7 @@ def test_stored_momentum_enters_the_linear_model():
         -hz * phi + hx * psi + w0 * (hx * roll + hz * yaw),
         hy * phi - hx * theta - w0 * hy * yaw + w0 * hx,
     ]
-    for torque, expected in zip(linear_torques(PLANT), added, strict=True):
+    for torque, expected in zip(linear_torques(plant), added, strict=True):
         assert sp.expand(torque - torque.subs({hx: 0, hy: 0, hz: 0}) - expected) == 0
 
 
@@ -168,12 +168,14 @@ def test_the_nominal_roll_design(d, S, T):
     assert result[1] == pytest.approx(T, abs=1e-9)
 
 
-def test_names_that_are_fixed():
-    names = [quantity.name for quantity in SYSTEM.states]
+def test_names_that_are_fixed(system):
+    names = [quantity.name for quantity in system.states]
     assert names[:9] == ["roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz"]
-    quaternion = [quantity.name for quantity in system("quaternion").states]
+    quaternion = [quantity.name for quantity in derived.system("satellite", chart="quaternion").states]
     assert quaternion[:10] == ["q0", "q1", "q2", "q3", "wx", "wy", "wz", "hx", "hy", "hz"]
-    assert [law.name for law in SYSTEM.controllers] == ["mrac", "mrac-literal", "pd"]
-    assert {"I_x", "I_y", "I_z", "Iw_x", "Iw_y", "Iw_z", "omega0", "noise"} <= {quantity.name for quantity in PLANT}
-    for law in SYSTEM.controllers:
+    assert [law.name for law in system.controllers] == ["mrac", "mrac-literal", "pd"]
+    assert {"I_x", "I_y", "I_z", "Iw_x", "Iw_y", "Iw_z", "omega0", "noise"} <= {
+        quantity.name for quantity in system.parameters
+    }
+    for law in system.controllers:
         assert {"ym_roll", "ym_pitch", "ym_yaw", "sensor_lost"} <= {quantity.name for quantity in law.memory}

@@ -9,7 +9,8 @@ import mehvar
 from mehvar.codegen.code.tape import tape
 from mehvar.codegen.functions.derivatives import directional
 from mehvar.codegen.functions.function import FunctionGraph
-from mehvar.codegen.generate import derive, installed_tree, write
+from mehvar.codegen.generate import write
+from tests.derived import variant
 from tests.models.slosh.variants import CONVENTIONS, slosh
 
 DURATION = 50.0
@@ -18,7 +19,7 @@ DURATION = 50.0
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / "slosh"
-    write(folder, derive(installed_tree(), "slosh", {"inertia": "ball", "attitude": "quaternion"}))
+    write(folder, variant("slosh", inertia="ball", attitude="quaternion"))
     return mehvar.load(str(folder))
 
 
@@ -121,6 +122,29 @@ def test_a_controlled_run_over_the_top_keeps_its_tolerance(model):
     for k in (1, 2):
         length = sum(tight[f"s{k}{axis}"] ** 2 for axis in "xyz")
         np.testing.assert_allclose(length, 1, atol=1e-14)
+
+
+def test_located_switches_keep_the_tolerance(tmp_path):
+    """The whole tumble, the kink of the first tenth of a second included: without surfaces 5e-5 with 1e-9."""
+    folder = tmp_path / "slosh"
+    write(folder, variant("slosh", inertia="ball", attitude="quaternion", switches="located"))
+    model = mehvar.load(str(folder))
+    start = dict(zip(model.state_names, map(float, tumbling(model)), strict=True))
+
+    def states(tolerance: float) -> np.ndarray:
+        run = mehvar.simulate(
+            str(folder), controller="lyapunov-v2", initial=start, t_end=DURATION, rtol=tolerance, atol=tolerance,
+            parameters={"eps1": 0.0, "eps2": 0.0, "w1": 1e-3, "w2": 1e-3},
+        )  # fmt: skip
+        assert run.attrs["status"] == "done"
+        assert '"demand_' in run.attrs["events"]
+        return np.array([run[name].values for name in model.state_names])
+
+    tight = states(1e-13)
+    errors = [np.max(np.abs(states(tolerance)[:, -1] - tight[:, -1])) for tolerance in (1e-8, 1e-9, 1e-10, 1e-11)]
+    assert errors[1] < 1e-5
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 1e-2 * errors[0]
 
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)

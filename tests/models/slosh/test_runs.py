@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.codegen.generate import derive, installed_tree, write
+from mehvar.codegen.generate import write
 from mehvar.runtime.run.simulate import simulate
+from tests.derived import generated, variant
 
 TABLE = {
     "t_vy": (552.3, 559.5, 551.3, 558.9, 554.6, 562.3),
@@ -44,10 +45,8 @@ ANGLES = ("travel_phi1", "travel_phi2", "theta1_end", "delta1", "delta2")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("generated") / "slosh"
-    write(path, derive(installed_tree(), "slosh"))
-    return path
+def folder() -> Path:
+    return generated("slosh")
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +159,7 @@ def test_gimbal_limits_hold_in_a_run(folder):
 def test_a_tumble_over_the_top_keeps_energy_and_momentum(tmp_path):
     """On ball joints with a quaternion no chart is lost: free motion with pendulums that swing through phi = 0, 180."""
     folder = tmp_path / "slosh"
-    write(folder, derive(installed_tree(), "slosh", {"inertia": "ball", "attitude": "quaternion"}))
+    write(folder, variant("slosh", inertia="ball", attitude="quaternion"))
     m = mehvar.load(str(folder))
     p = m.parameters(eps1=0.0, eps2=0.0, F=0.0)
     s = np.array([-np.cos(0.3), 0.0, np.sin(0.3)])

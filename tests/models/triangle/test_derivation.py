@@ -7,15 +7,14 @@ import pytest
 import sympy as sp
 
 from mehvar.models.mechanics import planar_cross
-from mehvar.models.system import Definition, Derivation
-from mehvar.models.triangle import system
+from mehvar.models.system import Definition, Derivation, System
+from mehvar.models.triangle import dynamics
 from mehvar.models.triangle.controllers import arc_area
 from mehvar.models.triangle.dynamics import base_triangle, shifted_attitude
+from tests import derived
 
-SYSTEM = system()
-EQUATIONS = {step.left: step.expr for step in SYSTEM.steps if not isinstance(step, Definition)}
-RHO, PHI, MU = (q.symbol for q in SYSTEM.states.quantities[:3])
-W1, W2, W3 = SYSTEM.inputs.symbols
+RHO, PHI, MU = (q.symbol for q in (dynamics.RHO, dynamics.PHI, dynamics.MU))
+W1, W2, W3 = (q.symbol for q in (dynamics.W1, dynamics.W2, dynamics.W3))
 POINT = {
     RHO: sp.Rational(2, 5),
     PHI: sp.Rational(7, 10),
@@ -26,35 +25,36 @@ POINT = {
 }
 
 
-def in_paper_chart(expr: sp.Expr) -> sp.Expr:
+def in_paper_chart(system: System, expr: sp.Expr) -> sp.Expr:
     """Follow definitions and the chart down to rho, phi, mu and their rates."""
-    coordinates = SYSTEM.coordinates
+    coordinates = system.coordinates
     chart = dict(zip(coordinates.states.symbols[:2], coordinates.from_state, strict=False))
     chart |= dict(zip(coordinates.inputs.symbols[:2], coordinates.from_input, strict=False))
-    known = SYSTEM.definitions
+    known = system.definitions
     for _ in range(4):
         expr = expr.xreplace(known)
     return expr.xreplace(chart)
 
 
 @pytest.mark.parametrize(("k", "shift"), [(1, -2 * sp.pi / 3), (2, 2 * sp.pi / 3), (3, sp.S.Zero)])
-def test_rod_lengths_are_20_and_rates_are_22(k, shift):
+def test_rod_lengths_are_20_and_rates_are_22(system, k, shift):
     length = sp.sqrt(MU / 3 * (1 + 2 * RHO * sp.sqrt(1 - RHO**2) * sp.cos(PHI + shift)))
-    result = in_paper_chart(sp.Symbol(f"length{k}", positive=True))
+    result = in_paper_chart(system, sp.Symbol(f"length{k}", positive=True))
     assert sp.N((result - length).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
     rate = (
         length / (2 * MU) * W3
         + MU / (3 * length) * (1 - 2 * RHO**2) / sp.sqrt(1 - RHO**2) * sp.cos(PHI + shift) * W1
         - MU / (3 * length) * RHO * sp.sqrt(1 - RHO**2) * sp.sin(PHI + shift) * W2
     )
-    result = in_paper_chart(sp.Symbol(f"rod_rate{k}", real=True))
+    result = in_paper_chart(system, sp.Symbol(f"rod_rate{k}", real=True))
     assert sp.N((result - rate).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
 
 
-def test_momentum_balance_is_12_and_18():
-    momentum, disturbance, mass = SYSTEM.parameters.symbols
-    assert sp.simplify(EQUATIONS[r"\bar I"] - MU / 3) == 0
-    assert sp.simplify(SYSTEM.rhs[3] - (RHO**2 * W2 + 3 * momentum / (mass * MU) + disturbance)) == 0
+def test_momentum_balance_is_12_and_18(system):
+    equations = {step.left: step.expr for step in system.steps if not isinstance(step, Definition)}
+    momentum, disturbance, mass = system.parameters.symbols
+    assert sp.simplify(equations[r"\bar I"] - MU / 3) == 0
+    assert sp.simplify(system.rhs[3] - (RHO**2 * W2 + 3 * momentum / (mass * MU) + disturbance)) == 0
 
 
 @pytest.mark.parametrize("masses", [(1, 1, 1), (1, 2, sp.Rational(7, 2)), (5, 1, 1)])
@@ -117,20 +117,20 @@ def test_arc_area_is_42():
         assert sp.N((printed - derived).subs(xi, value), 30) == pytest.approx(0, abs=1e-25)
 
 
-def test_equal_masses_are_a_case_of_the_general_ones():
-    general = system("general")
+def test_equal_masses_are_a_case_of_the_general_ones(system):
+    general = derived.system("triangle", masses="general")
     masses = {q.symbol: sp.S.One for q in general.parameters.quantities[2:]}
     expr = sp.Symbol("length1", positive=True)
     for _ in range(4):
         expr = expr.xreplace(general.definitions)
     equal = sp.Symbol("length1", positive=True)
     for _ in range(4):
-        equal = equal.xreplace(SYSTEM.definitions)
+        equal = equal.xreplace(system.definitions)
     assert sp.simplify(expr.xreplace(masses) - equal) == 0
 
 
-def test_every_number_the_derivation_carries_is_of_the_paper():
-    numbers = {n for step in SYSTEM.steps for n in step.number.replace(" ", "").split(",") if n}
+def test_every_number_the_derivation_carries_is_of_the_paper(system):
+    numbers = {n for step in system.steps for n in step.number.replace(" ", "").split(",") if n}
     assert {
         "(19)",
         "(20)",

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from mehvar.codegen.generate import derive, installed_tree
 from mehvar.runtime import load, simulate
 from mehvar.runtime.model.model import Model
+from tests.derived import variant
 from tests.reference.cartesian_triangle import attitude, integrate, place, rods, theta_after_loop
 
 MASSES = (1.0, 2.0, 3.5)
@@ -23,7 +23,7 @@ def equal() -> Model:
 @pytest.fixture(scope="module")
 def general(tmp_path_factory) -> Model:
     folder = tmp_path_factory.mktemp("general")
-    for name, text in derive(installed_tree(), "triangle", {"masses": "general"}).items():
+    for name, text in variant("triangle", masses="general").items():
         (folder / name).write_text(text)
     return load(folder)
 

@@ -41,9 +41,9 @@ def run_alone(
         noise = normals(seed, first_run + i, evaluations, len(manifest.noise))
         step = kernel.options.step or min(dt, hold or dt)
         problem = Problem(
-            model, law, p[i], c[i], s[i], x0[i], z0, noise, kernel.loop.suffix, "double", t, dt, hold, record_every,
-            hold_every, kernel.options.delay, kernel.loop.method, kernel.options.rtol, kernel.options.atol, step,
-            kernel.options.max_steps, None,
+            model, law, p[i], c[i], s[i], x0[i], z0, noise, seed, first_run + i, kernel.loop.suffix, "double",
+            t, dt, hold, record_every, hold_every, kernel.options.delay, (), kernel.loop.method,
+            kernel.options.rtol, kernel.options.atol, step, kernel.options.max_steps, None,
         )  # fmt: skip
         assert isinstance(model.evaluator, CBackend)
         one = compiled.run(problem, model.evaluator)

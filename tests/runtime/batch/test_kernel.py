@@ -13,7 +13,10 @@ import pytest
 from mehvar import runtime
 from mehvar.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
-from mehvar.runtime.batch.kernel import Block, compile_kernel
+from mehvar.runtime.batch import kernel as kernel_module
+from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags
+from mehvar.runtime.compiling.compiler import require_compiler
+from mehvar.runtime.model.parameters import resolve
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
 from tests.manifests import write_manifest
@@ -183,3 +186,23 @@ def test_refuses_what_it_cannot_do():
     p[1, satellite.parameter_names.index("Ts")] *= 2
     with pytest.raises(InputError, match=r"Ts.*same in all runs"):
         compile_kernel(satellite, "pd").run(0, p, c, s, x0, seed=0, t_end=1.0, dt=0.5)
+
+
+def test_a_long_function_compiles_without_scheduling_and_keeps_its_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = runtime.load("triangle", "c")
+
+    def final() -> tuple[set[str], np.ndarray]:
+        kernel = compile_kernel(model, "path", options=RunOptions(rtol=1e-8, atol=1e-8))
+        law, scenario = model.manifest.controller("path"), model.manifest.scenario(None)
+        values = resolve(model.manifest, model.functions, law, scenario, {}, "the test", ())
+        vectors = [np.tile(v, (3, 1)) for v in (values.p, values.c, values.s)]
+        start = np.array(model.functions["initial"](vectors[0], vectors[2]))
+        block = kernel.run(0, *vectors, start, seed=0, t_end=2.0, dt=0.1)
+        return set(kernel_flags(kernel.loop, "portable", kernel.lanes)), block.final
+
+    flags, short = final()
+    monkeypatch.setattr(kernel_module, "LONGEST_SCHEDULED", 0)
+    fewer, long = final()
+    assert flags - fewer == set(require_compiler().scheduling)
+    assert fewer <= flags
+    np.testing.assert_array_equal(short, long)

@@ -9,6 +9,7 @@ not run again.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import re
@@ -23,7 +24,10 @@ from typing import Any
 from mehvar import runtime
 from mehvar.cli.new import scaffold
 from mehvar.errors import MissingError
-from mehvar.runtime.board.image.build import FIRMWARE
+from mehvar.runtime.board.image.build import compile_commands, program, sources
+from mehvar.runtime.board.image.processors import process_toolchain
+from mehvar.runtime.board.image.toolchains import board as board_named
+from mehvar.runtime.board.image.toolchains import toolchain
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.compiling.library import NATIVE
 from mehvar.runtime.model.generated import generated_text
@@ -34,8 +38,8 @@ PAGE = ROOT / "docs" / "reference" / "targets.md"
 RECORD = ROOT / "benchmarks" / "results" / "targets.jsonl"
 SELF_TEST = 100
 """Samples of the self-test, whatever a cell's are: its checksum is compared with that of another cell."""
-_RUNTIME = (NATIVE / "include", NATIVE / "step", NATIVE / "methods")
 _STEP = re.compile(r"\b[tm]_[0-9a-z]{5}(_\d+)?\b")
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/|(\"(?:\\.|[^\"\\])*\")", re.DOTALL)
 OWN = "own"
 BATCH = "batch"
 
@@ -128,16 +132,31 @@ def short() -> Iterator[tuple[str, Target]]:
                 yield law, target
 
 
-def digest(model: runtime.Model) -> str:
-    """Return what a cell depends on besides its compiler: the text of law, plant, firmware and runtime."""
-    manifest = model.manifest
-    files = sorted(path for folder in (FIRMWARE, *_RUNTIME) for path in folder.rglob("*.[ch]"))
-    texts = [_unnamed(generated_text(manifest, f"{manifest.model}.c")), *(path.read_text() for path in files)]
-    return hashlib.sha256("\0".join([manifest.hash, *texts]).encode()).hexdigest()[:16]
+def digest(model: runtime.Model, law: str, target: Target) -> str:
+    """Return what a cell depends on besides its compiler: the C text that is compiled, and the command's words."""
+    words: list[str] = []
+    if target.target == BATCH:
+        folders = (NATIVE / name for name in ("include", "step", "methods", "batch", "random"))
+        files = [path for folder in folders for path in folder.rglob("*.[chi]*")]
+        texts = {str(path.relative_to(NATIVE)): path.read_text() for path in files}
+        texts["model.c"] = generated_text(model.manifest, f"{model.name}.c")
+    else:
+        emulated = target.target != "sil"
+        board = board_named(target.board or "stm32f4") if emulated else None
+        tools = toolchain(target.compiler) if emulated else process_toolchain(target.board, target.compiler)
+        texts = sources(program(model, law.partition("/")[2]), board)
+        for command in compile_commands(texts, model.name, board, tools):
+            words += command[len(tools.command) :]
+    parts = [model.manifest.hash, *words]
+    for name, text in sorted(texts.items()):
+        parts += [name, _bare(text)]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
-def _unnamed(text: str) -> str:
-    """Number the steps without a name of each function: what they are called is nothing to a compiler."""
+@functools.cache
+def _bare(text: str) -> str:
+    """Leave out comments, and number the steps without a name of each function: neither is anything to a compiler."""
+    text = _COMMENT.sub(r"\1", text)
     functions = []
     for function in text.split("\n}\n"):
         names: dict[str, str] = {}
@@ -152,7 +171,7 @@ def _numbered(names: dict[str, str], match: re.Match[str]) -> str:
 def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
     """Run a law on a target and compare it with this machine."""
     model, name = load(law, folder), law.partition("/")[2]
-    given = {"law": law, "title": target.title, "samples": samples, "digest": digest(model)}
+    given = {"law": law, "title": target.title, "samples": samples, "digest": digest(model, law, target)}
     if target.target == BATCH:
         assert target.board is not None
         with tempfile.TemporaryDirectory(dir=folder) as place:
@@ -243,10 +262,17 @@ def fill(samples: int, record: Path = RECORD) -> None:
     record.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        own = {law: digest(load(law, folder)) for law in laws()}
-        cells = {(c.law, c.title): c for c in read(record) if c.digest == own.get(c.law) and c.samples >= samples}
         everything = [*((law, TARGETS[0]) for law in laws()), *short()]
         everything += [(law, target) for target in TARGETS for law in laws()]
+        present = {(c.law, c.title, c.digest): c for c in read(record) if c.samples >= samples}
+        cells: dict[tuple[str, str], Cell] = {}
+        for law, target in dict.fromkeys(everything):
+            try:
+                old = present.get((law, target.title, digest(load(law, folder), law, target)))
+            except MissingError:
+                continue
+            if old is not None:
+                cells[law, target.title] = old
         for law, target in everything:
             if (law, target.title) in cells:
                 continue

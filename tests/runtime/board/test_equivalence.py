@@ -11,10 +11,10 @@ import pytest
 from mehvar.errors import InputError
 from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
-from mehvar.runtime.board.line.link import LinkError
+from mehvar.runtime.board.line.link import Link, LinkError
 from mehvar.runtime.board.run import BoardRequest, difference, run_on_board
 from mehvar.runtime.board.session import BoardLaw
-from mehvar.runtime.board.targets import ProcessPort, SerialPort
+from mehvar.runtime.board.targets import ProcessPort, SerialPort, open_target
 from tests.runtime.board.conftest import Bench, load
 from tests.tools import needs
 
@@ -80,7 +80,12 @@ def test_other_processors(board):
 
 
 @pytest.mark.parametrize(
-    ("model", "law", "board"), [("triangle", "path", "stm32f4"), ("slosh", "lyapunov-v1", "mps2-m7")]
+    ("model", "law", "board"),
+    [
+        ("triangle", "path", "stm32f4"),
+        # whose bits on processors of this kind test_everywhere.py has too
+        pytest.param("slosh", "lyapunov-v1", "mps2-m7", marks=pytest.mark.soak),
+    ],
 )
 def test_other_models_on_the_processor(model, law, board):
     outcome = run_on_board(load(model), BoardRequest(law, "unicorn", board, samples=100, selftest=4, profiled=False))
@@ -105,6 +110,48 @@ def test_constants_in_the_laws_text_save_instructions_and_keep_every_bit(compile
     assert folded.selftest.crc == plain.selftest.crc
     assert folded.profile.most < 0.92 * plain.profile.most  # measured: 0.90 gcc, 0.86 zig
     assert folded.elf.flash < plain.elf.flash
+
+
+@pytest.mark.parametrize("law", ["mrac", "mrac-literal", "pd"])
+@pytest.mark.parametrize("tunable", [(), ("noise",)])
+def test_folded_text_keeps_every_bit_of_the_memory_where_numbers_are_lost(law, tunable):
+    """Memory is written early and taken back: lost, huge and tiny numbers in any place, at any sample."""
+    model, random = load("satellite"), np.random.default_rng(20)
+    plain, folded = (Ask(model, law, names) for names in (None, tunable))
+    layout = plain.layout
+    try:
+        for k in range(400):
+            numbers = (10.0 ** random.uniform(-6, 0) * random.normal(size=len(layout.inputs))).astype(np.float32)
+            if k % 3 == 2:
+                bad = np.float32(random.choice([np.nan, np.inf, 1e31, -3e38, 1e-44, 2e19]))
+                numbers[random.integers(len(numbers))] = bad
+            answers = [asked.step(numbers) for asked in (plain, folded)]
+            assert answers[0] == answers[1], k
+            assert plain.memory() == folded.memory(), k
+    finally:
+        plain.close()
+        folded.close()
+
+
+class Ask:
+    """A law in a process, asked sample by sample."""
+
+    def __init__(self, model, law, tunable):
+        self.program = program(model, law, tunable=tunable)
+        self.layout = self.program.layout
+        self._port = open_target("sil", build(self.program, None, host_toolchain()))
+        self._link = Link(self._port, self.layout)
+        self._link.connect()
+        self._link.set("z", np.zeros(len(self.layout.memory), np.float32))
+
+    def step(self, numbers):
+        return self._link.step(numbers).u.tobytes()
+
+    def memory(self):
+        return self._link.get("z").tobytes()
+
+    def close(self):
+        self._port.close()
 
 
 @pytest.mark.parametrize(("model", "law"), LAWS[1:])

@@ -27,7 +27,9 @@ RECORD = Path(__file__).parents[3] / "docs" / "reference" / "misra.md"
 LAWS = [(name, law) for name in ("triangle", "slosh", "satellite") for law in load(name).manifest.controllers]
 
 
-@pytest.fixture(scope="module", params=[pytest.param("gcc", marks=NEEDS_GCC), "zig"])
+@pytest.fixture(
+    scope="module", params=[pytest.param("gcc", marks=NEEDS_GCC), pytest.param("zig", marks=pytest.mark.soak)]
+)
 def evidence(request: pytest.FixtureRequest) -> Evidence:
     return collect(load("satellite"), "mrac", compiler=request.param, samples=20, disturbed=50)
 

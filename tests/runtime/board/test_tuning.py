@@ -42,6 +42,26 @@ def test_a_tuned_run_and_its_journal_have_the_bits_of_this_machine(tmp_path, tar
         run_on_board(model, BoardRequest("mrac", target, samples=80, selftest=0, profiled=False, journal=journal))
 
 
+def test_a_request_after_the_last_sample_is_refused_by_name_and_in_no_journal(tmp_path):
+    """Refused at once where the journal tells, else told by the run when it ends."""
+    model, journal = load("satellite"), tmp_path / "journal"
+    for at in (10, 30, 500):
+        tune(model, "mrac", journal, {"tau_m": 20.0}, at)
+    o = run_on_board(model, BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal))
+    assert [t.sample for t in o.tunings] == [10]
+    assert [request.at for request in o.late] == [30, 500]
+    assert [t.sample for t in replay(model, "mrac", journal).tunings] == [10]
+    content = journal.read_bytes()
+    with pytest.raises(InputError, match="its run is over"):
+        tune(model, "mrac", journal, {"tau_m": 30.0})
+    assert not path_of(journal).exists()
+    assert journal.read_bytes() == content
+    journal.write_bytes(content[: -len(b"e") - 4])  # as while it ran
+    with pytest.raises(InputError, match="at = 30: must be a sample of the run, which has 30: at most 29"):
+        tune(model, "mrac", journal, {"tau_m": 30.0}, 30)
+    assert tune(model, "mrac", journal, {"tau_m": 30.0}, 29) == {"tau_m": 30.0}
+
+
 @pytest.mark.parametrize("part", ["answer", "memory", "tuning"])
 def test_a_journal_with_another_bit_is_noticed(tmp_path, part):
     """Written as such: what answered was another board."""

@@ -20,7 +20,7 @@ void mv_app_defaults(void);
 /* Start the memory from a first measurement. The framed link does without: the host sets the memory. */
 void mv_app_start(const real in[MV_BOARD_IN]);
 
-/* Evaluate the law: `in` is state, reference and applied input as the names of board_model.h say. Returns whether all
+/* Evaluate the law: `in` is what is measured, reference and applied input as the names of board_model.h say. Returns whether all
  * numbers were finite; when one was not, the inputs are zero and the memory is what it was, or what the law makes of a
  * lost measurement. */
 int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU]);

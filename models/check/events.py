@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether events are what a run can locate: each named once, with resets that assign states."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from mehvar.manifest import DIRECTIONS
+
+from ..events import Event
+from ..forms import algebraic_rows
+from ..quantities import ModelError
+from ..system import System
+from ..tables import check_names
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+
+
+def check_events(system: System) -> None:
+    """Refuse events that no run has, and resets of what is no state."""
+    for event in system.events:
+        _check_reset(system, event)
+    _check_beside(system)
+    for law in system.controllers:
+        for event in law.events:
+            where = f"{event.origin}: event {event.name!r} of law {law.name!r}"
+            if law.period:
+                raise ModelError(f"{where} would be ignored: a sampled law switches at its samples alone")
+            if event.reset or event.ends:
+                raise ModelError(f"{where}: a law's event is a surface: resets and ends belong to the system's events")
+        _check_distinct((*system.events, *law.events))
+    _check_distinct(system.events)
+
+
+def _check_reset(system: System, event: Event) -> None:
+    where = f"{event.origin}: event {event.name!r}"
+    states = {q.symbol: q.name for q in system.states}
+    for symbol in event.reset:
+        if symbol not in states:
+            raise ModelError(
+                f"{where}: reset of {symbol!r}: must be the symbol of a state: {', '.join(states.values())}"
+            )
+    if event.reset and system.coordinates:
+        raise ModelError(f"{where}: resets in a system with regular coordinates are not built; surfaces are")
+
+
+def _check_beside(system: System) -> None:
+    """Refuse events beside what they were not built for."""
+    first = next(iter((*system.events, *(event for law in system.controllers for event in law.events))), None)
+    if first is None:
+        return
+    for present, what in (
+        (system.diffusion is not None, "process noise, whose paths cross a guard without end"),
+        (bool(algebraic_rows(system)), "algebraic states, which would have to jump with the others"),
+        (any(law.rates for law in system.controllers), "a continuous law that has states of its own"),
+    ):
+        if present:
+            raise ModelError(f"{first.origin}: event {first.name!r} cannot stand beside {what}")
+
+
+def _check_distinct(events: Iterable[Event]) -> None:
+    seen: set[str] = set()
+    for event in events:
+        where = f"{event.origin}: event {event.name!r}"
+        check_names([event.direction], DIRECTIONS, f"{where}: direction")
+        if not _NAME.fullmatch(event.name):
+            raise ModelError(f"{where}: must be letters, digits and underscores, beginning with a letter")
+        if event.name in seen:
+            raise ModelError(f"{where} is there twice")
+        if not event.title.isprintable() or any(mark in event.title for mark in ("*/", '"""', "\\")):
+            raise ModelError(f'{where}: title {event.title!r}: must be one line without */, """ and backslashes')
+        seen.add(event.name)

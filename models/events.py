@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Events: where a guard crosses zero, and what the state is then.
+
+A mode is a state whose rate is zero and which resets assign, so that modes need nothing of their own. An event that
+resets nothing is a switching surface: a step ends on it, so that none crosses a kink.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import sympy as sp
+from sympy.core.relational import Relational
+
+from .derivation import Derivation, Expr
+from .quantities import Located
+
+
+@dataclass(frozen=True)
+class Event(Located):
+    """What happens where a guard crosses zero.
+
+    Parameters
+    ----------
+    name : str
+        Identifier, in results and messages.
+    guard : Expr
+        A function of x, u, p and time; of a law's events of x, r, p and c.
+    direction : {"either", "rising", "falling"}
+        Which crossings count.
+    reset : mapping of sympy.Symbol to Expr
+        The value that a state has after the event, as a function of x, u, p and time before it; the others keep
+        theirs. An event without resets is a switching surface.
+    ends : bool
+        Whether the run ends there.
+    title : str
+        One line for people.
+    """
+
+    name: str
+    guard: Expr
+    direction: str = "either"
+    reset: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
+    ends: bool = False
+    title: str = ""
+
+
+def surfaces(name: str, expressions: Expr | Iterable[Expr], derivation: Derivation | None = None) -> tuple[Event, ...]:
+    """Return events on the kinks and jumps of expressions, so that no step of an integration crosses one.
+
+    Parameters
+    ----------
+    name : str
+        What the events are called, with a number each.
+    expressions : Expr or iterable of Expr
+        Rates, or the command of a continuous law. Every `Min`, `Max`, `sign`, `Abs` and `Piecewise` in them counts.
+    derivation : Derivation, optional
+        Where the definitions stand that the expressions use; they are looked through.
+    """
+    roots = [expressions] if isinstance(expressions, sp.Basic) else list(expressions)
+    definitions = {} if derivation is None else derivation.definitions
+    guards: dict[str, Expr] = {}  # by their texts: while a model is derived, equality of expressions is refused
+    for node in _parts(roots, definitions):
+        for guard in _kinks(node):
+            if guard.free_symbols and sp.srepr(-guard) not in guards:
+                guards[sp.srepr(guard)] = guard
+    return tuple(Event(f"{name}_{k}", guard, title=f"kink of {name}") for k, guard in enumerate(guards.values(), 1))
+
+
+def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> Iterator[sp.Basic]:
+    """Yield the parts of expressions, and of each definition that they use once."""
+    stack, seen = list(roots)[::-1], set[str]()
+    while stack:
+        for node in sp.preorder_traversal(stack.pop()):
+            yield node
+            if isinstance(node, sp.Symbol) and node in definitions and node.name not in seen:
+                seen.add(node.name)
+                stack.append(definitions[node])
+
+
+def _kinks(node: sp.Basic) -> Iterator[Expr]:
+    """Yield what crosses zero where a part of an expression switches."""
+    if isinstance(node, sp.Min | sp.Max):
+        for a, b in itertools.combinations(sorted(node.args, key=sp.default_sort_key), 2):
+            yield a - b
+    elif isinstance(node, sp.sign | sp.Abs):
+        yield node.args[0]
+    elif isinstance(node, Relational):
+        yield node.lhs - node.rhs

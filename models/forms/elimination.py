@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gauss's elimination with named steps: what is computed once is named, and never multiplied out.
+
+The pivots are chosen from the places of the zeros alone, so that single runs and lanes do the same. Zeros cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+Place = tuple[int, int]
+Define = Callable[[str, int, int, sp.Expr], sp.Expr]
+"""Names an entry of a factor, `L` or `U`, by its row and column."""
+
+
+class SingularError(ValueError):
+    """A matrix whose zeros alone make it singular, or that is so in plain numbers."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """A matrix as the product of a lower and an upper one, in the order of its pivots.
+
+    Attributes
+    ----------
+    pivots : tuple of (row, column)
+        In the order of elimination.
+    lower, upper : mapping of (row, column) to Expr
+        Entries that are not zero; the diagonal of `lower` is one.
+    """
+
+    pivots: tuple[Place, ...]
+    lower: dict[Place, sp.Expr]
+    upper: dict[Place, sp.Expr]
+
+    def solution(self, right: Sequence[sp.Expr], define: Callable[[int, sp.Expr], sp.Expr]) -> list[sp.Expr]:
+        """Return x of matrix x = right; `define` names an entry of it."""
+        between: dict[int, sp.Expr] = {}
+        for row, _ in self.pivots:
+            between[row] = right[row] - sum(
+                self.lower[row, k] * y for k, y in between.items() if (row, k) in self.lower
+            )
+        x: dict[int, sp.Expr] = {}
+        for row, column in reversed(self.pivots):
+            rest = sum(self.upper[row, k] * value for k, value in x.items() if (row, k) in self.upper)
+            x[column] = define(column, (between[row] - rest) / self.upper[row, column])
+        return [x[k] for k in range(len(right))]
+
+
+def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
+    """Return the factors of a regular matrix; of a symmetric one each multiplier is a quotient of what is there.
+
+    Raises
+    ------
+    SingularError
+        If there is no pivot that is not zero.
+    """
+    pivots = _order({(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0}, matrix.rows)
+    symmetric = matrix == matrix.T and all(row == column for row, column in pivots)
+    lower: dict[Place, sp.Expr] = {}
+    upper: dict[Place, sp.Expr] = {}
+    for step, (row, column) in enumerate(pivots):
+        done, rest = pivots[:step], pivots[step:]
+
+        def entry(i: int, j: int, done: Sequence[Place] = done) -> sp.Expr:
+            terms = (lower[i, r] * upper[r, j] for r, _ in done if (i, r) in lower and (r, j) in upper)
+            return matrix[i, j] - sp.Add(*terms)
+
+        for _, j in rest:
+            value = entry(row, j)
+            if value != 0:
+                upper[row, j] = define("U", row, j, value)
+        if (row, column) not in upper:
+            raise SingularError(f"its pivot in row {row + 1}, column {column + 1} is zero")
+        for i, _ in rest[1:]:
+            value = upper.get((row, i), sp.S.Zero) if symmetric else entry(i, column)
+            if value != 0:
+                lower[i, row] = define("L", i, row, value / upper[row, column])
+    return Factors(pivots, lower, upper)
+
+
+def _order(full: set[Place], size: int) -> tuple[Place, ...]:
+    """Return pivots that keep the factors sparse: of all that may be one that which fills in least.
+
+    Source: Markowitz, Management Science 3 (1957) 255. Pivots of the diagonal go first: those of an inertia matrix are
+    positive in any order, and so are, with the other sign, those of multipliers once the motion is eliminated.
+    """
+    full, pivots = set(full), []
+    rows, columns = set(range(size)), set(range(size))
+    while rows:
+        places = sorted((i, j) for i, j in full if i in rows and j in columns)
+        places = [place for place in places if place[0] == place[1]] or places
+        if not places:
+            raise SingularError("the places of its zeros leave no pivot")
+        below = {j: [i for i in rows if (i, j) in full] for j in columns}
+        beside = {i: [j for j in columns if (i, j) in full] for i in rows}
+        row, column = min(places, key=lambda at: (len(beside[at[0]]) - 1) * (len(below[at[1]]) - 1))
+        full |= {(i, j) for i in below[column] for j in beside[row]}
+        pivots.append((row, column))
+        rows.remove(row)
+        columns.remove(column)
+    return tuple(pivots)

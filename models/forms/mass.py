@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A matrix before the rates: `mass` x' = `rhs`.
+
+Where it is regular the rates are solved for, in definitions, and every method, backend and tool has the plain form
+x' = ... (decision 0031). A state whose column is zero is algebraic: its row is an equation 0 = ..., which only a
+linearly implicit method can keep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from ..derivation import Derivation
+from ..quantities import ModelError, Quantity
+from ..system import Expr, System
+from .elimination import SingularError, factors
+
+
+def with_mass(system: System) -> System:
+    """Return a system whose `rhs` has the rates, and of algebraic states what is zero; the same one without a mass.
+
+    Of a mass with algebraic states the diagonal stays, ones and zeros. The equations as declared are the residual,
+    which generation holds the solved form against.
+    """
+    if system.mass is None or has_rates(system):
+        return system
+    algebraic = algebraic_rows(system)
+    moving = [k for k in range(len(system.states)) if k not in algebraic]
+    states, right = ([of[k] for k in moving] for of in (system.states.quantities, system.rhs))
+    steps = _Steps(system, states)
+    matrix = steps.matrix(system.mass.extract(moving, moving))
+    try:
+        solution = dict(zip(moving, steps.solution(matrix, right), strict=True))
+    except SingularError as error:
+        raise ModelError(f"{system.origin}: mass is singular: {error}; {_ADVICE}") from None
+    rates = _rates(system, states)
+    left = matrix * sp.Matrix(rates) - sp.Matrix(right)
+    return replace(
+        system,
+        mass=_ones(system) if algebraic else None,
+        steps=tuple(steps.derivation.steps),
+        rhs=tuple(solution.get(k, row) for k, row in enumerate(system.rhs)),
+        rates={q.name: rate for q, rate in zip(states, rates, strict=True)},
+        residual=tuple(left),
+    )
+
+
+class _Steps:
+    """What a mass matrix adds to a derivation, named after the states of its rows and columns."""
+
+    def __init__(self, system: System, states: Sequence[Quantity]) -> None:
+        self.derivation = Derivation(system.steps)
+        self._names = [q.name for q in states]
+        self._latex = [q.latex or sp.latex(q.symbol) for q in states]
+
+    def matrix(self, mass: sp.MatrixBase) -> sp.Matrix:
+        """Name the entries; opposite ones that are equal have one name."""
+        self.derivation.section("Mass matrix")
+        named = sp.zeros(*mass.shape)
+        for i in range(mass.rows):
+            for j in range(mass.cols):
+                alike = j < i and mass[i, j] == mass[j, i]
+                named[i, j] = named[j, i] if alike else self._entry("M", i, j, mass[i, j])
+        return named
+
+    def solution(self, matrix: sp.Matrix, right: Sequence[Expr]) -> list[Expr]:
+        """Return the rates of matrix rates = right."""
+        self.derivation.section("Rates from the mass matrix")
+        return factors(matrix, self._entry).solution(right, self._rate)
+
+    def _entry(self, letter: str, i: int, j: int, value: Expr) -> Expr:
+        """Name an entry of the matrix or of a factor; what is a number, or has a name in the matrix, needs none."""
+        if value.is_Number or (letter != "M" and value.is_Atom):
+            return value
+        row, column = self._names[i], self._names[j]
+        what, name = ("", "mass") if letter == "M" else (f"factor {letter} of the ", f"mass_{letter}")
+        return self.derivation.define(
+            f"{name}_{row}_{column}",
+            value,
+            title=f"{what}mass matrix, row of {row}, column of {column}",
+            latex=rf"{letter}_{{{self._latex[i]},{self._latex[j]}}}",
+        )
+
+    def _rate(self, k: int, value: Expr) -> Expr:
+        if value.is_Atom:
+            return value
+        name, latex = self._names[k], rf"\dot{{{self._latex[k]}}}"
+        return self.derivation.define(f"mass_rate_{name}", value, title=f"rate of {name}", latex=latex)
+
+
+_ADVICE = "an algebraic state has a column and a row of zeros"
+
+
+def algebraic_rows(system: System) -> tuple[int, ...]:
+    """Return the places of the states whose rates stand nowhere: their columns are zero.
+
+    Raises
+    ------
+    ModelError
+        If the rows there are not zero too.
+    """
+    mass = system.mass
+    if mass is None:
+        return ()
+    rows = {k for k in range(mass.rows) if all(entry == 0 for entry in mass.row(k))}
+    columns = {k for k in range(mass.cols) if all(entry == 0 for entry in mass.col(k))}
+    if rows != columns:
+        name = system.states.quantities[min(rows ^ columns)].name
+        zero, full = ("column", "row") if columns - rows else ("row", "column")
+        raise ModelError(
+            f"{system.origin}: mass is singular: the {zero} of {name!r} is zero and its {full} is not; {_ADVICE}"
+        )
+    return tuple(sorted(columns))
+
+
+def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+    """Return mass times rates, one expression a row."""
+    assert system.mass is not None
+    return tuple(system.mass * sp.Matrix(rates))
+
+
+def has_rates(system: System) -> bool:
+    """Tell whether a mass has ones and zeros on its diagonal alone: `rhs` has the rates."""
+    return bool(system.mass == _ones(system))
+
+
+def _ones(system: System) -> sp.Matrix:
+    algebraic = algebraic_rows(system)
+    return sp.diag(*(0 if k in algebraic else 1 for k in range(len(system.states))))
+
+
+def _rates(system: System, states: Sequence[Quantity]) -> list[sp.Symbol]:
+    """Return a symbol for the rate of each state, under a name that nothing else has."""
+    groups = (system.states, system.inputs, system.parameters)
+    taken = {q.name for group in groups for q in group} | {symbol.name for symbol in system.definitions}
+    names = []
+    for q in states:
+        name = f"{q.name}_rate"
+        while name in taken:
+            name += "_"
+        names.append(name)
+    return [sp.Symbol(name, real=True) for name in names]

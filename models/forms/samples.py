@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is counted in samples: laws that command once in so many, inputs that act so many after their command.
+
+A law that commands at some samples, while its memory is updated at each, is one whose memory also holds the last
+command and how many samples it has been held: every backend, lane, unit and board that runs laws with memory then runs
+it, and its equations say what it does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+import sympy as sp
+
+from ..quantities import Group, Located, Quantity
+from ..system import Condition, Controller, System
+
+HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
+_Part = TypeVar("_Part", bound=Located)
+_WHOLE = sp.Rational(1, 10**9)
+"""Of a whole number, as a parameter written in decimals has it: runtime/run/ticks.py takes multiples by the same."""
+
+
+def with_samples(system: System) -> System:
+    """Return a system whose laws all command at each sample, and whose delays are held to whole numbers.
+
+    The same system where they did and there are none.
+    """
+    if system.delays:
+        counts = dict.fromkeys(system.delays.values())
+        whole = (
+            _whole(q.symbol, q.name, "an input acts so many samples later")
+            for q in system.parameters
+            if q.name in counts
+        )
+        system = _located(replace(system, constraints=(*system.constraints, *whole)), system)
+    if not any(law.every for law in system.controllers):
+        return system
+    laws = tuple(_located(_held(system, law), law) if law.every else law for law in system.controllers)
+    return _located(replace(system, controllers=laws), system)
+
+
+def _located(part: _Part, original: _Part) -> _Part:
+    """Let messages about a part that was made of another name the place of that."""
+    object.__setattr__(part, "origin", original.origin)
+    return part
+
+
+def _held(system: System, law: Controller) -> Controller:
+    commanded = system.actuator.commanded if system.actuator else system.inputs
+    held = tuple(Quantity(f"{q.name}_held", q.unit, f"{q.description}, held") for q in commanded)
+    every = next(q.symbol for q in law.parameters if q.name == law.every)
+    new = HELD_FOR.symbol < sp.Rational(1, 2)
+    last = HELD_FOR.symbol + sp.Rational(3, 2) > every
+    command = tuple(sp.Piecewise((entry, new), (q.symbol, True)) for entry, q in zip(law.command, held, strict=True))
+    whole = _whole(every, law.every, "the law commands once in so many samples")
+    return replace(
+        law,
+        memory=Group("z", (*law.memory.quantities, *held, HELD_FOR)),
+        command=command,
+        start=(*law.start, *(sp.S.Zero for _ in held), sp.S.Zero),
+        update=(*law.update, *commanded.symbols, sp.Piecewise((sp.S.Zero, last), (HELD_FOR.symbol + 1, True))),
+        constraints=(*law.constraints, whole),
+        every="",
+    )
+
+
+def _whole(count: sp.Symbol, name: str, reason: str) -> Condition:
+    margin = _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))
+    return Condition(margin, f"{name} = {{{name}:g}} must be a whole number: {reason}")

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Events: steps that end where a guard crosses zero, and what the state is then.
+ *
+ * A step that was good is looked at through the cubic with its ends and their slopes. Where a guard crosses zero there in
+ * its direction the step is tried again to the crossing, until its own end is past one by the tolerance at most: then the
+ * state there is the method's own, and the cubic has only led to it. At the ends it is exact to second order, so that two
+ * or three trials do.
+ *
+ * The side of a guard is the sign that it has; it changes along the flow alone. A guard that is zero where a step begins,
+ * after an event or at the start of a run, rests: it is looked at over the time since, which has no root there, and goes
+ * to the side that its rate says. */
+#ifndef MEHVAR_EVENTS_H
+#define MEHVAR_EVENTS_H
+
+#include "control.h"
+
+/* Defined by whoever includes this: what is done with an event that happens in some lanes. */
+static void mv_happen(mv_loop *l, mask lanes, int event);
+
+/* Of a step, by which its end may be past a crossing, beside two spacings of time. Own: rates of the state times this are
+ * beyond the digits of its change over the step; ten times as much still are, a tenth is the rounding of the cubic. */
+#define LOCATED 1e-13
+/* Looks at a step, evenly: two crossings between two of them are missed. Own. */
+#define LOOKS 4
+/* Of a step, over which the rate of a resting guard is taken: half the digits of a double, as TIME_STEP. */
+#define PROBE 1.5e-8
+/* Of the size of a guard: below, it is zero after an event. Own: far from the 1e-13 that a crossing is located to, and from
+ * guards that mean something. */
+#define RESTING 1e-9
+/* Of the mean rate of a guard in a step, its rate at a crossing; of a parabola from zero to zero it is four. Own: what the
+ * guard changes by in the time that a crossing is located to, times this, is zero, and a guard that is as near to its
+ * crossing crosses with another. A fourth would lose the smallest hops. */
+#define STEEPEST 16
+/* Of a run: two events that are closer make no progress; and how many of them in a row end the run. Own. Impacts of a ball
+ * come ever closer, until PROBE cannot tell them apart, some 1e-14 s: at these numbers the run ends before, if the ball keeps
+ * three hundredths of its speed. A tenth of STALLED asks for ten; twice CHATTERING, for a fifth. */
+#define STALLED 1e-9
+#define CHATTERING 4
+/* The most halvings or secants of a search; it needs some eight. */
+#define SEARCHES 60
+
+static inline void mv_guards(mv_loop *l, real t, const real *q, real *g)
+{
+    if (SAMPLED) {
+        mv_call_guards(&l->model, q, l->column + U_COLUMN, g);
+        return;
+    }
+    mv_refer(l, t);
+    mv_call_loop_guards(&l->model, q, l->r, g);
+}
+
+/* Guards at a part of the step q -> y, of those that rest over that part. */
+static void mv_guards_within(mv_loop *l, real h, real part, real *g)
+{
+    const real *const f0 = l->k[0], *const f1 = l->k[STAGES], rest = K(1) - part;
+    for (int i = 0; i < NQ; i++) {
+        const real change = l->y[i] - l->q[i];
+        const real bend = rest * (h * f0[i] - change) + part * (change - h * f1[i]);
+        l->stage[i] = rest * l->q[i] + part * l->y[i] + part * rest * bend;
+    }
+    mv_guards(l, l->t + part * h, l->stage, g);
+    for (int e = 0; e < EVENTS; e++) g[e] = SELECT(LT(K(0), l->resting[e]), g[e] / part, g[e]);
+}
+
+static inline real mv_side(real g) { return SELECT(EQ(g, K(0)), SPLAT(0), mv_copysign(SPLAT(1), g)); }
+
+static inline real mv_located(const mv_loop *l, real h)
+{
+    return K(LOCATED) * h + K(2) * (mv_from_bits(mv_to_bits(l->t) + 1) - l->t);
+}
+
+static inline mask mv_counts(const mv_loop *l, int event, real side)
+{
+    const int direction = EVENT(event, 0);
+    (void)l;
+    return direction ? LT(side * K(direction), K(0)) : NE(side, K(0));
+}
+
+/* The part of the step where a guard, `first` at `low` and `last` at `high`, has crossed: the end of the last bracket. */
+static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real high, real first, real last, real tolerance)
+{
+    const real side = mv_side(first);
+    real g[EVENTS + 1], again = SPLAT(0);
+    mask open = lanes;
+    for (int k = 0; k < SEARCHES && mv_any(open); k++) {
+        const real width = high - low, secant = high - width * last / (last - first) + tolerance * K(0.25);
+        const mask inside = AND(LT(low, secant), LT(secant, high));
+        const real middle = low + K(0.5) * width, part = k < SEARCHES / 2 ? SELECT(inside, secant, middle) : middle;
+        mv_guards_within(l, h, part, g);
+        const mask past = AND(open, NE(mv_side(g[event]), side)), before = AND(open, NOT(past));
+        first = SELECT(AND(past, LT(K(0), again)), first * K(0.5), first); /* the Illinois rule */
+        last = SELECT(AND(before, LT(again, K(0))), last * K(0.5), last);
+        again = SELECT(past, SPLAT(1), SELECT(before, SPLAT(-1), again));
+        high = SELECT(past, part, high);
+        last = SELECT(past, g[event], last);
+        low = SELECT(before, part, low);
+        first = SELECT(before, g[event], first);
+        const real overshoot = mv_fabs(last * (high - low) / (last - first));
+        const mask near = OR(LE(high - low, tolerance * K(0.5)), AND(past, LE(overshoot, tolerance * K(0.5))));
+        open = AND(open, NOT(near));
+    }
+    return high;
+}
+
+/* Which of `lanes` have a crossing in the step q -> y, and its part of the step. Leaves in l->fires which guards cross
+ * there, in l->ahead the sides of the others where the step ends, in l->guard_end the guards there, in l->reaches the most
+ * that they come to. */
+static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
+{
+    real g[EVENTS + 1], before[EVENTS + 1], low = SPLAT(0), high = SPLAT(1), first[EVENTS + 1], last[EVENTS + 1];
+    mask crossed = mv_none(), at_once = mv_none();
+    int rests = 0;
+    for (int e = 0; e < EVENTS; e++) rests |= mv_any(AND(lanes, LT(K(0), l->resting[e])));
+    if (rests) mv_guards_within(l, h, SPLAT(PROBE), g);
+    for (int e = 0; e < EVENTS; e++) {
+        const mask resting = rests ? LT(K(0), l->resting[e]) : mv_none();
+        const real side = l->side[e], goes = rests ? mv_side(g[e]) : side;
+        const mask turned = AND(AND(lanes, resting), AND(NE(side, K(0)), AND(NE(goes, K(0)), NE(goes, side))));
+        const mask now = AND(turned, mv_counts(l, e, side));
+        at_once = OR(at_once, now);
+        l->fires[e] = SELECT0(now, SPLAT(1));
+        l->ahead[e] = SELECT(AND(resting, NOT(now)), goes, side);
+        l->reaches[e] = mv_fabs(l->guard[e]);
+        before[e] = rests ? SELECT(resting, g[e], l->guard[e]) : l->guard[e];
+        first[e] = last[e] = before[e];
+    }
+    crossed = at_once;
+    for (int look = 1; look <= LOOKS; look++) {
+        mask here = mv_none();
+        mv_guards_within(l, h, SPLAT((double)look / LOOKS), g);
+        for (int e = 0; e < EVENTS; e++) {
+            const real side = l->ahead[e], now = mv_side(g[e]);
+            l->reaches[e] = mv_max(l->reaches[e], mv_fabs(g[e]));
+            const mask open = AND(lanes, NOT(crossed)), flips = AND(open, AND(NE(side, K(0)), NE(now, side)));
+            const mask counts = AND(flips, mv_counts(l, e, side));
+            here = OR(here, counts);
+            l->fires[e] = SELECT(counts, SPLAT(1), l->fires[e]);
+            first[e] = SELECT(open, before[e], first[e]);
+            last[e] = SELECT(open, g[e], last[e]);
+            const real other = SELECT(EQ(now, K(0)), SPLAT(0) - side, now);
+            l->ahead[e] = SELECT(AND(flips, NOT(counts)), other, SELECT(AND(open, EQ(side, K(0))), now, side));
+            before[e] = g[e];
+        }
+        low = SELECT(here, SPLAT((double)(look - 1) / LOOKS), low);
+        high = SELECT(here, SPLAT((double)look / LOOKS), high);
+        crossed = OR(crossed, here);
+    }
+    mv_copy(l->guard_end, g, EVENTS); /* over a part of one, where they rest */
+    *part = SELECT(at_once, SPLAT(0), high);
+    for (int e = 0; e < EVENTS; e++) {
+        const mask searched = AND(AND(crossed, NOT(at_once)), LT(K(0), l->fires[e]));
+        if (!mv_any(searched)) continue;
+        const real root = mv_search(l, h, e, searched, low, high, first[e], last[e], tolerance / h);
+        *part = SELECT(searched, mv_min(*part, root), *part);
+    }
+    return crossed;
+}
+
+/* Of the lanes that may keep a step of length h, of those that tried one, which are `open`, those whose step has no event before its end. Others are to try again
+ * as far as l->reach; l->fires says what happens at the end. */
+static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
+{
+    const real tolerance = mv_located(l, h);
+    real part;
+    const mask crossed = mv_root(l, h, lanes, tolerance, &part);
+    const mask early = AND(crossed, LT(tolerance, h - part * h));
+    const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
+    l->reach = SELECT(early, reach, SELECT(open, SPLAT(MV_INFINITY), l->reach));
+    mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
+    const mask happens = AND(crossed, NOT(early));
+    for (int e = 0; e < EVENTS; e++) {
+        const real side = l->ahead[e], now = mv_fabs(l->guard_end[e]), past = mv_min(K(STEEPEST) * tolerance / h, SPLAT(1));
+        const mask stays = AND(EQ(l->resting[e], K(0)), EQ(side, l->side[e]));
+        const mask near = AND(stays, LE(now, past * (mv_fabs(l->guard[e]) - now)));
+        const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
+        l->fires[e] = SELECT0(fires, SPLAT(1));
+        l->zero[e] = SELECT(fires, l->reaches[e] * (K(RESTING) + past), K(RESTING) * now);
+        const mask moves = AND(lanes, NOT(early));
+        l->side[e] = SELECT(moves, SELECT(fires, SPLAT(0), side), l->side[e]);
+        l->guard[e] = SELECT(moves, l->guard_end[e], l->guard[e]);
+        l->resting[e] = SELECT(moves, SELECT0(EQ(l->guard_end[e], K(0)), SPLAT(1)), l->resting[e]);
+    }
+    l->happens = happens;
+    return AND(lanes, NOT(early));
+}
+
+/* Guards, and the sides of those that changed otherwise than along the flow: before the first step, and where an input
+ * has jumped. */
+static void mv_take_sides(mv_loop *l)
+{
+    real g[EVENTS + 1];
+    mv_guards(l, l->t, l->q, g);
+    for (int e = 0; e < EVENTS; e++) {
+        const mask same = l->started ? EQ(g[e], l->guard[e]) : mv_none();
+        l->side[e] = SELECT(same, l->side[e], mv_side(g[e]));
+        l->resting[e] = SELECT(same, l->resting[e], SELECT0(EQ(g[e], K(0)), SPLAT(1)));
+        l->guard[e] = g[e];
+    }
+}
+
+static mask mv_reset(mv_loop *l)
+{
+    real x[NX], u[NU], u_cmd[NU], x_next[NX];
+    mask reset = mv_none();
+    for (int e = 0; e < EVENTS; e++) {
+        const mask lanes = AND(l->happens, LT(K(0), l->fires[e]));
+        if (!mv_any(lanes)) continue;
+        mv_happen(l, lanes, e);
+        if (EVENT(e, 2)) mv_halt(l, lanes, MV_EVENT);
+        if (!EVENT(e, 1)) continue;
+        if (SAMPLED) {
+            mv_copy(x, l->q, NX);
+            mv_copy(u, l->column + U_COLUMN, NU);
+        } else {
+            mv_refer(l, l->t);
+            mv_call_observe(&l->model, l->q, l->r, x, u, u_cmd);
+        }
+        mv_call_resets(&l->model, x, u, SPLAT(e), x_next);
+        mv_blend(lanes, l->q, x_next, NQ < NX ? NQ : NX); /* as many: charts have no resets */
+        reset = OR(reset, lanes);
+    }
+    return reset;
+}
+
+/* The length of the next trial, h but for an event that the one before has shown. Fixed steps end where they do without
+ * events: at whole ones from `start`, to which a lane returns. `last` are the lanes that reach the target, `room` away. */
+static real mv_towards_event(const mv_loop *l, real start, real room, real h, mask *last)
+{
+    if (!ORDER) {
+        const real whole = mv_floor((l->t - start) / l->h + K(RESTING)) + SPLAT(1);
+        h = SELECT(*last, room, start + whole * l->h - l->t);
+    }
+    const mask shown = LT(l->reach, SPLAT(MV_INFINITY));
+    *last = OR(AND(shown, LE(room, l->reach)), AND(NOT(shown), *last));
+    return SELECT(shown, mv_min(room, l->reach), h);
+}
+
+/* Let the events happen that steps ended at, and begin anew behind them; `room` is left before the next stop. */
+static void mv_fire(mv_loop *l, real room)
+{
+    const mask happens = l->happens;
+    if (!mv_any(happens)) return;
+    const mask reset = mv_reset(l);
+    l->happens = mv_none();
+    real g[EVENTS + 1];
+    mv_guards(l, l->t, l->q, g);
+    for (int e = 0; e < EVENTS; e++) {
+        const mask other = AND(happens, OR(NE(g[e], l->guard[e]), LT(K(0), l->fires[e])));
+        const mask resting = LE(mv_fabs(g[e]), l->zero[e]);
+        l->side[e] = SELECT(AND(other, NOT(resting)), mv_side(g[e]), l->side[e]);
+        l->resting[e] = SELECT(other, SELECT0(resting, SPLAT(1)), l->resting[e]);
+        l->guard[e] = SELECT(happens, g[e], l->guard[e]);
+    }
+    if (mv_any(reset)) {
+        mv_slope(l, l->t, l->q, l->y);
+        mv_blend(reset, l->k[0], l->y, NQ);
+        mv_halt(l, AND(reset, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
+        if (ORDER) l->h = SELECT(AND(reset, LT(K(0), room)), mv_first_step(l, room), l->h);
+    }
+    l->reserve = SELECT(happens, SPLAT(1), l->reserve);
+    const mask stalled = AND(happens, LE(l->t - l->t_event, K(STALLED * l->schedule->t[l->schedule->ticks - 1])));
+    l->stalled = SELECT(stalled, l->stalled + SPLAT(1), SELECT(happens, SPLAT(0), l->stalled));
+    l->t_event = SELECT(happens, l->t, l->t_event);
+    mv_halt(l, AND(happens, LE(SPLAT(CHATTERING), l->stalled)), MV_CHATTERING);
+}
+
+#endif

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is random in the state: process noise over a step, and random steps at samples.
+ *
+ * The numbers of a step depend on seed, run, the number of the step and the component alone. Source: Kloeden & Platen,
+ * Numerical Solution of Stochastic Differential Equations, sections 10.2 (Euler and Maruyama) and 11.1 (Platen). */
+#ifndef MEHVAR_RANDOM_H
+#define MEHVAR_RANDOM_H
+
+#include "noise.h"
+#include "state.h"
+
+/* Defined by whoever includes this: the numbers of one sample or step. */
+static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, real *e);
+
+/* Platen's terms of strong order one, without derivatives, for noise that commutes: of each process j the change of b
+ * from x to x + a h + b_j sqrt(h), along (dw_j dw - h e_j) / 2. They vanish where b does not depend on the state. */
+static void mv_add_platen(mv_loop *l, real h, real root, const real *dw)
+{
+    real along[WIENER + 1], support[NX], there[NX], here[NX];
+    for (int j = 0; j < WIENER; j++) {
+        for (int i = 0; i < WIENER; i++) along[i] = i == j ? root : SPLAT(0);
+        mv_call_diffuse(&l->model, l->q, along, support);
+        for (int i = 0; i < NX; i++) support[i] += l->q[i] + h * l->k[0][i];
+        for (int i = 0; i < WIENER; i++) along[i] = K(0.5) * (dw[j] * dw[i] - (i == j ? h : SPLAT(0)));
+        mv_call_diffuse(&l->model, support, along, there);
+        mv_call_diffuse(&l->model, l->q, along, here);
+        for (int i = 0; i < NX; i++) l->y[i] += (there[i] - here[i]) / root;
+    }
+}
+
+/* Over the step q -> y of length h, whose slope at q is k[0]. */
+static void mv_diffuse(mv_loop *l, real h)
+{
+    real dw[WIENER + 1], change[NX];
+    const real root = mv_sqrt(h);
+    mv_draw(l, MV_OF_WIENER_PROCESSES, l->diffused++, WIENER, dw);
+    for (int i = 0; i < WIENER; i++) dw[i] *= root;
+    mv_call_diffuse(&l->model, l->q, dw, change);
+    for (int i = 0; i < NX; i++) l->y[i] += change[i];
+    if (STRONG) mv_add_platen(l, h, root, dw);
+}
+
+/* The random step of the sample `evaluation`, in the lanes that came to it. */
+static void mv_jump(mv_loop *l, int64_t evaluation)
+{
+    real e[JUMP + 1], after[NX];
+    mv_draw(l, MV_OF_RANDOM_STEPS, evaluation, JUMP, e);
+    mv_call_jump(&l->model, l->q, e, after);
+    mv_blend(l->alive, l->q, after, NX);
+}
+
+#endif

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every example is held to: backends, runs of a batch repeated alone, an edit told by a diff, the board."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+import mehvar
+from mehvar.codegen.diff import compare
+from mehvar.codegen.equations.document import Document
+from mehvar.codegen.generate import system_of as derived
+from mehvar.codegen.workspace import Tree
+from mehvar.models.system import System
+from mehvar.runtime import load
+from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from tests.examples.pages import generated
+
+
+def system_of(folder: Path) -> System:
+    """Return the system that a generated folder of a project was written from."""
+    return derived(Tree(folder.parents[1]), folder.name, {})
+
+
+def backends_agree(folder: Path, law: str, state: str, tolerance: float, **options: object) -> None:
+    """Run in C and in Python."""
+    compiled, plain = (mehvar.simulate(folder, law, backend=backend, **options) for backend in ("c", "python"))
+    np.testing.assert_allclose(compiled[state], plain[state], atol=tolerance)
+
+
+def runs_repeat(folder: Path, laws: Sequence[str], vary: Mapping[str, str], out: Path, **options: object) -> None:
+    """Draw runs in lanes, and repeat each alone: the same bits."""
+    for law in laws:
+        mehvar.batch(folder, law, n=9, seed=1, vary=dict(vary), out=out / f"{law}.zarr", **options)
+        store = open_store(out / f"{law}.zarr")
+        plan = plan_of(store, folder)
+        assert {difference(repeat_run(plan, store, k), plan, store, k) for k in range(9)} == {""}
+
+
+def diff_tells(folder: Path, old: str, new: str, name: str) -> None:
+    """Edit a model's text, and have the edit shown where it was made: at an entry of the mass matrix."""
+    project = folder.parents[1]
+    other = project.with_name(f"{project.name}-edited")
+    shutil.copytree(project / "models", other / "models")
+    text = other / "models" / folder.name / "__init__.py"
+    source = text.read_text(encoding="utf-8")
+    assert source.count(old) == 1
+    text.write_text(source.replace(old, new), encoding="utf-8")
+    edited = generated(folder.name, other)
+    sides = (Document.parse((f / "equations.json").read_text(), load(f, "python").manifest) for f in (folder, edited))
+    assert name in {row.name for row in compare(*sides).sources}
+
+
+def board_agrees(folder: Path, law: str) -> None:
+    """Run the law as firmware, the plant as its self-test, on this machine: the bits of the host."""
+    assert run_on_board(load(folder, backend="c"), BoardRequest(law, "sil", samples=50)).max_ulp == 0

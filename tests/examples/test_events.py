@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Events of three systems against closed forms and SciPy: impacts, hysteresis of thrusters, a brake."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import mehvar
+from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import simulate
+
+from .pages import lines, model_here, model_of_page
+
+METHODS = ("rk4", "dopri5", "dop853", "rock4", "rodas5p")
+NAMES = ("bounce", "thruster", "cubli")
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    places = {name: tmp_path_factory.mktemp(name) for name in NAMES}
+    return {
+        name: model_of_page("how-to/events.md", name, place) if name == "bounce" else model_here(name, place)
+        for name, place in places.items()
+    }
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_is_short(folders, name):
+    assert lines(folders[name].parents[1] / "models" / name) <= 100
+
+
+def impacts(n, g=9.81, e=0.97, height=1.0):
+    """When a ball that is let go hits the ground."""
+    first = math.sqrt(2 * height / g)
+    return first + np.append(0, np.cumsum(2 * first * e ** np.arange(1, n)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_fifty_bounces(folders, backend, method):
+    """In free fall every method is exact, so that what is off is the location alone."""
+    run = simulate(folders["bounce"], "fall", backend=backend, method=method)
+    times = [t for t, _ in run.events]
+    assert len(times) > 50
+    np.testing.assert_allclose(times, impacts(len(times)), atol=2e-11)
+    assert {name for _, name in run.events} == {"impact"}
+    assert np.all(run.x[:, 0] > -1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_ever_closer_impacts_end_with_a_message(folders, backend, method):
+    run = simulate(folders["bounce"], "fall", backend=backend, method=method, e=0.5)
+    assert run.status is Status.CHATTERING
+    assert run.reason.startswith("the event impact happens again and again without progress in time at t = 1.35457")
+    assert abs(run.t_stop - 3 * math.sqrt(2 / 9.81)) < 1e-7
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("options", [{}, {"hold": 0.05}])
+def test_a_ball_that_starts_on_the_ground(folders, backend, options):
+    run = simulate(
+        folders["bounce"], "fall", backend=backend, initial={"height": 0.0, "speed": 3.0}, t_end=2.0, **options
+    )
+    assert abs(run.events[0][0] - 2 * 3 / 9.81) < 1e-12
+
+
+def test_an_impact_at_a_sample_comes_before_it(folders):
+    """The state of the sample is the one after the event."""
+    first = math.sqrt(2 / 9.81)
+    run = simulate(folders["bounce"], "fall", t_end=2 * first, dt_out=first / 4)
+    assert len(run.events) == 1
+    assert run.x[4, 1] > 0
+
+
+def by_scipy(rate, guards, x, end):
+    """Integrate with SciPy from event to event; guards are (function, direction, reset)."""
+    t, log, ends = 0.0, [], []
+    for function, direction, _ in guards:
+
+        def event(t, x, function=function):
+            return function(x)
+
+        event.terminal, event.direction = True, direction
+        ends.append(event)
+    while t < end:
+        solution = solve_ivp(rate, (t, end), x, method="DOP853", rtol=1e-12, atol=1e-13, events=ends)
+        t, x = solution.t[-1], solution.y[:, -1]
+        if solution.status == 1:
+            which = next(k for k, times in enumerate(solution.t_events) if times.size)
+            log.append((t, which))
+            x = guards[which][2](x)
+            beyond = min(t + 1e-4, end)  # past the zero, where SciPy would find the same event again
+            x = solve_ivp(rate, (t, beyond), x, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+            t = beyond
+    return log, x
+
+
+def thrusters():
+    """The axis under thrusters by hand."""
+
+    def rate(_t, x):
+        return [x[1], (0.5 * x[2] + 0.01) / 10, 0.0]
+
+    def signal(x):
+        return -(x[0] + 4 * x[1])
+
+    return rate, (
+        (lambda x: signal(x) - 0.1, 1, lambda x: [*x[:2], 1.0]),
+        (lambda x: signal(x) - 0.05, -1, lambda x: [*x[:2], min(x[2], 0.0)]),
+        (lambda x: -signal(x) - 0.1, 1, lambda x: [*x[:2], -1.0]),
+        (lambda x: -signal(x) - 0.05, -1, lambda x: [*x[:2], max(x[2], 0.0)]),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_thruster_with_hysteresis(folders, backend, method):
+    names = ("fire_plus", "rest_plus", "fire_minus", "rest_minus")
+    rate, guards = thrusters()
+    log, x = by_scipy(rate, guards, [0.3, 0.0, -1.0], 60.0)
+    run = simulate(folders["thruster"], "trigger", backend=backend, method=method)
+    assert [name for _, name in run.events] == [names[k] for _, k in log]
+    assert len(log) > 10
+    np.testing.assert_allclose([t for t, _ in run.events], [t for t, _ in log], atol=1e-8)
+    np.testing.assert_allclose(run.x[-1], x, atol=1e-8)
+    assert set(run.x[:, 2]) <= {-1.0, 0.0, 1.0}
+
+
+def test_a_thruster_beside_a_sampled_law(folders):
+    """Python and C agree on the same steps: to the location of the events."""
+    c, python = (
+        simulate(folders["thruster"], "damped", backend=backend, method="dopri5") for backend in ("c", "python")
+    )
+    assert [name for _, name in c.events] == [name for _, name in python.events]
+    assert len(c.events) > 3
+    np.testing.assert_allclose(c.x[-1], python.x[-1], atol=1e-9)
+
+
+def cube(jump=72.0):
+    """The Cubli's prototype by hand."""
+    arm, l_b, m_b, m_w, i_b, i_w, c_b, c_w, g = 0.085, 0.075, 0.419, 0.204, 3.34e-3, 0.57e-3, 1.02e-3, 0.05e-3, 9.81
+    pivot, weight = i_b + m_w * arm**2, (m_b * l_b + m_w * arm) * g
+
+    def rate(_t, x):
+        angle, speed, wheel, phase = x
+        torque = 0.04 if phase == 0 else 2 * angle + 0.2024 * speed + 3.2e-3 * wheel if phase == 2 else 0.0
+        turn = (weight * math.sin(angle) - c_b * speed - torque + c_w * wheel) / pivot if phase else 0.0
+        return [speed if phase else 0.0, turn, (torque - c_w * wheel) / i_w - turn, 0.0]
+
+    def stopped(x):
+        return [x[0], (i_w * (x[1] + x[2]) + pivot * x[1]) / (i_w + pivot), 0.0, 1.0]
+
+    return rate, (
+        (lambda x: x[2] - jump if x[3] == 0 else -1.0, 1, stopped),
+        (lambda x: x[0] + 0.15, 1, lambda x: [*x[:3], 2.0]),
+        (lambda x: x[0] + math.pi / 4 if x[3] else 1.0, -1, lambda x: [x[0], 0.0, x[2], 0.0]),
+    )
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "rock4", "rodas5p"])
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_the_cubli_jumps_up(folders, backend, method):
+    rate, guards = cube()
+    log, x = by_scipy(rate, guards, [-math.pi / 4, 0.0, 0.0, 0.0], 4.0)
+    run = simulate(folders["cubli"], "stand_up", backend=backend, method=method, rtol=1e-9, atol=1e-10)
+    assert [name for _, name in run.events] == ["brake", "catch"] == [("brake", "catch", "land")[k] for _, k in log]
+    np.testing.assert_allclose([t for t, _ in run.events], [t for t, _ in log], atol=1e-7)
+    np.testing.assert_allclose(run.x[-1], x, atol=1e-6)
+    assert abs(run.x[-1, 0]) < 0.01
+
+
+def test_braked_too_early_it_falls_back(folders):
+    run = simulate(folders["cubli"], "stand_up", jump=60.0, t_end=3.0)
+    assert [name for _, name in run.events][:3] == ["brake", "land", "brake"]
+
+
+def test_braking_conserves_the_angular_momentum(folders):
+    model = mehvar.load(folders["cubli"])
+    before = np.array([-0.5, 0.3, 70.0, 0.0])
+    after = model.functions["resets"](before, [0.0], model.parameters(), 0.0)
+    pivot, wheel = 3.34e-3 + 0.204 * 0.085**2, 0.57e-3
+    momenta = [pivot * x[1] + wheel * (x[1] + x[2]) for x in (before, after)]
+    np.testing.assert_allclose(momenta[1], momenta[0], rtol=1e-14)
+    assert after[2] == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("name", "law", "vary"),
+    [
+        ("bounce", "fall", {"e": "uniform(0.3, 1)", "g": "uniform(1, 20)"}),
+        ("bounce", "fall", {"e": "uniform(0.8, 1)", "height_0": "uniform(0, 2)"}),
+        ("thruster", "trigger", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
+        ("thruster", "damped", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
+        ("cubli", "stand_up", {"jump": "uniform(50, 90)"}),
+    ],
+)
+def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, method):
+    runs = mehvar.batch(
+        folders[name], law, n=9, seed=1, vary=vary, method=method, t_end=5.0, out=tmp_path / "runs.zarr"
+    )
+    store = open_store(tmp_path / "runs.zarr")
+    plan = plan_of(store, folders[name])
+    for number in range(9):
+        text = difference(repeat_run(plan, store, number), plan, store, number)
+        assert not text or (method == "rk4" and "in error" in text)
+    counts = runs[{"bounce": "impacts", "thruster": "pulses", "cubli": "jumps"}[name]].values
+    assert counts.max() > 1
