@@ -17,7 +17,7 @@ from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
-from ..run.options import OPTIONS
+from ..run.options import FIXED, OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
@@ -140,7 +140,8 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
     """Say how a repeated run differs from the stored one: nothing when no bit does, None when it is not stored.
 
     Every variable of the store is compared, but for the state at the end of a run that did not reach its end, which
-    lies between samples; of the attributes, those that say which run it is.
+    lies between samples, and for the error of a method with a fixed step, which a batch alone estimates; of the
+    attributes, those that say which run it is.
     """
     block = number // store.chunk
     if block not in store.stored():
@@ -151,7 +152,8 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
     if run.status is not Status.DONE:
         numbers["final"] = store.read("final", [block])[row]
     differences = [f"{name} is not in both" for name in sorted(numbers.keys() ^ variables.keys())]
-    for name in variables.keys() & numbers.keys():
+    batch_only = {"error"} if run.options["method"] in FIXED else set()
+    for name in (variables.keys() & numbers.keys()) - batch_only:
         here, there = np.asarray(numbers[name]), store.read(name, [block])[row]
         if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f"):
             differences.append(f"{name} by up to {_largest(here, there):.3g}")

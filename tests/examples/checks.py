@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from mehvar.runtime import load
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.board.run import BoardRequest, run_on_board
+from tests import commands
 from tests.examples.pages import generated
 
 
@@ -44,16 +47,33 @@ def runs_repeat(folder: Path, laws: Sequence[str], vary: Mapping[str, str], out:
 
 def diff_tells(folder: Path, old: str, new: str, name: str) -> None:
     """Edit a model's text, and have the edit shown where it was made: at an entry of the mass matrix."""
+    edited = generated(folder.name, _edited(folder, old, new))
+    sides = (Document.parse((f / "equations.json").read_text(), load(f, "python").manifest) for f in (folder, edited))
+    assert name in {row.name for row in compare(*sides).sources}
+
+
+def command_shows(folder: Path, old: str, new: str, *rows: str) -> None:
+    """Edit a model's text, and have `mehvar diff` print these rows."""
+    shown = subprocess.run(
+        [*commands.mehvar(), "diff", str(folder), "work"],
+        cwd=_edited(folder, old, new), capture_output=True, text=True,
+    )  # fmt: skip
+    assert shown.returncode == 1, shown.stdout + shown.stderr
+    for row in rows:
+        assert row in shown.stdout
+
+
+def _edited(folder: Path, old: str, new: str) -> Path:
+    """Copy the project of a generated folder, with an edit of the model's text."""
     project = folder.parents[1]
-    other = project.with_name(f"{project.name}-edited")
+    other = project.with_name(f"{project.name}-{zlib.crc32(new.encode())}")
     shutil.copytree(project / "models", other / "models")
+    (other / "generated").mkdir()
     text = other / "models" / folder.name / "__init__.py"
     source = text.read_text(encoding="utf-8")
     assert source.count(old) == 1
     text.write_text(source.replace(old, new), encoding="utf-8")
-    edited = generated(folder.name, other)
-    sides = (Document.parse((f / "equations.json").read_text(), load(f, "python").manifest) for f in (folder, edited))
-    assert name in {row.name for row in compare(*sides).sources}
+    return other
 
 
 def board_agrees(folder: Path, law: str) -> None:
