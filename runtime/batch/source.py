@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mehvar.manifest import Controller, Event, Function, Manifest, Metric
@@ -16,7 +16,7 @@ from ..compiling.structures import structures
 from ..model.generated import generated_text
 from ..run.calls import events_of, loop_calls
 from ..run.metrics import metrics_of
-from ..run.options import METHODS, Method
+from ..run.options import INTEGRATORS, STIFF, Integrator
 from ..run.problem import STAGES
 
 _RESULTS = {
@@ -65,13 +65,19 @@ _OWN = {
 
 @dataclass(frozen=True)
 class KernelLoop:
-    """Which loop a kernel runs: a law, a variant of the plant, a method."""
+    """Which loop a kernel runs: a law, a variant of the plant, a method, and whether runs end that are stiff to it."""
 
     manifest: Manifest
     controller: Controller
     suffix: str
     sampled: bool
-    method: Method
+    method: Integrator
+    stiff_test: bool = False
+
+    @property
+    def stiff(self) -> KernelLoop:
+        """The loop of the runs that are stiff to this one."""
+        return replace(self, method=STIFF, stiff_test=False)
 
     @property
     def calls(self) -> dict[str, Function]:
@@ -201,6 +207,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "WIENER": len(manifest.wiener),
         "JUMP": len(manifest.random_step),
         "STRONG": loop.method == "platen",
+        "STIFF_TEST": loop.stiff_test,
         "LIMITS": len(manifest.limits),
         "EVENTS": len(loop.events),
         "SAMPLED": loop.sampled,
@@ -247,10 +254,10 @@ def _expression(name: str, call: str) -> str:
     return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x", "event": "&event"}.get(name, name)
 
 
-def _method(method: Method) -> tuple[list[str], dict[str, str]]:
+def _method(method: Integrator) -> tuple[list[str], dict[str, str]]:
     """Return the coefficients of a method: lines with tables, and the definitions that read them or hold its sums."""
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
-    tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
+    tableau = (kind * len(INTEGRATORS)).in_dll(load_native(), "mv_tableaux")[INTEGRATORS.index(method)]
     stages = tableau.stages
     estimated = str(int(bool(tableau.e or tableau.d)))
     common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": estimated, **_dense(tableau)}

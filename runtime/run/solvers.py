@@ -46,6 +46,26 @@ def _rodas_rows() -> FloatArray:
     return np.array([row + [0.0] * (_RODAS_STAGES - len(row)) for row in rows])
 
 
+class StiffTest:
+    """Whether stability and not error holds the steps of SciPy's DOP853: the test of native/step/stiffness.h."""
+
+    _STABLE_PIECE, _STIFF_STEPS, _SMOOTH_STEPS = 6.1, 15, 6
+
+    def __init__(self) -> None:
+        self._stiff = self._smooth = 0
+
+    def is_stiff_after(self, solver: Any) -> bool:
+        """Look at the step that was taken last."""
+        h, slopes, last = solver.h_previous, solver.K, solver.n_stages - 1
+        place = solver.y_old + h * (solver.A[last, :last] @ slopes[:last])
+        if h * norm(slopes[-1] - slopes[last]) > self._STABLE_PIECE * norm(solver.y - place):
+            self._stiff, self._smooth = self._stiff + 1, 0
+        else:
+            self._smooth += 1
+        self._stiff = 0 if self._smooth >= self._SMOOTH_STEPS else self._stiff
+        return self._stiff >= self._STIFF_STEPS
+
+
 class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
     """Eight stages of order five, each a linear system, for stiff loops; dense output of order four.
 

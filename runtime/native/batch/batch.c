@@ -82,7 +82,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
         b->maximum[i] = SPLAT(-MV_INFINITY);
     }
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
-        b->run[lane] = job->first_run + (uint64_t)(first + lane);
+        b->run[lane] = job->number[first + lane < job->runs ? first + lane : job->runs - 1];
         AT(lanes, lane) = first + lane < job->runs;
     }
     divide_work(b, work);
@@ -141,6 +141,7 @@ static void finish(mv_block *b)
     scatter(b, b->minimum, COLUMNS, job->minimum);
     scatter(b, b->maximum, COLUMNS, job->maximum);
     scatter(b, &l->t, 1, job->t_stop);
+    scatter(b, &l->t_stiff, 1, job->t_stiff);
     scatter(b, &l->error, 1, job->error);
     for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < job->runs; lane++) {
         const int64_t run = b->first + lane;

@@ -38,6 +38,7 @@
 #define IMPLICIT_G(s, j) (METHOD->g[s][j])
 #define IMPLICIT_C(s) (METHOD->c[s])
 #define IMPLICIT_D(s) (METHOD->d[s])
+#define STIFF_TEST (l->model.stiff_test)
 #define DENSE (METHOD->dense)
 #define SLOPES (METHOD->slopes)
 
@@ -215,6 +216,7 @@ void mv_run(mv_single *s, mv_work *w, int64_t until)
     s->tick = l->tick;
     s->t = l->t;
     s->error = l->error;
+    s->t_stiff = l->t_stiff;
     s->steps = (int64_t)l->steps;
     s->rejected = (int64_t)l->rejected;
     s->evaluations = l->evaluations;

@@ -21,6 +21,8 @@ static void mv_begin(mv_loop *l, mask alive)
     l->waiting = l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
+    l->stiff = l->smooth = SPLAT(0);
+    l->t_stiff = SPLAT(MV_NAN);
     l->reach = SPLAT(MV_INFINITY);
     l->t_event = SPLAT(-MV_INFINITY);
     l->stalled = SPLAT(0);

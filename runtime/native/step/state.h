@@ -19,6 +19,7 @@
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
  *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
+ *   STIFF_TEST                       a run ends where it is stiff to the method, dop853, see stiffness.h
  *   DENSE, SLOPES                    sums of the method's dense output, and how many slopes are in them; see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
@@ -70,6 +71,7 @@ typedef struct {
     real error;                /* the largest estimate over its tolerance */
     real steps, rejected;
     real trials;               /* since the last tick */
+    real stiff, smooth, t_stiff; /* steps that say so, steps since the last of them, and when that was enough; or NaN */
     real status, violated;     /* an mv_status, of a lane that is alive how it will end; index of the limit, or -1 */
     REALS(q, NQ);
     ROWS(k, MOST_SLOPES, NQ);  /* slopes at the stages, at the end of the step, and at stages of dense output */

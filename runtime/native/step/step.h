@@ -8,6 +8,7 @@
 #include "events.h"
 #include "implicit.h"
 #include "random.h"
+#include "stiffness.h"
 
 /* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
@@ -47,11 +48,12 @@ static mask mv_ticked(mv_loop *l, mask lanes, real after)
 /* One trial step of the lanes `open`; `last` are those that reach the target with it. Returns those that took it. */
 static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real *ratio)
 {
-    real *end = l->k[STAGES];
+    real *end = l->k[STAGES], last_stage[NQ];
     /* where the slope at the end is that of the next step, or leads to events */
     const mask goes_on = SAMPLED && !EVENTS ? NOT(last) : mv_all();
     if (GAMMA) mv_implicit_stages(l, h);
     else mv_stages(l, h);
+    if (STIFF_TEST) mv_copy(last_stage, l->stage, NQ);
     if (WIENER) mv_diffuse(l, h);
     mask good = mv_finite(l->y, NQ);
     if (END_IN_ERROR) {
@@ -79,6 +81,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         l->trials = SELECT(ticked, SPLAT(0), l->trials);
         if (mv_any(ticked)) mv_keep_step(l, h, after, ticked);
     }
+    if (STIFF_TEST) mv_test_stiffness(l, h, last_stage, AND(taken, goes_on), after);
     l->t = SELECT(taken, after, l->t);
     mv_blend(taken, l->q, l->y, NQ);
     mv_blend(taken, l->k[0], end, NQ);
