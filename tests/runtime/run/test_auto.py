@@ -34,7 +34,8 @@ def relaxation() -> System:
     pull = (-c.k * x.x,)
     return dataclasses.replace(
         pushed(), name="relaxation", states=x, parameters=p, initial=(2 * p.L, sp.S.Zero),
-        rhs=(x.v, p.mu * (1 - (x.x / p.L) ** 2) * x.v - p.w**2 * x.x + a), sensor=Sensor(e, (x.x + p.sigma * e.glare, x.v)),
+        rhs=(x.v, p.mu * (1 - (x.x / p.L) ** 2) * x.v - p.w**2 * x.x + a),
+        sensor=Sensor(e, (x.x + p.sigma * e.glare, x.v)),
         controllers=(Controller("pull", "", c, pull), Controller("steps", "", c, pull, period="Ts")),
     )  # fmt: skip
 
