@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch costs beside its steps: a call, a run, a store; 64 runs beside many.
 
-python benchmarks/fixed_costs.py
+python -m benchmarks.batch.fixed_costs
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from statistics import median
 from time import process_time
 from typing import Any
 
-from machine import command_line, machine, table, write
-
 import mehvar
+from benchmarks.machine import command_line, machine, table, write
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.batch.plan import Campaign, Plan
@@ -38,7 +37,7 @@ def main() -> None:
     about = [
         "# Fixed costs of a batch",
         "",
-        "Written by `python benchmarks/fixed_costs.py`. Processor time of one thread, medians of "
+        "Written by `python -m benchmarks.batch.fixed_costs`. Processor time of one thread, medians of "
         f"{REPEATS}; tolerance 1e-6, one sample at the end. The machine was shared: compare columns, not absolutes.",
         "",
         *machine(),
