@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import Controller as Controller
     from mehvar.models.system import Coordinates as Coordinates
     from mehvar.models.system import Derivation as Derivation
+    from mehvar.models.system import Diffusion as Diffusion
     from mehvar.models.system import Event as Event
     from mehvar.models.system import Function as Function
     from mehvar.models.system import Group as Group
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import Output as Output
     from mehvar.models.system import Parameter as Parameter
     from mehvar.models.system import Quantity as Quantity
+    from mehvar.models.system import RandomStep as RandomStep
     from mehvar.models.system import Scenario as Scenario
     from mehvar.models.system import Sensor as Sensor
     from mehvar.models.system import Shape as Shape
@@ -80,9 +82,9 @@ _HOMES = {
     ),
     "mehvar.models.tables": ("read_parameters", "read_scenarios"),
     "mehvar.models.system": (
-        "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Event",
-        "Function", "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape",
-        "System", "Variant", "scalar", "surfaces",
+        "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation",
+        "Diffusion", "Event", "Function", "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity",
+        "RandomStep", "Scenario", "Sensor", "Shape", "System", "Variant", "scalar", "surfaces",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -8,12 +8,13 @@ resets nothing is a switching surface: a step ends on it, so that none crosses a
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
 from sympy.core.relational import Relational
 
+from . import arguments
 from .derivation import Derivation, Expr
 from .quantities import Located
 
@@ -47,20 +48,29 @@ class Event(Located):
     title: str = ""
 
 
-def surfaces(name: str, expressions: Expr | Iterable[Expr], derivation: Derivation | None = None) -> tuple[Event, ...]:
+def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivation | None = None) -> tuple[Event, ...]:
     """Return events on the kinks and jumps of expressions, so that no step of an integration crosses one.
 
     Parameters
     ----------
     name : str
         What the events are called, with a number each.
-    expressions : Expr or iterable of Expr
+    expressions : Expr, or sequence or matrix of Expr
         Rates, or the command of a continuous law. Every `Min`, `Max`, `sign`, `Abs` and `Piecewise` in them counts.
     derivation : Derivation, optional
         Where the definitions stand that the expressions use; they are looked through.
+
+    Raises
+    ------
+    ModelError
+        For an argument of another kind.
     """
-    roots = [expressions] if isinstance(expressions, sp.Basic) else list(expressions)
-    definitions = {} if derivation is None else derivation.definitions
+    arguments.instance("name", name, str, "an identifier")
+    several = isinstance(expressions, tuple | list | sp.MatrixBase)
+    roots = arguments.expressions("expressions", expressions if several else (expressions,))
+    definitions: Mapping[sp.Symbol, Expr] = {}
+    if derivation is not None:
+        definitions = arguments.instance("derivation", derivation, Derivation, "a Derivation").definitions
     guards: dict[str, Expr] = {}  # by their texts: while a model is derived, equality of expressions is refused
     for node in _parts(roots, definitions):
         for guard in _kinks(node):

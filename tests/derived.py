@@ -23,7 +23,7 @@ _FILE = "texts.json"
 
 
 @functools.cache
-def system(model: str, **structure: str) -> System:
+def system(model: str, /, **structure: str) -> System:
     """Return a model's derived system."""
     return system_of(installed_tree(), model, structure)
 
@@ -33,7 +33,7 @@ def generated(model: str) -> Path:
     return installed_tree().root / "generated" / model
 
 
-def variant(model: str, **structure: str) -> dict[str, str]:
+def variant(model: str, /, **structure: str) -> dict[str, str]:
     """Return the texts of a structural variant."""
     tree = installed_tree()
     choices = itertools.chain(*sorted(structure.items()))

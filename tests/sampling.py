@@ -6,6 +6,7 @@ import numpy as np
 from mehvar.models.system import Group
 from mehvar.physics.machine import draw
 
+_PUSHES = ("F1", "F2", "F3", *(f"f{i}{axis}" for i in (1, 2, 3) for axis in "xy"))
 RANGES = {
     "triangle": {
         "rho": (0.05, 0.6), "phi": (-3, 3), "mu": (0.1, 0.6), "theta": (-2, 2),
@@ -16,6 +17,11 @@ RANGES = {
         "H": (-0.1, 0.1), "disturbance": (-0.01, 0.01), "R": (0.61, 0.7), "mu_rate_max": (0.01, 0.1),
         "l1": (0.3, 0.5), "l2": (0.3, 0.5), "l3": (0.3, 0.5), "t": (0, 10), "area_factor": (0.5, 1),
         **{f"l{k}_{end}": (0.3, 0.5) for k in (1, 2, 3) for end in "0f"},
+        "psi": (-2, 2), "nu": (-3, 3), "nu_0": (-3, 3), "H_0": (-0.1, 0.1), "vx": (-1, 1), "vy": (-1, 1),
+        "mean_motion": (0.5, 1), "eccentricity": (0.1, 0.6), "F_max": (0.5, 1.5), "thrust_max": (0.5, 1),
+        **{f"{name}{end}": (-2, 2) for name in _PUSHES for end in ("", "_cmd")},
+        **{f"u_l{k}{end}": (-0.5, 0.5) for k in (1, 2, 3) for end in ("", "_0")},
+        **{f"l{k}_acc": (-2, 2) for k in (1, 2, 3)},
     },
     "slosh": {
         **{f"v{axis}": (-3, 3) for axis in "xyz"}, **{f"w{axis}": (-1, 1) for axis in "xyz"},

@@ -44,6 +44,7 @@ _ROLES = {
     "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
+    "delays": "delay",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
@@ -129,6 +130,16 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
             yield ParameterChange(name, role, what, origin, value)
     for (role, name, _), value in before.items():
         yield ParameterChange(name, role, "removed", value, "")
+    yield from _order_change(old.events, new.events, renamed)
+
+
+def _order_change(old: Iterable[Event], new: Iterable[Event], renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
+    """Compare the order of events that do something: of those at one instant each meets what the one before it left."""
+    before, after = ([event.name for event in events if event.resets or event.ends] for events in (old, new))
+    origin = {renamed.get(name, name): name for name in after}
+    order, common = [name for name in before if name in origin], [name for name in origin if name in before]
+    if order != common:
+        yield ParameterChange("events", "model", "order", ", ".join(order), ", ".join(common))
 
 
 def _unsaid(manifest: Manifest) -> set[str]:
@@ -145,7 +156,10 @@ def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Pla
         if isinstance(value, Mapping):
             for name, record in value.items():
                 yield (role, name, "entry"), name
-                yield from _record(record, role, name, skipped)
+                if isinstance(record, str):
+                    yield (role, name, "value"), record
+                else:
+                    yield from _record(record, role, name, skipped)
         elif role == "model":
             yield (role, key, "value"), _text(value)
         else:

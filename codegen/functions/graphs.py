@@ -15,7 +15,7 @@ from mehvar.models.system import Expr, Group, System
 from .derivatives import derivatives
 from .function import FunctionGraph, NamedSteps
 from .lower import to_casadi
-from .requests import Request, bindings, held_arguments, parameter_arguments, requests
+from .requests import ROLES, Request, bindings, held_arguments, parameter_arguments, requests
 
 
 def generate_functions(system: System) -> list[FunctionGraph]:
@@ -69,7 +69,8 @@ def _build(
     outputs = [_vector(islice(values, len(exprs))) for _, exprs in results]
     steps = ca.Function("steps", vectors, [_vector(values)])
     shared = ca.cse(outputs)
-    signature = tuple((g.name, None if _is_scalar(g) else len(g)) for g in request.arguments)
+    groups = {group.name: group for group in request.arguments if not _is_scalar(system, group)}
+    signature = tuple((g.name, len(g) if g.name in groups else None) for g in request.arguments)
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
@@ -79,7 +80,7 @@ def _build(
         signature,
         sizes,
         graph,
-        elements={group.name: tuple(q.name for q in group) for group in request.arguments if not _is_scalar(group)},
+        elements={name: tuple(q.name for q in group) for name, group in groups.items()},
         derivation=NamedSteps({s.name: number for s, number in numbers.items()}, steps),
     )
     if not request.repeated:
@@ -119,5 +120,12 @@ def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr])
     return reached
 
 
-def _is_scalar(group: Group) -> bool:
-    return len(group) == 1 and group.name == group.quantities[0].name
+def _is_scalar(system: System, group: Group) -> bool:
+    """Tell whether an argument is a number; a vector of the system's is none, whatever its only element is called."""
+    if len(group) != 1 or group.name != group.quantities[0].name or group.name in ROLES:
+        return False
+    own = (
+        system.states, system.inputs, system.references, system.outputs, system.parameters,
+        system.scenario_parameters, *(law.parameters for law in system.controllers),
+    )  # fmt: skip
+    return not any(group is vector for vector in own)

@@ -25,6 +25,9 @@ from mehvar.models.system import (
 )
 from mehvar.names import CLOCK, identifier
 
+ROLES = ("u_cmd", "e", "dw", "v", "z", "q")
+"""What vectors are called that requests make of the quantities of a system."""
+
 
 @dataclass(frozen=True)
 class Request:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from mehvar.errors import MehvarError
 from mehvar.models.check.entries import graph
 from mehvar.models.check.vectors import vectors
-from mehvar.models.system import Group, Parameter, System
+from mehvar.models.system import TIME, Group, Parameter, System
+from mehvar.names import CLOCK
 
 from .lower import LoweringError, lack, to_casadi
 
@@ -88,6 +89,8 @@ def _forms(system: System) -> ca.Function:
         for group, vector in zip(groups, vectors, strict=True)
         for k, symbol in enumerate(group.symbols)
     }
+    clock = next((symbols[q.symbol] for q in system.states if q.name == CLOCK), None)
+    symbols |= {} if clock is None else {TIME.symbol: clock}
     rates = ca.SX.sym("rates", len(system.rates))
     rate_symbols = {symbol: rates[k] for k, symbol in enumerate(system.rates.values())}
     by_state = dict(zip((q.name for q in system.states), system.rhs, strict=True))

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "5900ad19b948b68bc01a26e6b3c7531dce2126e501255d01b5b1a27fa2c3829c"
+#define TRIANGLE_HASH "7273ef446894d3d57909167971d94611d12f4d02d8b46552e9a1ab71b8674294"
 
 /* state x */
 enum {

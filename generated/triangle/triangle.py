@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "5900ad19b948b68bc01a26e6b3c7531dce2126e501255d01b5b1a27fa2c3829c"
+HASH = "7273ef446894d3d57909167971d94611d12f4d02d8b46552e9a1ab71b8674294"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )

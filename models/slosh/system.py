@@ -19,6 +19,7 @@ from ..system import (
     Expr,
     Function,
     Group,
+    ModelError,
     Output,
     Quantity,
     System,
@@ -26,6 +27,7 @@ from ..system import (
     surfaces,
 )
 from ..tables import read_parameters, read_scenarios
+from .beyond.craft import beyond, completed
 from .derived import residuals, show
 from .fast.hull import velocity_rates
 from .geometry import geometry
@@ -57,6 +59,7 @@ STRUCTURE = {
     "inertia": ("paper", "hinge", "ball"),
     "attitude": ("angles", "quaternion"),
     "switches": ("crossed", "located"),
+    "craft": ("paper", "beyond"),
 }
 """Structural choices and their values; the first is the default."""
 
@@ -93,7 +96,13 @@ class _Model:
         return Group("x", (*VELOCITY, *RATE, *self.attitude.states, *self.bobs.states))
 
 
-def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles", switches: str = "crossed") -> System:
+def system(
+    pendulums: str = "2",
+    inertia: str = "paper",
+    attitude: str = "angles",
+    switches: str = "crossed",
+    craft: str = "paper",
+) -> System:
     """Derive the spacecraft.
 
     Parameters
@@ -106,12 +115,24 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         Three angles, small or 3-2-1 as the run chooses, or a quaternion.
     switches : {"crossed", "located"}
         Whether steps end where a law's demand meets what the thrust can give, and where gimbals meet their limits.
+    craft : {"paper", "beyond"}
+        As published, or with draining tanks anywhere, a lagging engine, gravity and a regulator: `beyond`.
 
     Returns
     -------
     System
         Ready for code generation.
+
+    Raises
+    ------
+    ModelError
+        For craft = beyond with bobs that are not on ball joints, attitude angles, or located switches.
     """
+    if craft == "beyond" and (inertia, attitude, switches) != ("ball", "quaternion", "crossed"):
+        raise ModelError(
+            f"craft = 'beyond' with inertia = {inertia!r}, attitude = {attitude!r}, switches = {switches!r}: "
+            "must go with 'ball', 'quaternion', 'crossed'"
+        )
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
     if (pendulums, inertia) != ("2", "paper"):
@@ -123,21 +144,31 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
     d = Derivation()
     show(p, inertia, d)
+    part = beyond(p, bobs, d) if craft == "beyond" else None
+    full = bobs
+    if part is not None:
+        p, bobs = part.p, part.bobs
     placed = by_angles(scenario) if attitude == "angles" else by_quaternion(scenario, d)
     model = _derive(p, bobs, inertia, placed, scenario, d)
     demanded = {name: _derive_law(name, model, tables, d) for name in _LAWS}
     inputs = {name: _physical(law, name[-2:], model, d) for name, (law, _) in demanded.items()}
     functions = _functions(model, demanded, inputs, d)
-    actuator = gimbal_limits(p, model.bobs.dynamics, d)
+    actuator = gimbal_limits(p, model.bobs.dynamics, d) if part is None else None
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
     rates, residual = residuals(p, bobs, inertia)
     force = [symbol for symbol in d.definitions if symbol.name in ("f_x", "f_y", "f_z")]
-    return System(
+    paper = System(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
         source=_SOURCE,
-        structure={"pendulums": pendulums, "inertia": inertia, "attitude": attitude, "switches": switches},
+        structure={
+            "pendulums": pendulums,
+            "inertia": inertia,
+            "attitude": attitude,
+            "switches": switches,
+            "craft": craft,
+        },
         states=model.states,
         inputs=INPUTS,
         references=_REFERENCES,
@@ -158,10 +189,10 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
                 _LAWS[name],
                 c,
                 inputs[name].command,
-                law_constraints(name, p, c, bobs, inertia),
+                law_constraints(name, p, c, full, inertia),
                 outputs=_reports(law, inputs[name]),
                 events=()
-                if switches == "crossed"
+                if switches == "crossed" or actuator is None
                 else surfaces("demand", (*inputs[name].command, *actuator.applied), d),
             )
             for name, (law, c) in demanded.items()
@@ -176,6 +207,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         residual=residual,
         geometry=geometry(p, bobs, inertia, placed.angles, force),
     )
+    return paper if part is None else completed(paper, part, laws, placed.angles, d)
 
 
 def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> tuple[Group, tuple[Pendulum, ...]]:

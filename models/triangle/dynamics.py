@@ -259,6 +259,20 @@ def shape_from_lengths(
     tuple of Expr
         rho, phi, mu and the margin 1 - 4|z|^2, which is positive for a triangle that is not collinear.
     """
+    z1, z2, size, margin = regular_shape(lengths, base, d, suffix)
+    rho = sp.sqrt((z1**2 + z2**2) / complement_squared(margin))
+    return rho, sp.atan2(z2, z1), size, margin
+
+
+def complement_squared(margin: Expr) -> Expr:
+    """Return n^2 = 1 - rho^2 of a triangle with this margin, (19)."""
+    return (1 + sp.sqrt(sp.Max(margin, 0))) / 2
+
+
+def regular_shape(
+    lengths: tuple[Expr, ...], base: BaseTriangle, d: Derivation, suffix: str
+) -> tuple[Expr, Expr, Expr, Expr]:
+    """Return z = zeta sqrt(1 - rho^2), mu and the margin of a triangle: `shape_from_lengths`, regular at rho = 0."""
     xx, yy, xy = sp.symbols("S_xx S_yy S_xy")
     trace = (xx + yy) / 2
     balance = [
@@ -286,8 +300,7 @@ def shape_from_lengths(
         "3 eta/mu^2: zero for collinear masses",
         latex=rf"3\eta/\mu^2_{{{suffix[1:]}}}",
     )
-    rho = sp.sqrt((z1**2 + z2**2) / ((1 + sp.sqrt(sp.Max(margin, 0))) / 2))
-    return rho, sp.atan2(z2, z1), size, margin
+    return z1, z2, size, margin
 
 
 def shifted_position(target_rho: Expr, target_phi: Expr) -> tuple[Expr, Expr]:

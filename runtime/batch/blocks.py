@@ -35,7 +35,7 @@ Provenance = Mapping[str, str | int]
 BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None, None]]
 """Computes blocks that a store does not have yet, in any order."""
 
-IMPOSSIBLE = max(Status) + 1
+IMPOSSIBLE = 5
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
 _T_STIFF = f"where {EXPLICIT} found the run stiff, which {STIFF} then made again from the start"
 _SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}

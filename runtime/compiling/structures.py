@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C structures as `ctypes` has them, read from the headers in `native`: their fields are written down once."""
+"""What Python needs of the headers in `native`, read from them: structures as `ctypes` has them, and numbers."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ _TYPES: dict[str, Any] = {
     "double": ctypes.c_double,
 }
 _STRUCTURE = re.compile(r"typedef struct \{(.*?)\} (\w+);", re.DOTALL)
+_NUMBER = re.compile(r"^#define (\w+) ([\d.e+-]+)$", re.MULTILINE)
 _FIELDS = re.compile(r"(?:const )?(?:volatile )?(\w+) ([^;]+);")
 
 
@@ -39,3 +40,8 @@ def _fields(body: str, types: dict[str, Any]) -> list[tuple[str, Any]]:
         for name, declarators in _FIELDS.findall(body)
         for declarator in declarators.split(",")
     ]
+
+
+def numbers(header: str) -> dict[str, float]:
+    """Return the macros of a header that are one number, by name."""
+    return {name: float(value) for name, value in _NUMBER.findall((NATIVE / header).read_text(encoding="utf-8"))}

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import xarray
 
 _DIGEST = "content_sha256"
+_SEAL = b"\nmehvar sha256 "
+"""Before the hash of all bytes of a file, at its end, where HDF5 reads nothing: damage can make it search for ever."""
 _MATLAB_HEADER = 116
 """Bytes of free text at the start of a MAT-file."""
 _MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
@@ -87,6 +89,8 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     if Path(path).suffix.lower() != ".nc":
         readers = "pandas.read_csv, pandas.read_parquet and scipy.io.loadmat read the other formats"
         raise bad_value("path", name, f"a result in NetCDF, whose name ends in .nc; {readers}")
+    if not _whole(Path(path).read_bytes()):
+        raise InputError(f"{name} is not a result file as it was written: its bytes do not match its checksum")
     try:
         with h5py.File(path, "r") as file:  # first: h5netcdf leaves half an object behind attributes it cannot read
             dict(file.attrs)
@@ -130,7 +134,14 @@ def _one_line(error: Exception) -> str:
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:
     signed = dataset.assign_attrs({_DIGEST: _digest(dataset)})
-    return bytes(signed.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
+    content = bytes(signed.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
+    return content + _SEAL + hashlib.sha256(content).digest()
+
+
+def _whole(content: bytes) -> bool:
+    """Return whether a file is what its seal says; one without, which another program has written anew, is."""
+    sealed, digest = content[: -hashlib.sha256().digest_size], content[-hashlib.sha256().digest_size :]
+    return not sealed.endswith(_SEAL) or hashlib.sha256(sealed.removesuffix(_SEAL)).digest() == digest
 
 
 def _digest(dataset: xarray.Dataset) -> str:

@@ -40,15 +40,15 @@ STAGES = 16  # the most that a method has, and the length of a row of its coeffi
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in native/step/schedule.h."""
+    """How a run ended, numbered as in native/step/schedule.h; 5 is of batches, for runs that never began."""
 
     DONE = 0
     NOT_FINITE = 1
     STEP_UNDERFLOW = 2
     TOO_MANY_STEPS = 3
     LIMIT = 4
-    EVENT = 5
-    CHATTERING = 6
+    EVENT = 6
+    CHATTERING = 7
 
     @property
     def text(self) -> str:
@@ -266,7 +266,8 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
 def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
     """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
     if manifest.wiener and method not in STOCHASTIC:
-        raise bad_value("method", method, f"{either(STOCHASTIC)}: {manifest.model} has process noise", origin)
+        allowed = f"{either(STOCHASTIC)}: {manifest.model} has process noise"
+        raise bad_value("method", method, allowed, f"{origin}, or the default")
     if not manifest.wiener and method in STOCHASTIC:
         raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
     if manifest.random_step and not sampled:

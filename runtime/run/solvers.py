@@ -13,14 +13,14 @@ from scipy.integrate._ivp.common import norm, num_jac, select_initial_step
 from scipy.linalg import lu_factor, lu_solve
 
 from ..compiling.library import NATIVE
+from ..compiling.structures import numbers
 from ..model.functions import FloatArray
 
 _ROCK_STAGES = 16
 _RODAS_STAGES = 8
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
 """Of SciPy's own explicit solvers."""
-_TIME_STEP = 1.5e-8
-"""As in native/step/implicit.h."""
+_TIME_STEP = numbers("step/implicit.h")["TIME_STEP"]
 
 
 class Rock4(RK45):  # type: ignore[misc]  # SciPy has no annotations

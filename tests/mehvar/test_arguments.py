@@ -75,6 +75,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "quaternion_rotation": (mehvar.quaternion_rotation, {"q": Q}),
     "read_parameters": (mehvar.read_parameters, {"path": Path("none.toml")}),
     "read_scenarios": (mehvar.read_scenarios, {"path": Path("none.toml")}),
+    "surfaces": (mehvar.surfaces, {"name": "kink", "expressions": sp.Max(X, Y), "derivation": None}),
     "scalar": (mehvar.scalar, {"quantity": mehvar.TIME}),
     "time_derivative": (mehvar.time_derivative, {"expr": X, "rates": {X: Y}}),
     "to_casadi": (mehvar.to_casadi, {"expressions": [X], "symbols": {X: ca.SX.sym("x")}, "definitions": {}}),
@@ -164,8 +165,8 @@ MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
 FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS), "Model.parameters": {"m"},
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
-RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Function", "Group", "Metric", "Output",
-           "Parameter", "Quantity", "Scenario", "Sensor", "Shape",
+RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Diffusion", "Event", "Function", "Group",
+           "Metric", "Output", "Parameter", "Quantity", "RandomStep", "Scenario", "Sensor", "Shape",
            "System", "Variant"}  # fmt: skip
 """Classes that hold what they are given; the check of the whole system looks at it (tests/models/test_check.py)."""
 

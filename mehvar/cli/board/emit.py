@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Law, ModelName, Scenario, compiled
+from mehvar.cli.board.loop import Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
 from mehvar.errors import unknown_name
 from mehvar.names import identifier
 from mehvar.runtime.board.image.build import Program, program, sources, write_sources
@@ -45,13 +45,16 @@ def command(
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
     scenario: Scenario = None,
+    inline: Inline = False,
+    tunable: Tunable = None,
 ) -> None:
     """Write a package for a build system: sources, manifest, and what is yours to write."""
     if kind not in KINDS:
         raise unknown_name("build system", kind, KINDS, "--for")
     check_folder(out)
+    firmware = program(compiled(model), controller, scenario, tunable=tunable_of(inline, tunable))
     with filling(out) as folder:
-        write_sources(folder, package(program(compiled(model), controller, scenario), kind))
+        write_sources(folder, package(firmware, kind))
     typer.echo(f"wrote {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
 
 

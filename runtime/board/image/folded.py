@@ -51,6 +51,7 @@ def law_source(manifest: Manifest, law: Controller, tunable: Sequence[str], text
     lines = [
         "/* SPDX-License-Identifier: Apache-2.0 */",
         f"/* {manifest.model} under {law.name}, its parameters folded into its text. Written by mehvar board. */",
+        '#include "mehvar/real.h" /* which may hold settings of a package */',
         "#undef MEHVAR_SMALL /* a function that is called folds no constants */",
         *_INCLUDE.findall(text),
         '#include "mehvar/private/board_law.h"',

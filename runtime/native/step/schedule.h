@@ -5,7 +5,15 @@
 
 #include <stdint.h>
 
-enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT, MV_EVENT, MV_CHATTERING };
+enum mv_status {
+    MV_DONE,
+    MV_NOT_FINITE,
+    MV_STEP_UNDERFLOW,
+    MV_TOO_MANY_STEPS,
+    MV_LIMIT,
+    MV_EVENT = 6, /* in stores 5 is a run that never began */
+    MV_CHATTERING,
+};
 
 typedef struct {
     const double *t;          /* the ticks: integration stops at each of them exactly */

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a guard crosses zero in a step: the rules and numbers of native/step/events.h, with the roots by SciPy."""
+"""Where a guard crosses zero in a step: the rules of native/step/events.h with its numbers, and the roots by SciPy."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 from mehvar.manifest import Event
 
+from ...compiling.structures import numbers
 from ...model.functions import FloatArray
 
-_LOCATED, _LOOKS, _PROBE, _RESTING, _STEEPEST = 1e-13, 4, 1.5e-8, 1e-9, 16
-_STALLED, _CHATTERING = 1e-9, 4
+_NUMBERS = numbers("step/events.h")
+_LOCATED, _PROBE, _RESTING, _STEEPEST, _STALLED, _CHATTERING = (
+    _NUMBERS[name] for name in ("LOCATED", "PROBE", "RESTING", "STEEPEST", "STALLED", "CHATTERING")
+)
+_LOOKS = int(_NUMBERS["LOOKS"])
 
 _Guards = Callable[[float, FloatArray], FloatArray]
 _Within = Callable[[float], FloatArray]

@@ -37,6 +37,7 @@ COMPARED = {
         "metrics": "manifest", "coordinates": "coordinate", "actuator": "actuator", "sensor": "sensor",
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
         "residual": "motion", "geometry": "geometry", "events": "guard",
+        "diffusion": "diffusion", "random_step": "random step", "mass": "motion", "delays": "delay",
         "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {
@@ -44,6 +45,7 @@ COMPARED = {
         "period": "manifest", "delay": "manifest", "applied": "applied", "memory": "memory", "start": "memory at start",
         "update": "memory update", "outputs": "law output", "bears_loss": "manifest", "title": WORDS,
         "events": "guard", "in_numbers": "a check of dimensions, of which no number depends",
+        "rates": "memory rate", "every": "manifest",
     },
     "Condition": {
         "margin": "limit", "message": "manifest", "shown": "numbers in a message; how many is in the manifest",
@@ -53,7 +55,7 @@ COMPARED = {
     },
     "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest"},
     "Actuator": {"commanded": "commanded", "applied": "actuator"},
-    "Sensor": {"noise": "noise", "measured": "sensor"},
+    "Sensor": {"noise": "noise", "measured": "sensor", "seen": "measured"},
     "Variant": {"values": "variant", "rhs": "variant", "loops": "variant"},
     "Coordinates": {
         "states": "coordinate", "inputs": "coordinate", "rhs": "coordinate", "from_state": "from state",
@@ -97,11 +99,21 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
     exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
     if name == "name" or exempt:
         return
-    plain, old = document("f: x*m"), replace(manifest(), geometry=(Shape("rod", "rod", 2, "blue"),), events=(EVENT,))
+    more = {"geometry": (Shape("rod", "rod", 2, "blue"),), "events": (EVENT,), "delays": {"M": "k"}}
+    plain, old = document("f: x*m"), replace(manifest(), **more)
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
     pair = (replace(plain, manifest=side) for side in (old, new))
     assert new != old
     assert compare(*pair).parameters, f"{kind.__name__}.{name}"
+
+
+@pytest.mark.parametrize(("kind", "order"), [({"resets": True}, "b, a"), ({"ends": True}, "b, a"), ({}, "")])
+def test_the_order_of_events_is_seen_where_they_do_something(kind, order):
+    surface = Event("a", "rising", resets=False, ends=False, title="")
+    a, b = (replace(surface, name=name, **kind) for name in "ab")
+    pair = (replace(document("f: x*m"), manifest=replace(manifest(), events=events)) for events in ((a, b), (b, a)))
+    changes = compare(*pair).parameters
+    assert [(change.what, change.new) for change in changes] == ([("order", order)] if order else [])
 
 
 def test_every_exemption_is_of_a_field_and_has_a_reason():

@@ -23,7 +23,8 @@ from tests.runtime.board.conftest import load
 from tests.tools import needs
 
 ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-O2", "-ffunction-sections")
-CASES = [("satellite", "mrac"), ("triangle", "path")]
+CASES = [("satellite", "mrac", None), ("triangle", "path", None), ("satellite", "mrac", ("F0",))]
+"""Model, law, and the parameters that can still be set where the others are constants."""
 ZEPHYR = """\
 cmake_minimum_required(VERSION 3.16)
 project(app C)
@@ -43,8 +44,8 @@ add_subdirectory(law/zephyr)
 """Zephyr's functions, as its manual has them."""
 
 
-def emitted(folder: Path, kind: str, model: str, law: str) -> Path:
-    write_sources(folder / "law", package(program(load(model), law), kind))
+def emitted(folder: Path, kind: str, model: str, law: str, tunable: tuple[str, ...] | None = None) -> Path:
+    write_sources(folder / "law", package(program(load(model), law, tunable=tunable), kind))
     return folder / "law"
 
 
@@ -79,11 +80,13 @@ def checksum(path: Path, model: str, law: str) -> int:
 
 
 @pytest.mark.parametrize(
-    ("kind", "model", "law"), [*((kind, *CASES[0]) for kind in KINDS), ("cmake", *CASES[1])], ids=str
+    ("kind", "model", "law", "tunable"),
+    [*((kind, *CASES[0]) for kind in KINDS), *(("cmake", *case) for case in CASES[1:])],
+    ids=str,
 )
-def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law):
+def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law, tunable):
     """With fused multiplication in reach, which gcc takes unless it is told not to."""
-    folder = emitted(tmp_path, kind, model, law)
+    folder = emitted(tmp_path, kind, model, law, tunable)
     own = [FIRMWARE / "boards" / "posix.c", FIRMWARE / "main.c"]
     for place, files in (("theirs", units(folder, kind)), ("ours", own)):
         (tmp_path / place).mkdir()
@@ -91,7 +94,7 @@ def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law
             command = ["gcc", "-O2", "-march=haswell", f"-I{folder}/src", "-c", str(file)]
             subprocess.run(command, cwd=tmp_path / place, check=True)
     objects = sorted(tmp_path.glob("*/*.o"))
-    assert len(objects) == 6
+    assert len(objects) == (6 if tunable is None else 7)
     subprocess.run(["gcc", *objects, "-o", "vendor", "-lm"], cwd=tmp_path, check=True)
     expected = checksum(build(program(load(model), law), None, host_toolchain()).path, model, law)
     assert checksum(tmp_path / "vendor", model, law) == expected

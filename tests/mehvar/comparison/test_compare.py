@@ -286,7 +286,7 @@ def older(text: str) -> str:
 
 
 def without_delay(text: str) -> str:
-    return re.sub(r"\b(law|controller)\.delay\b", '""', text.replace('("delay", "applied"', '("applied"'))
+    return re.sub(r"\b(law|controller)\.delay\b", '""', text.replace('("delay", "every"', '("every"'))
 
 
 def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocabulary(project, tmp_path):
@@ -339,7 +339,7 @@ def test_a_new_model_and_a_lost_one(project):
         (("--format", "xml"), "--format = 'xml': must be text or json or html"),
         (("--paper",), "no published equations"),
         (("HEAD", "--paper"), "--paper compares what models/ derives now"),
-        (("--out", "missing/page.html"), "the folder missing does not exist"),
+        (("--out", "missing/page.html"), "'missing/page.html': must be in a folder that exists"),
     ],
 )
 def test_a_mistake_is_named(project, arguments, message):

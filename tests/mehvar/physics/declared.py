@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mehvar.physics.gates import Gate
 from mehvar.physics.machine import Machine
-from tests.mehvar.physics import satellite, slosh, triangle
+from tests.mehvar.physics import pushed, satellite, slosh, triangle
 
 Structure = tuple[tuple[str, str], ...]
 Case = tuple[str, Structure]
@@ -20,6 +20,8 @@ def _slosh(pendulums: int, inertia: str, attitude: str = "angles") -> Case:
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"),)),
+    ("triangle", (("model", "dynamic"),)),
+    ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", ()),
     ("satellite", (("chart", "quaternion"),)),
     *(_slosh(pendulums, inertia) for inertia in ("paper", "hinge") for pendulums in (1, 2, 3)),
@@ -30,8 +32,14 @@ CASES: tuple[Case, ...] = (
 )
 """The last solves the hull's equations instead of the tensions'."""
 
+
+def _triangle(subject: Machine) -> list[Gate]:
+    of_rates = subject.system.structure["model"] == "kinematic"
+    return triangle.gates_of(subject) if of_rates else pushed.gates_of(subject)
+
+
 _DECLARATIONS: dict[str, Callable[[Machine], list[Gate]]] = {
-    "triangle": triangle.gates_of,
+    "triangle": _triangle,
     "satellite": satellite.gates_of,
     "slosh": slosh.gates_of,
 }

@@ -16,6 +16,7 @@ from tests.mehvar.physics.installed import machine
 SAMPLE = 60
 CASES = (
     ("triangle", (("masses", "general"),)),
+    ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", (("chart", "quaternion"),)),
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),

@@ -16,7 +16,7 @@ _LOOP = 64
 
 
 def gates_of(subject: Machine) -> list[Gate]:
-    """Return what must hold for equal or general masses."""
+    """Return what must hold for equal or general masses, of rods that follow their rates."""
     found = [
         identity("angular momentum", momentum, lambda at: at["H"] + at["disturbance"] * _inertia(at)),
         identity("rods join the masses", lambda at: at.call("lengths"), rods),
@@ -87,12 +87,17 @@ def masses(at: Points) -> Array:
 
 
 def positions(at: Points) -> Array:
-    """Return the masses' places Q S x_i about their centre, shape (n, 3, 2)."""
+    """Return the masses' places about their centre, shape (n, 3, 2)."""
+    return placed(at, *at.vector("rho", "phi", "mu", "theta").T)
+
+
+def placed(at: Points, rho: Array, phi: Array, mu: Array, theta: Array) -> Array:
+    """Return the places Q S x_i of a shape and an attitude, shape (n, 3, 2)."""
     base = np.stack([_base(*m) for m in masses(at)])
-    z1, z2 = at["rho"] * np.cos(at["phi"]), at["rho"] * np.sin(at["phi"])
-    n = np.sqrt(1 - at["rho"] ** 2)
-    stretch = np.sqrt(at["mu"] / 3) * np.array([[n + z1, -z2], [-z2, n - z1]])
-    c, s = np.cos(at["theta"]), np.sin(at["theta"])
+    z1, z2 = rho * np.cos(phi), rho * np.sin(phi)
+    n = np.sqrt(1 - rho**2)
+    stretch = np.sqrt(mu / 3) * np.array([[n + z1, -z2], [-z2, n - z1]])
+    c, s = np.cos(theta), np.sin(theta)
     return np.einsum("ijn,jkn,nmk->nmi", np.array([[c, -s], [s, c]]), stretch, base)
 
 
@@ -113,7 +118,11 @@ def positions_flat(at: Points) -> Array:
 
 def rods(at: Points) -> Array:
     """Return the distances between the masses; rod k is opposite mass k."""
-    X = positions(at)
+    return distances(positions(at))
+
+
+def distances(X: Array) -> Array:
+    """Return the lengths of the rods between places of shape (n, 3, 2)."""
     return np.stack([np.linalg.norm(X[:, j] - X[:, i], axis=1) for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
@@ -162,10 +171,10 @@ def _wanted(at: Points, end: str) -> Array:
 
 def _order_of_masses(at: Points) -> Array:
     """Return the sense in which the masses follow each other at start and target: counterclockwise is 1."""
-    return np.column_stack([_sense(positions(at.at(x=at.call(end)))) for end in ("initial", "reference")])
+    return np.column_stack([sense(positions(at.at(x=at.call(end)))) for end in ("initial", "reference")])
 
 
-def _sense(X: Array) -> Array:
+def sense(X: Array) -> Array:
     a, b = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     return np.sign(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the masses are and how they move, in axes along rod 3: from lengths, their rates and angular momentum.
+
+Mass 1 is the origin, mass 2 lies on the first axis and mass 3 above it. Two places X, V of the plane are enough: what
+turns is the angular momentum's, H = sum m_i X_i x X_i', which is linear in the rate of these axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
+from ...system import Derivation, Expr
+from .states import MOMENTUM, lengths, rates
+
+ENDS = ((1, 2), (2, 0), (0, 1))
+"""Masses at the ends of rod k: D_k = X_j - X_i (14), counted from zero."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The three rods as vectors, in axes along rod 3.
+
+    Attributes
+    ----------
+    masses : tuple of Expr
+        m_1, m_2, m_3.
+    places : tuple of Matrix
+        X_i from the centre of mass.
+    rods : tuple of Matrix
+        D_k.
+    reduced : tuple of Expr
+        m_i m_j/M of the masses at the ends of rod k: sums over masses about their centre are sums over rods with these.
+    inertia : Expr
+        Moment of inertia about the centre of mass.
+    turns : tuple of Expr
+        Rate at which each rod turns in the plane; the third is that of the axes.
+    cosines : tuple of Expr
+        Cosine of the angle at each mass.
+    """
+
+    masses: tuple[Expr, ...]
+    places: tuple[sp.Matrix, ...]
+    rods: tuple[sp.Matrix, ...]
+    reduced: tuple[Expr, ...]
+    inertia: Expr
+    turns: tuple[Expr, ...]
+    cosines: tuple[Expr, ...]
+
+    @property
+    def total(self) -> Expr:
+        """The mass of all three."""
+        return sp.Add(*self.masses)
+
+
+def motion(masses: tuple[Expr, ...], d: Derivation) -> Motion:
+    """Place the masses by the lengths of the rods, and turn them by the angular momentum."""
+    d.section("Masses in axes along rod 3")
+    apex, apex_rate = _apex(d)
+    corners = (sp.zeros(2, 1), sp.Matrix([lengths[2], 0]), sp.Matrix(apex))
+    total = sp.Add(*masses)
+    centre = (masses[1] * corners[1] + masses[2] * corners[2]) / total
+    rods = tuple(corners[j] - corners[i] for i, j in ENDS)
+    reduced = tuple(
+        d.define(
+            f"reduced{k}",
+            masses[i] * masses[j] / total,
+            title=f"reduced mass of the ends of rod {k}",
+            latex=rf"\mu_{{{i + 1}{j + 1}}}",
+            positive=True,
+        )
+        for k, (i, j) in enumerate(ENDS, 1)
+    )
+    moving = dict(zip((*apex, lengths[2]), (*apex_rate, rates[2]), strict=True))
+    turn = sp.Symbol("turn")
+    velocities = [matrix_rate(rod, moving) + turn * QUARTER_TURN * rod for rod in rods]
+    momentum = sp.Add(*(m * planar_cross(r, v) for m, r, v in zip(reduced, rods, velocities, strict=True)))
+    inertia = d.define(
+        "inertia",
+        sp.Add(*(m * length**2 for m, length in zip(reduced, lengths, strict=True))),
+        title="moment of inertia about the centre of mass",
+        latex="I",
+        positive=True,
+    )
+    still = sp.expand(momentum).coeff(turn, 0)
+    omega = d.define("omega", (MOMENTUM.symbol - still) / inertia, "(7)", "rate of rod 3", "rad/s", r"\omega_3")
+    first = tuple(
+        d.define(
+            f"turn{k}",
+            planar_cross(rods[k - 1], velocities[k - 1].subs(turn, 0)) / lengths[k - 1] ** 2 + omega,
+            title=f"rate of rod {k}",
+            unit="rad/s",
+            latex=rf"\omega_{k}",
+        )
+        for k in (1, 2)
+    )
+    cosines = tuple(_cosine(k, rods, d) for k in range(3))
+    places = tuple(corner - centre for corner in corners)
+    return Motion(masses, places, rods, reduced, inertia, (*first, omega), cosines)
+
+
+def _apex(d: Derivation) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
+    """Solve |X_3 - X_1| = l_2, |X_3 - X_2| = l_1 for the place of mass 3, and their rates for its velocity."""
+    l1, l2, l3 = lengths
+    x, y, x_rate, y_rate = sp.symbols("apex_x apex_y apex_x' apex_y'", real=True)
+    circles = (x**2 + y**2 - l2**2, (x - l3) ** 2 + y**2 - l1**2)
+    along = sp.solve(sp.expand(circles[0] - circles[1]), x)[0]
+    along = d.define("apex_x", along, "(16)", "place of mass 3 along rod 3, from mass 1", latex="x_3")
+    across = d.define(
+        "apex_y", sp.sqrt(l2**2 - along**2), "(16)", "place of mass 3 across rod 3", latex="y_3", positive=True
+    )
+    moving = {x: x_rate, y: y_rate, **dict(zip(lengths, rates, strict=True))}
+    balance = [time_derivative(circle, moving) for circle in (circles[0], circles[0] - circles[1])]
+    first = sp.solve(sp.expand(balance[1]), x_rate)[0].subs(x, along)
+    first = d.define("apex_x_rate", first, title="velocity of mass 3 along rod 3, seen from mass 1", latex="x_3'")
+    second = sp.solve(balance[0], y_rate)[0].subs({x: along, y: across, x_rate: first})
+    second = d.define("apex_y_rate", second, title="velocity of mass 3 across rod 3", latex="y_3'")
+    return (along, across), (first, second)
+
+
+def _cosine(i: int, rods: tuple[sp.Matrix, ...], d: Derivation) -> Expr:
+    """Return the cosine of the angle at mass i, between the rods that meet there."""
+    j, k = ENDS[i]
+    product = -rods[j].dot(rods[k]) / (lengths[j] * lengths[k])
+    title, latex = f"cosine of the angle at mass {i + 1}", rf"\cos\alpha_{i + 1}"
+    return d.define(f"cos{i + 1}", product, "(16)", title, latex=latex)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Newton's law for three masses: rods that push along themselves, thrusters, and the gravity gradient of an orbit.
+
+The length of a rod obeys l^2 = D . D. Differentiated twice, with D'' = A the difference of its ends' accelerations,
+that is l'' = l omega^2 + e . A, where omega is the rate at which the rod turns and e its direction. What acts across
+the rods moves the angular momentum only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...mechanics import planar_cross
+from ...system import Derivation, Expr, Group
+from .motion import ENDS, Motion
+from .states import ANOMALY, HEADING, forces, lengths, rates, thrust
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What becomes of the states.
+
+    Attributes
+    ----------
+    coupling : Matrix
+        Accelerations of the rods' lengths for forces of one newton in each rod.
+    free : tuple of Expr
+        Accelerations of the lengths without forces of rods and thrusters.
+    torque : Expr
+        Of gravity about the centre of mass.
+    rhs : tuple of Expr
+        Rates of all states.
+    """
+
+    coupling: sp.Matrix
+    free: tuple[Expr, ...]
+    torque: Expr
+    rhs: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """The field about the centre of mass, linear in the place: gradient (3 r r^T - 1).
+
+    Attributes
+    ----------
+    gradient : Expr
+        Gravitational parameter over the cube of the distance, 1/s^2.
+    radial : Matrix
+        r, away from the Earth, in axes along rod 3.
+    rate : Expr
+        Rate of the true anomaly.
+    """
+
+    gradient: Expr
+    radial: sp.Matrix
+    rate: Expr
+
+
+def gravity(p: Group, d: Derivation) -> Gravity:
+    """Follow Kepler's orbit of mean motion n and eccentricity e: the distance falls with 1 + e cos(nu)."""
+    d.section("Gravity gradient")
+    e, turn = p.eccentricity, ANOMALY.symbol - HEADING.symbol
+    near = d.define(
+        "nearness",
+        (1 + e * sp.cos(ANOMALY.symbol)) / (1 - e**2),
+        title="semi-major axis over the distance",
+        latex="a/r",
+        positive=True,
+    )
+    gradient = d.define(
+        "gradient", p.mean_motion**2 * near**3, title="gravitational parameter over r^3", unit="1/s^2", latex=r"\kappa"
+    )
+    radial = sp.Matrix(
+        [
+            d.define("radial_x", sp.cos(turn), title="direction from the Earth, along rod 3", latex="r_x"),
+            d.define("radial_y", sp.sin(turn), title="direction from the Earth, across rod 3", latex="r_y"),
+        ]
+    )
+    return Gravity(gradient, radial, p.mean_motion * near**2 * sp.sqrt(1 - e**2))
+
+
+def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
+    """Sum up what acts along the rods, and about the centre of mass."""
+    d.section("Forces")
+    coupling = _coupling(motion, d)
+    free = tuple(_free(k, motion, field, d) for k in range(3))
+    pushed = tuple(_pushed(k, motion) for k in range(3))
+    accelerations = coupling * forces + sp.Matrix(free) + sp.Matrix(pushed)
+    cosine, sine = sp.cos(HEADING.symbol), sp.sin(HEADING.symbol)
+    fx, fy = sum(thrust[1:], thrust[0])
+    torque = d.define(
+        "torque", _torque(motion, field), title="torque of the gravity gradient", unit="N m", latex=r"\tau_g"
+    )
+    by_thrust = sp.Add(*(planar_cross(place, force) for place, force in zip(motion.places, thrust, strict=True)))
+    rhs = (
+        *rates,
+        motion.turns[2],
+        *accelerations,
+        torque + by_thrust,
+        field.rate,
+        (cosine * fx - sine * fy) / motion.total,
+        (sine * fx + cosine * fy) / motion.total,
+        sp.Add(*(sp.Abs(force * rate) for force, rate in zip(forces, rates, strict=True))),
+        sp.Add(*(sp.Abs(force) for pair in thrust for force in pair)),
+    )
+    return Plant(coupling, free, torque, rhs)
+
+
+def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
+    """Return how a force in one rod moves the ends of each along it: E M^-1 E^T with E = dl/dX."""
+    m = motion.masses
+    matrix = sp.zeros(3, 3)
+    for k, (i, j) in enumerate(ENDS):
+        matrix[k, k] = d.define(
+            f"B{k + 1}{k + 1}", 1 / m[i] + 1 / m[j], title=f"mobility of rod {k + 1}", latex=f"B_{{{k + 1}{k + 1}}}"
+        )
+        entry = d.define(
+            f"B{i + 1}{j + 1}",
+            motion.cosines[k] / m[k],
+            title=f"coupling of rods {i + 1} and {j + 1} by mass {k + 1}",
+            latex=f"B_{{{i + 1}{j + 1}}}",
+        )
+        matrix[i, j] = matrix[j, i] = entry
+    return matrix
+
+
+def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
+    """Return l'' of a rod by its turning and the gravity gradient."""
+    length = lengths[k]
+    outward = motion.rods[k].dot(field.radial) / length
+    return d.define(
+        f"free{k + 1}",
+        length * (motion.turns[k] ** 2 + field.gradient * (3 * outward**2 - 1)),
+        title=f"acceleration of rod {k + 1} without forces of rods and thrusters",
+        unit="m/s^2",
+        latex=rf"\ddot l_{{{k + 1},0}}",
+    )
+
+
+def _pushed(k: int, motion: Motion) -> Expr:
+    """Return l'' of a rod by the thrust on its ends."""
+    i, j = ENDS[k]
+    difference = thrust[j] / motion.masses[j] - thrust[i] / motion.masses[i]
+    return motion.rods[k].dot(difference) / lengths[k]
+
+
+def _torque(motion: Motion, field: Gravity) -> Expr:
+    """Return sum X_i x f_i of gravity, as a sum over rods."""
+    each = (
+        mass * planar_cross(rod, field.radial) * rod.dot(field.radial)
+        for mass, rod in zip(motion.reduced, motion.rods, strict=True)
+    )
+    return 3 * field.gradient * sp.Add(*each)
+
+
+def kinetic(motion: Motion, drift: tuple[Expr, Expr]) -> Expr:
+    """Return the kinetic energy: about the centre of mass a sum over rods, and that of the centre."""
+    about = sp.Add(
+        *(
+            mass * (rate**2 + (length * turn) ** 2)
+            for mass, rate, length, turn in zip(motion.reduced, rates, lengths, motion.turns, strict=True)
+        )
+    )
+    return (about + motion.total * (drift[0] ** 2 + drift[1] ** 2)) / 2
+
+
+def potential(motion: Motion, field: Gravity) -> Expr:
+    """Return the potential energy in the gravity gradient."""
+    each = (
+        mass * (3 * rod.dot(field.radial) ** 2 - length**2)
+        for mass, rod, length in zip(motion.reduced, motion.rods, lengths, strict=True)
+    )
+    return -field.gradient * sp.Add(*each) / 2

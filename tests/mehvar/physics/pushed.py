@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which physics holds for the triangle whose rods push: Newton's law for three masses in Cartesian coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mehvar.physics.gates import Gate, balance, identity
+from mehvar.physics.machine import Array, Machine, Points
+from tests.mehvar.physics import triangle
+
+_ENDS = ((1, 2), (2, 0), (0, 1))
+
+
+def gates_of(_: Machine) -> list[Gate]:
+    """Return what must hold."""
+    return [
+        identity("lengths, rates and momentum are those of the masses", lambda at: at.along(_flat), _relative),
+        balance("Newton's law", _velocities, _accelerations),
+        balance("energy", lambda at: at.result("energy", "kinetic")[:, 0], _power),
+        identity("kinetic energy", lambda at: at.result("energy", "kinetic")[:, 0], _kinetic),
+        balance("Jacobi's integral on a circular orbit", _jacobi, lambda at: np.zeros(len(at["H"])), where=_free),
+        identity("Kepler's energy", _orbit, lambda at: -(at["mean_motion"] ** 2) / 2),
+        identity("Kepler's momentum", _areal, lambda at: at["mean_motion"] * np.sqrt(1 - at["eccentricity"] ** 2)),
+        identity("costs", lambda at: at.result("rhs", "work", "impulse"), _costs),
+        identity("shape and attitude place the masses", _by_shape, lambda at: _places(at).reshape(-1, 6)),
+        balance("the paper's attitude rate", lambda at: at.result("outputs", "theta"), _turning),
+        identity("computed forces", _accelerated, lambda at: at["l1_0"][:, None] * _WANTED),
+        identity("limits", _limited, _clipped),
+        identity("start", lambda at: triangle.distances(_places(_begun(at))), lambda at: _rods(at, "0")),
+        identity("state at the start", _first, _scenario),
+        identity("target", _target_rods, lambda at: _rods(at, "f")),
+        identity("target's attitude, masses in their order", _target_attitude, lambda at: _aligned(at["theta_f"])),
+        identity("picture", _picture, lambda at: _places(at).reshape(-1, 6)),
+        *_errors(),
+    ]
+
+
+_WANTED = np.array([1.0, -2.0, 3.0])
+
+
+def _places(at: Points) -> Array:
+    """Return the masses about their centre, in fixed axes, shape (n, 3, 2)."""
+    l1, l2, l3 = at.vector("l1", "l2", "l3").T
+    angle = np.arccos((l2**2 + l3**2 - l1**2) / (2 * l2 * l3))
+    ahead, up = (np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (at["psi"], at["psi"] + angle))
+    X = np.stack([0 * ahead, l3[:, None] * ahead, l2[:, None] * up], axis=1)
+    m = triangle.masses(at)
+    return X - np.sum(m[..., None] * X, axis=1, keepdims=True) / m.sum(axis=1)[:, None, None]
+
+
+def _flat(at: Points) -> Array:
+    return _places(at).reshape(-1, 6)
+
+
+def _relative(at: Points) -> Array:
+    """Solve rates of rods, momentum and a centre at rest for the velocities."""
+    X, m = _places(at), triangle.masses(at)
+    left = np.zeros((len(X), 6, 6))
+    for k, (i, j) in enumerate(_ENDS):
+        along = (X[:, j] - X[:, i]) / np.linalg.norm(X[:, j] - X[:, i], axis=1)[:, None]
+        left[:, k, 2 * j : 2 * j + 2], left[:, k, 2 * i : 2 * i + 2] = along, -along
+    for i in range(3):
+        left[:, 3, 2 * i], left[:, 3, 2 * i + 1] = -m[:, i] * X[:, i, 1], m[:, i] * X[:, i, 0]
+        left[:, 4, 2 * i] = left[:, 5, 2 * i + 1] = m[:, i]
+    right = np.column_stack([at.vector("u_l1", "u_l2", "u_l3", "H"), np.zeros((len(X), 2))])
+    return np.asarray(np.linalg.solve(left, right[..., None])[..., 0])
+
+
+def _velocities(at: Points) -> Array:
+    return _relative(at) + np.tile(at.vector("vx", "vy"), 3)
+
+
+def _thrust(at: Points) -> Array:
+    """Return the thrust on each mass in fixed axes, shape (n, 3, 2)."""
+    own = at.vector(*(f"f{i}{axis}" for i in (1, 2, 3) for axis in "xy")).reshape(-1, 3, 2)
+    c, s = np.cos(at["psi"])[:, None], np.sin(at["psi"])[:, None]
+    return np.stack([c * own[..., 0] - s * own[..., 1], s * own[..., 0] + c * own[..., 1]], axis=-1)
+
+
+def _accelerations(at: Points) -> Array:
+    X, force = _places(at), _thrust(at)
+    for k, (i, j) in enumerate(_ENDS):
+        push = at[f"F{k + 1}"][:, None] * (X[:, j] - X[:, i]) / np.linalg.norm(X[:, j] - X[:, i], axis=1)[:, None]
+        force[:, j] += push
+        force[:, i] -= push
+    return np.asarray((force / triangle.masses(at)[..., None] + _gravity(at)).reshape(-1, 6))
+
+
+def _distance(at: Points) -> Array:
+    """Return the distance from the Earth over the semi-major axis."""
+    return np.asarray((1 - at["eccentricity"] ** 2) / (1 + at["eccentricity"] * np.cos(at["nu"])))
+
+
+def _gravity(at: Points) -> Array:
+    """Return what gravity adds to each mass beside its centre's acceleration, to first order in the place."""
+    X, r = _places(at), np.stack([np.cos(at["nu"]), np.sin(at["nu"])], axis=-1)[:, None, :]
+    strength = (at["mean_motion"] ** 2 / _distance(at) ** 3)[:, None, None]
+    return np.asarray(strength * (3 * r * np.sum(r * X, axis=-1, keepdims=True) - X))
+
+
+def _power(at: Points) -> Array:
+    V = _velocities(at).reshape(-1, 3, 2)
+    weight = triangle.masses(at)[..., None] * _gravity(at)
+    rods = np.sum(at.vector("F1", "F2", "F3") * at.vector("u_l1", "u_l2", "u_l3"), axis=1)
+    return np.asarray(rods + np.sum((_thrust(at) + weight) * V, axis=(1, 2)))
+
+
+def _kinetic(at: Points) -> Array:
+    return np.asarray(np.sum(triangle.masses(at)[..., None] * _velocities(at).reshape(-1, 3, 2) ** 2, axis=(1, 2)) / 2)
+
+
+def _free(at: Points) -> Points:
+    return at.moved(eccentricity=0.0, **{q.name: 0.0 for q in at.machine.system.inputs})
+
+
+def _jacobi(at: Points) -> Array:
+    return np.asarray(at.call("energy").sum(axis=1) - at["mean_motion"] * at["H"])
+
+
+def _orbit(at: Points) -> Array:
+    """Return the energy of the orbit of semi-major axis one: n^2 is the gravitational parameter."""
+    rate = at.along(lambda here: _distance(here)[:, None])[:, 0]
+    across = _distance(at) * at.result("rhs", "nu")[:, 0]
+    return np.asarray((rate**2 + across**2) / 2 - at["mean_motion"] ** 2 / _distance(at))
+
+
+def _areal(at: Points) -> Array:
+    return np.asarray(_distance(at) ** 2 * at.result("rhs", "nu")[:, 0])
+
+
+def _costs(at: Points) -> Array:
+    drives = np.abs(at.vector("F1", "F2", "F3") * at.vector("u_l1", "u_l2", "u_l3")).sum(axis=1)
+    own = at.vector(*(f"f{i}{axis}" for i in (1, 2, 3) for axis in "xy"))
+    return np.column_stack([drives, np.abs(own).sum(axis=1)])
+
+
+def _by_shape(at: Points) -> Array:
+    return triangle.placed(at, *at.result("outputs", "rho", "phi", "mu", "theta").T).reshape(-1, 6)
+
+
+def _zeta(at: Points) -> Array:
+    rho, phi = at.result("outputs", "rho", "phi").T
+    return np.asarray(rho * np.exp(1j * phi))[:, None]
+
+
+def _turning(at: Points) -> Array:
+    """Return (21) with what momentum adds."""
+    inertia = triangle.masses(at).mean(axis=1)[:, None] * at.result("outputs", "mu") / 3
+    return np.imag(np.conj(_zeta(at)) * at.along(_zeta)) + at["H"][:, None] / inertia
+
+
+def _accelerated(at: Points) -> Array:
+    wanted = at["l1_0"][:, None] * _WANTED
+    push = at.machine("forces", at.values["x"], wanted, at.values["p"])
+    still = {f"f{i}{axis}": 0.0 for i in (1, 2, 3) for axis in "xy"}
+    there = at.moved(**{f"F{k + 1}": push[:, k] for k in range(3)}, **still)
+    return there.result("rhs", "u_l1", "u_l2", "u_l3")
+
+
+def _limited(at: Points) -> Array:
+    return at.machine("actuate", at.values["x"], 2 * at.values["u"], at.values["p"])
+
+
+def _clipped(at: Points) -> Array:
+    limit = at.vector(*["F_max"] * 3, *["thrust_max"] * 6)
+    return np.clip(2 * at.values["u"], -limit, limit)
+
+
+def _begun(at: Points) -> Points:
+    return at.at(x=at.call("initial"))
+
+
+def _rods(at: Points, end: str) -> Array:
+    return at.vector(*(f"l{k}_{end}" for k in (1, 2, 3)))
+
+
+def _first(at: Points) -> Array:
+    begun = _begun(at)
+    states = [q.name for q in at.machine.system.states if q.name != "psi"]
+    return np.column_stack([begun.result("outputs", "theta"), begun.vector(*states)])
+
+
+def _scenario(at: Points) -> Array:
+    named = at.vector("theta_0", "l1_0", "l2_0", "l3_0", "u_l1_0", "u_l2_0", "u_l3_0", "H_0", "nu_0")
+    return np.column_stack([named, np.zeros((len(named), 4))])
+
+
+def _target_rods(at: Points) -> Array:
+    rho, phi, mu, theta = at.call("reference").T
+    return triangle.distances(triangle.placed(at, rho, phi, mu, theta))
+
+
+def _target_attitude(at: Points) -> Array:
+    rho, phi, mu, theta = at.call("reference").T
+    return np.column_stack([theta, triangle.sense(triangle.placed(at, rho, phi, mu, theta))])
+
+
+def _aligned(theta: Array) -> Array:
+    return np.column_stack([theta, np.ones(len(theta))])
+
+
+def _picture(at: Points) -> Array:
+    """Return the three masses of the picture, which follow its rods of two ends each; its second axis is depth."""
+    return at.call("geometry").reshape(len(at["H"]), -1, 3)[:, 6:9, ::2].reshape(-1, 6)
+
+
+def _at_target(at: Points) -> Points:
+    X = triangle.placed(at, *at.vector("rho_ref", "phi_ref", "mu_ref", "theta_ref").T)
+    l1, l2, l3 = triangle.distances(X).T
+    return at.moved(l1=l1, l2=l2, l3=l3)
+
+
+def _errors() -> list[Gate]:
+    """Return what the errors of a run are: differences in the shape disc, and the area that is still to be enclosed."""
+
+    def distance(at: Points) -> Array:
+        return at["rho_ref"][:, None] - _zeta(at) * np.exp(-1j * at["phi_ref"])[:, None]
+
+    def direction(at: Points) -> Array:
+        return at.result("outputs", "rho_error") * np.exp(1j * at.result("outputs", "phi_error"))
+
+    def enclosed(at: Points) -> Array:
+        return np.imag(np.conj(distance(at)) * at.along(distance))
+
+    def turned(at: Points) -> Array:
+        return at.result("outputs", "theta_error")
+
+    def longest(at: Points) -> Array:
+        return np.abs(triangle.distances(_places(at)) - triangle.distances(_places(_at_target(at)))).max(axis=1)
+
+    return [
+        identity("distance to the target", direction, distance),
+        balance(
+            "shifted attitude",
+            lambda at: at.result("outputs", "theta_shifted"),
+            enclosed,
+            where=lambda at: at.moved(H=0.0),
+        ),
+        identity(
+            "shifted attitude at the target",
+            lambda at: _at_target(at).result("outputs", "theta_shifted"),
+            lambda at: turned(_at_target(at)),
+        ),
+        identity("attitude error", turned, lambda at: at.result("outputs", "theta") - at["theta_ref"][:, None]),
+        identity("length error", lambda at: at.result("outputs", "length_error")[:, 0], longest),
+    ]
