@@ -4,7 +4,8 @@
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
 that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, as
-`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
+`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/, generated/ and docs/examples/ in a git
+repository.
 A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
 `...` stands for anything. The pictures that a page shows and draws are compared with what it draws now.
 """
@@ -135,8 +136,8 @@ def test_what_a_page_shows_of_other_tools_runs(page: Path, tmp_path: Path, monke
 
 
 def copy_checkout(folder: Path) -> None:
-    """Put the models and what is generated from them into a git repository of their own."""
-    for name in ("models", "generated"):
+    """Put the models, what is generated from them, and the examples into a git repository of their own."""
+    for name in ("models", "generated", "docs/examples"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     commit = ["-c", "user.name=me", "-c", "user.email=me@example.org", "commit", "-q", "-m", "as it is"]
     (folder / ".gitignore").write_text("__pycache__/\n.bin/\n", encoding="utf-8")

@@ -23,8 +23,8 @@ def model_of_page(page: str, name: str, folder: Path) -> Path:
 
 
 def model_here(name: str, folder: Path) -> Path:
-    """Copy a model of this folder and return its generated folder."""
-    shutil.copytree(Path(__file__).parent / "models" / name, folder / "models" / name)
+    """Copy a model of docs/examples and return its generated folder."""
+    shutil.copytree(ROOT / "docs" / "examples" / "models" / name, folder / "models" / name)
     return generated(name, folder)
 
 
