@@ -188,8 +188,10 @@ def _ratios(rows: Sequence[dict[str, Any]]) -> list[str]:
         theirs = [row for row in rows if row["name"] == name]
         for error in ERRORS:
             times = [time_for(error, group, least) for least in (False, True) for group in (ours, theirs)]
+            if not np.isfinite(times[0]):  # nothing to compare with
+                continue
             cells = [f"{v * 1e6:,.0f}" if np.isfinite(v) else "not reached" for v in times[:2]]
-            ratios = [f"{them / us:.1f}" if np.isfinite(them / us) else "-" for us, them in (times[:2], times[2:])]
+            ratios = [f"{them / us:.1f}" if np.isfinite(them) else "-" for us, them in (times[:2], times[2:])]
             result.append([name, f"{error:.0e}", *cells, *ratios])
     columns = ["peer", "error", "mehvar, us per run", "peer, us per run", "peer / mehvar", "of the least times"]
     return table(columns, result)
