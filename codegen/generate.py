@@ -301,8 +301,9 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
     check_kinds(system)
-    chosen = {name: values[0] for name, values in choices.items()} | dict(structure)
-    if system.structure != chosen:
+    defaults = {name: values[0] for name, values in choices.items()}
+    chosen = defaults | dict(structure)
+    if {**defaults, **system.structure} != chosen:  # what has its default may be left out
         raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
     return system
 

@@ -46,7 +46,7 @@ def compare(old: Document, new: Document) -> Comparison:
         parameter_changes(old, new, verdicts.versions.renamed),
         groups(verdicts.versions, verdicts.equations(), verdicts.extension, verdicts.stories),
         tuple(
-            (name, old.structure.get(name, ""), new.structure.get(name, ""))
+            (name, old.structure.get(name, "default"), new.structure.get(name, "default"))
             for name in structure
             if old.structure.get(name) != new.structure.get(name)
         ),

@@ -14,8 +14,9 @@ from ..tables import place_in, read_parameters, read_scenarios, suggestion
 def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[str]]) -> None:
     """Refuse what parameters.toml and scenarios.toml hold and the system has not, such as a group that nobody reads.
 
-    A group that is called CHOICE_VALUE, as in [masses_general], belongs to the structures with that value of that
-    choice, and is looked at in one of these; all else is looked at in the default structure.
+    A group that is called CHOICE_VALUE, as in [masses_general], or begins so, as in [masses_general_start], belongs to
+    the structures with that value of that choice, and is looked at in one of these; all else is looked at in the
+    default structure.
 
     Parameters
     ----------
@@ -33,13 +34,13 @@ def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[st
     """
     groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
     parameters, scenarios = folder / "parameters.toml", folder / "scenarios.toml"
-    default = all(system.structure.get(choice) == values[0] for choice, values in choices.items())
+    default = all(system.structure.get(choice, values[0]) == values[0] for choice, values in choices.items())
     theirs = {f"{choice}_{value}": (choice, value) for choice, values in choices.items() for value in values}
     if parameters.is_file():
         names = {q.name for group in groups for q in group}
         for group in read_parameters(parameters).values():
-            choice, value = theirs.get(group.name, ("", ""))
-            here = system.structure.get(choice) == value if choice else default
+            choice, value = next((theirs[own] for own in theirs if f"{group.name}_".startswith(f"{own}_")), ("", ""))
+            here = system.structure.get(choice, choices[choice][0]) == value if choice else default
             for name in (q.name for q in group if here and q.name not in names):
                 where = f"{place_in(parameters, group.name, name)}: [{group.name}.{name}]"
                 elsewhere = "; what another structure has stands in a group CHOICE_VALUE" if choices else ""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Three-axis satellite attitude in orbit, under sampled adaptive control and PD."""
 
-from .system import STRUCTURE, system
+from .structure import STRUCTURE
+from .system import system
 
 __all__ = ["STRUCTURE", "system"]

@@ -17,7 +17,8 @@ from mehvar.names import identifier
 
 from ..system import LARGEST, Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator
-from .dynamics import AXES, TORQUES, angles, rates
+from .drive import Drive
+from .dynamics import AXES, angles, inertia_matrix, rates
 from .estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
 from .polynomials import (
     RIGHT,
@@ -35,9 +36,6 @@ from .polynomials import (
 )
 
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
-APPLIED = Group(
-    "v", tuple(Quantity(f"{q.name}_applied", q.unit, f"applied {q.description}", f"{q.latex}^a") for q in TORQUES)
-)
 
 _PAST = 4
 """Past values of w that d = 2 needs: Ac has degree four."""
@@ -169,10 +167,11 @@ def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
 
 @dataclass(frozen=True)
 class Shared:
-    """What the laws share in a sample: reference models, and the estimators of the adaptive ones."""
+    """What the laws share in a sample: reference models, the estimators of the adaptive ones, and the actuators."""
 
     models: tuple[ReferenceModel, ...]
     estimates: tuple[Estimate, ...]
+    drive: Drive
 
 
 def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
@@ -186,7 +185,8 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
         commands.append(d.define(f"u_{axis}_{tag}", torque, "", f"torque about {axis}", "N m", "u(k)"))
     d.section(f"Law {name}: check of the numbers")
     traces = [estimate.trace for estimate in shared.estimates]
-    healthy = _healthy(tag, (*angles, *APPLIED.symbols, *REFERENCES.symbols, *commands, *traces), d)
+    needed = (*angles, *shared.drive.torque, *shared.drive.measured, *REFERENCES.symbols)
+    healthy = _healthy(tag, (*needed, *commands, *traces), d)
     rows: list[tuple[Quantity, Expr, Expr]] = []
     for k, axis in enumerate(AXES):
         after = shared.estimates[k].update | {"u1": commands[k]} | _model_update(shared.models[k], keeps_zero)
@@ -197,7 +197,9 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
     count = sp.Piecewise((sp.Min(SAMPLES.symbol + 1, estimator.WARM), healthy), (0, True))
     extra = ((SAMPLES, sp.S.Zero, count),)
     # F = F0 I and its trace add what has different units
-    return dataclasses.replace(_controller(name, title, law, commands, healthy, rows, extra), in_numbers=True)
+    return dataclasses.replace(
+        _controller(name, title, law, commands, shared.drive, healthy, rows, extra), in_numbers=True
+    )
 
 
 def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shared, d: Derivation) -> Controller:
@@ -214,16 +216,15 @@ def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shar
         for q in memory:
             key = q.name.removesuffix(f"_{axis}")
             rows.append((q, before[key], after[key]))
-    healthy = _healthy("pd", (*angles, *rates, *REFERENCES.symbols, *commands), d)
-    unstable = tuple(_wrong_sign(i, plant, law) for i in "xyz")
-    return _controller("pd", title, law, commands, healthy, rows, (), unstable)
+    healthy = _healthy("pd", (*angles, *rates, *shared.drive.measured, *REFERENCES.symbols, *commands), d)
+    unstable = tuple(_wrong_sign(k, plant, law) for k in range(3))
+    return _controller("pd", title, law, commands, shared.drive, healthy, rows, (), unstable)
 
 
-def _wrong_sign(i: str, plant: Group, law: Group) -> Condition:
+def _wrong_sign(k: int, plant: Group, law: Group) -> Condition:
     """Warn of gains of an axis that do not hold it: both roots of I s^2 + Kd s + Kp belong in the left half plane."""
-    inertia, stiffness, damping = (getattr(group, name) for group, name in (
-        (plant, f"I_{i}"), (law, f"Kp_{i}"), (law, f"Kd_{i}"),
-    ))  # fmt: skip
+    i, inertia = "xyz"[k], inertia_matrix(plant)[k, k]
+    stiffness, damping = getattr(law, f"Kp_{i}"), getattr(law, f"Kd_{i}")
     middle = -damping / (2 * inertia)
     discriminant = middle**2 - stiffness / inertia
     root, turn = sp.sqrt(sp.Max(discriminant, 0)), sp.sqrt(sp.Max(-discriminant, 0))
@@ -251,7 +252,8 @@ def _controller(
     name: str,
     title: str,
     law: Group,
-    commands: list[Expr],
+    torque: list[Expr],
+    drive: Drive,
     healthy: sp.Rel,
     rows: list[tuple[Quantity, Expr, Expr]],
     extra: tuple[tuple[Quantity, Expr, Expr], ...],
@@ -265,11 +267,11 @@ def _controller(
         name,
         title,
         law,
-        tuple(sp.Piecewise((u, healthy), (0, True)) for u in commands),
+        tuple(sp.Piecewise((u, healthy), (0, True)) for u in drive.commands(torque, law)),
         constraints=_conditions(law),
         warnings=warnings,
         period="Ts",
-        applied=APPLIED,
+        applied=drive.applied,
         memory=memory,
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
         update=(*update, *(after for _, _, after in extra), flag),

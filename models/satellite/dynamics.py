@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attitude of a rigid satellite with three reaction wheels on a circular orbit, equations (1)-(7).
+"""Attitude of a rigid satellite with reaction wheels on an orbit, equations (1)-(7).
 
-Orbit axes: x along the velocity, y opposite to the orbit normal, z to nadir. Body axes are principal axes. C takes
-components from orbit to body axes; the attitude is three angles (turns about z, y, x in this order) or a quaternion.
+The paper's body axes are principal axes, its orbit a circle. C takes components from orbit to body axes; the attitude
+is three angles (turns about z, y, x in this order) or a quaternion.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..mechanics import angle_rates, frame_turn, quaternion_rates, quaternion_rotation
+from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ..system import Derivation, Expr, Group, Quantity
+from .orbit import Orbit
+from .wheels import Wheels
 
 ANGLES = (
     Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),
@@ -24,15 +26,9 @@ QUATERNION = tuple(
     for k, part in enumerate(("scalar", "x", "y", "z"))
 )
 RATES = tuple(Quantity(f"w{i}", "rad/s", f"inertial rate about body {i}", rf"\omega_{i}") for i in "xyz")
-WHEELS = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
-LATITUDE = Quantity("latitude", "rad", "argument of latitude, the satellite's place on its orbit", r"\nu")
-TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
 
 angles = tuple(q.symbol for q in ANGLES)
 rates = sp.Matrix([q.symbol for q in RATES])
-wheels = sp.Matrix([q.symbol for q in WHEELS])
-torques = sp.Matrix([q.symbol for q in TORQUES])
-latitude = LATITUDE.symbol
 
 AXES = ("roll", "pitch", "yaw")
 
@@ -51,12 +47,15 @@ class Chart:
         Omega, rate relative to the orbit axes, in body axes.
     rate : tuple of Expr
         Rates of the coordinates.
+    quaternion : tuple of Expr
+        The attitude as a quaternion.
     """
 
     states: tuple[Quantity, ...]
     rotation: sp.Matrix
     omega: sp.Matrix
     rate: tuple[Expr, ...]
+    quaternion: tuple[Expr, ...]
 
 
 def euler_rotation() -> sp.Matrix:
@@ -65,20 +64,15 @@ def euler_rotation() -> sp.Matrix:
     return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
 
 
-def orbit_rate(rotation: sp.Matrix, omega0: Expr) -> sp.Matrix:
-    """Return the rate of the orbit axes in body axes (3): about -y, because z is nadir and x is velocity."""
-    return rotation * sp.Matrix([0, -omega0, 0])
-
-
-def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
+def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
     """Define C, Omega and the kinematics of a chart.
 
     Parameters
     ----------
     chart : {"euler", "quaternion"}
         Three angles, or a unit quaternion with the angles as derived quantities.
-    omega0 : Expr
-        Orbital rate, rad/s.
+    turning : sympy.Matrix
+        Rate of the orbit axes in these (3): about -y, because z is nadir and x is velocity; rad/s.
     d : Derivation
         Receives the steps.
     """
@@ -89,7 +83,7 @@ def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
     rotation = _named_rotation(quaternion_rotation(coordinates) if quaternion else euler_rotation(), d)
     if quaternion:
         _define_angles(rotation, d)
-    omega = rates - orbit_rate(rotation, omega0)
+    omega = rates - rotation * turning
     names = [
         d.define(f"rate_{i}", omega[k], "(4)", f"rate relative to the orbit axes about {i}", "rad/s", rf"\Omega_{i}")
         for k, i in enumerate("xyz")
@@ -98,7 +92,8 @@ def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
         d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
     rate = quaternion_rates(coordinates, names) if quaternion else turning
-    return Chart(states, rotation, sp.Matrix(names), tuple(rate))
+    turns = coordinates if quaternion else quaternion_of_turns([(axis, angles[axis]) for axis in (2, 1, 0)])
+    return Chart(states, rotation, sp.Matrix(names), tuple(rate), tuple(turns))
 
 
 def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
@@ -122,10 +117,10 @@ def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
         d.define(quantity.name, expr, "", quantity.description, "rad", quantity.latex)
 
 
-def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, omega0: Expr) -> sp.Matrix:
-    """Return 3 w0^2 n x (I n) with n the nadir direction in body axes and I the total inertia."""
+def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr) -> sp.Matrix:
+    """Return 3 (mu/r^3) n x (I n) with n the nadir direction in body axes and I the total inertia."""
     nadir = rotation[:, 2]
-    return 3 * omega0**2 * nadir.cross(inertia * nadir)
+    return 3 * pull * nadir.cross(inertia * nadir)
 
 
 def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, momentum: sp.Matrix) -> sp.Matrix:
@@ -135,20 +130,35 @@ def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
     """Return J, the inertia of body and wheels less what each wheel has about its own axis: that is in h."""
+    if plant.elements("I"):
+        return plant.I
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)
 
 
-def total_inertia(plant: Group) -> sp.Matrix:
+def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
     """Return I = J + Iw, the inertia with locked wheels: gravity pulls at all masses, turning or not."""
-    return inertia_matrix(plant) + sp.diag(*wheel_inertia(plant))
+    return inertia_matrix(plant) + wheels.locked
 
 
-def wheel_inertia(plant: Group) -> tuple[Expr, Expr, Expr]:
-    """Return the spin inertias of the wheels."""
-    return plant.Iw_x, plant.Iw_y, plant.Iw_z
+def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
+    """Define the gravity gradient; about principal axes each component has one product of the nadir's."""
+    torque = gravity_gradient(rotation, inertia, pull)
+    return sp.Matrix(
+        [
+            d.define(
+                f"Tgg_{i}",
+                sp.factor(torque[k]) if inertia.is_diagonal() else torque[k],
+                "(8)-(10)",
+                f"gravity gradient about {i}",
+                "N m",
+                f"T_{{gg,{i}}}",
+            )
+            for k, i in enumerate("xyz")
+        ]
+    )
 
 
-def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
+def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
     """Solve the momentum balance (1) for w', with the torque on the body and the momentum stored in the wheels.
 
     Notes
@@ -156,43 +166,68 @@ def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr,
     h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only. With
     locked wheels h = Iw w and u = -Iw w', which leaves Euler's equations of the total inertia J + Iw.
     """
+    inertia = inertia_matrix(plant)
+    if plant.elements("I"):
+        return _coupled_accelerations(inertia, torque, wheels, d)
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
-    balance = torque_excess(inertia_matrix(plant), rates, unknown, wheels) - torque
+    balance = torque_excess(inertia, rates, unknown, wheels.momentum) - torque
     names = []
-    for k, i in enumerate("xyz"):
+    for k in range(3):
         rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
-        names.append(
-            d.define(
-                f"w{i}_rate", -rest / coefficient, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'"
-            )
-        )
+        names.append(_acceleration(k, -rest / coefficient, d))
     return tuple(names)
 
 
-def wheel_speeds(plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
+def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
+    """Solve the balance of a full tensor; its inverse depends on parameters alone, and a batch has it once."""
+    inverse = inertia.inv(method="ADJ")
+    named = sp.zeros(3)
+    for i in range(3):
+        for j in range(i, 3):
+            title = "inverse of the inertia"
+            named[i, j] = named[j, i] = d.define(
+                f"K{i + 1}{j + 1}", inverse[i, j], "(1)", title, "1/kg/m^2", f"K_{{{i + 1}{j + 1}}}"
+            )
+    net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
+    net = sp.Matrix(
+        [
+            d.define(f"N_{i}", net[k], "(1)", f"torque less w x H about {i}", "N m", f"N_{i}")
+            for k, i in enumerate("xyz")
+        ]
+    )
+    return tuple(_acceleration(k, (named * net)[k], d) for k in range(3))
+
+
+def _acceleration(k: int, value: Expr, d: Derivation) -> Expr:
+    i = "xyz"[k]
+    return d.define(f"w{i}_rate", value, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
+
+
+def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
+    along = wheels.axes.T * rates
     return tuple(
         d.define(
             f"wheel_{i}",
-            wheels[k] / wheel_inertia(plant)[k] - rates[k],
+            wheels.momenta[k] / wheels.inertia[k] - along[k],
             "",
             f"speed of wheel {i} relative to the body",
             "rad/s",
             rf"\Omega_{{w{i}}}",
         )
-        for k, i in enumerate("xyz")
+        for k, i in enumerate(wheels.labels)
     )
 
 
-def energy(rotation: sp.Matrix, plant: Group) -> Expr:
+def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:
     """Return the energy of rotation of body and wheels and the potential of the gravity gradient."""
     nadir = rotation[:, 2]
-    spin = sp.Add(*(h**2 / i for h, i in zip(wheels, wheel_inertia(plant), strict=True)))
-    potential = 3 * plant.omega0**2 * nadir.dot(total_inertia(plant) * nadir)
+    spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
+    potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
     return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
 
 
-def inertial_momentum(rotation: sp.Matrix, plant: Group) -> sp.Matrix:
-    """Return J w + h in the inertial axes that the orbit axes pass at latitude zero."""
-    in_orbit = rotation.T * (inertia_matrix(plant) * rates + wheels)
-    return frame_turn(1, -latitude).T * in_orbit
+def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
+    """Return J w + h in inertial axes: on a circle those that the orbit axes pass at latitude zero."""
+    in_orbit = rotation.T * (inertia_matrix(plant) * rates + wheels.momentum)
+    return orbit.axes.T * in_orbit

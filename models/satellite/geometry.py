@@ -8,7 +8,7 @@ import sympy as sp
 from ..geometry import Shape
 from ..system import Expr
 from .controllers import REFERENCES
-from .dynamics import angles, euler_rotation, torques
+from .dynamics import angles, euler_rotation
 
 _HALF = tuple(sp.Rational(h, 100) for h in (32, 32, 38))
 """Half of the body's edges, m; like all lengths here of the picture, for the paper gives none."""
@@ -20,20 +20,22 @@ _PER_TORQUE = 30
 _COLORS = ("blue", "vermillion", "green")
 
 
-def geometry(rotation: sp.Matrix) -> tuple[Shape, ...]:
+def geometry(rotation: sp.Matrix, torque: sp.Matrix) -> tuple[Shape, ...]:
     """Return the shapes in orbit axes, the Earth below.
 
     Parameters
     ----------
     rotation : Matrix
         C, from orbit axes to body axes.
+    torque : Matrix
+        Of the wheels' motors on the body, N m.
     """
     at = dict(zip(angles, REFERENCES.symbols, strict=True))
     asked = euler_rotation().xreplace(at)
     centre, ways = _place(rotation, sp.zeros(3, 1)), sp.eye(3)
     middles = [_place(rotation, _HALF[k] * ways[:, k]) for k in range(3)]
     arms = [_place(rotation, _REACH[k] * ways[:, k]) for k in range(3)]
-    twist = sp.Matrix([_PER_TORQUE * torque for torque in torques])
+    twist = _PER_TORQUE * torque
     return (
         Shape("body", "box", (centre, *middles), "grey"),
         *(Shape(f"panel {name}", "face", _panel(rotation, side), "sky") for name, side in (("+y", 1), ("-y", -1))),

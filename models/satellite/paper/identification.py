@@ -12,8 +12,9 @@ import sympy as sp
 
 from ...paper import Case, Names, Printed, Relation, follow, printed
 from ...system import Expr, System
-from ..dynamics import TORQUES, angles
+from ..dynamics import angles
 from ..estimator import memory, symbols
+from ..wheels import TORQUES
 from .loop import controller
 
 _THETA = ("a1", "a2", "b0", "b1", "d")

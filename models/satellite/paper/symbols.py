@@ -17,15 +17,13 @@ from ..dynamics import (
     euler_rotation,
     gravity_gradient,
     inertia_matrix,
-    latitude,
-    orbit_rate,
     rates,
-    wheel_inertia,
-    wheels,
 )
+from ..orbit import LATITUDE, circular_turning
+from ..wheels import MOMENTA
 
 AXES = "xyz"
-WITHOUT_WHEELS: Case = dict.fromkeys(wheels, sp.S.Zero)
+WITHOUT_WHEELS: Case = dict.fromkeys((q.symbol for q in MOMENTA), sp.S.Zero)
 """The paper's equations have no stored momentum."""
 _ANGLES = (("phi", r"\varphi"), ("theta", r"\theta"), ("psi", r"\psi"))
 
@@ -38,7 +36,8 @@ class Motion:
     """
 
     def __init__(self, system: System, names: Names) -> None:
-        one_inertia: Case = dict.fromkeys(wheel_inertia(system.parameters), sp.S.Zero)
+        spin = (system.parameters.Iw_x, system.parameters.Iw_y, system.parameters.Iw_z)
+        one_inertia: Case = dict.fromkeys(spin, sp.S.Zero)
         self._definitions = system.definitions
         self._shown = {step.left: step.expr.subs(one_inertia) for step in system.steps if isinstance(step, Equation)}
         self.plant = system.parameters
@@ -69,7 +68,7 @@ class Motion:
         accelerations = sp.Matrix([self.step(f"w{i}_rate", cut) for i in AXES])
         (momentum,) = (f for f in system.functions if f.name == "momentum")
         in_orbit = sp.Matrix([follow(expr, self._definitions) for _, expr in momentum.results])
-        in_body = euler_rotation() * in_orbit.subs({latitude: 0, **WITHOUT_WHEELS})
+        in_body = euler_rotation() * in_orbit.subs({LATITUDE.symbol: 0, **WITHOUT_WHEELS})
         self.I = names.matrix("I", "I", inertia_matrix(self.plant))
         self.T = names.matrix("T", "T", sp.Matrix(torque))
         self.omega = names.matrix("omega", r"\omega", sp.Matrix(w))
@@ -92,7 +91,7 @@ class Motion:
         )
         motion = dict(zip(angles, self.rate, strict=True))
         self.C = names.matrix("C", "C", rotation)
-        carried = orbit_rate(rotation, self.omega_0)
+        carried = rotation * circular_turning(self.omega_0)
         carried_rate = matrix_rate(carried, motion)
         self.omega_RI = names.matrix("omega_RIB", r"\omega_{RIB}", carried)
         self.omega_RI_dot = names.matrix("omega_RIB_dot", r"\dot\omega_{RIB}", carried_rate)
@@ -100,8 +99,10 @@ class Motion:
         acceleration = sp.Matrix(names.meaning(self.omega_dot))
         self.Omega_dot = names.matrix("Omega_dot", r"\dot\Omega", acceleration - carried_rate)
         orbital = dict(zip(system.states.symbols, system.rhs, strict=True))
-        self.omega_0_dot = names.derived("omega_0_dot", r"\dot\omega_0", time_derivative(orbital[latitude], orbital))
-        half_round = rotation * frame_turn(2, sp.pi) * orbit_rate(sp.eye(3), self.omega_0)
+        self.omega_0_dot = names.derived(
+            "omega_0_dot", r"\dot\omega_0", time_derivative(orbital[LATITUDE.symbol], orbital)
+        )
+        half_round = rotation * frame_turn(2, sp.pi) * circular_turning(self.omega_0)
         self.backwards: Case = {self.omega_RI: half_round}
         self.relative: Case = {name: self.step(f"rate_{i}") for name, i in zip(pqr, AXES, strict=True)}
         own = dict(zip(pqr, rates, strict=True))
@@ -124,7 +125,7 @@ class Motion:
         cut = dict(zip(ours, (*self.small_rate, *self.acceleration), strict=True))
         self._torques = torques = [self._shown[f"T_{i}"].subs(cut) for i in AXES]
         dropped = [self._shown.get(rf"T_{{{i},\mathrm{{dropped}}}}", sp.S.Zero).subs(cut) for i in AXES]
-        pull = gravity_gradient(euler_rotation(), inertia_matrix(self.plant), self.omega_0)
+        pull = gravity_gradient(euler_rotation(), inertia_matrix(self.plant), self.omega_0**2)
         flat = dict.fromkeys(angles, 0)
         pull = pull.applyfunc(lambda expr: sp.Add(*(expr.diff(angle).subs(flat) * angle for angle in angles)))
         self.torque = tuple(

@@ -187,9 +187,8 @@ def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
 
 def _by_mass(values: Mapping[str, float]) -> dict[str, float]:
     """Give each of three masses what a scenario gives the one."""
-    return {k: v for name, v in values.items() for k, v in ((f"m{i}", v) for i in (1, 2, 3) if name == "mass")} | {
-        name: v for name, v in values.items() if name != "mass"
-    }
+    others = {name: value for name, value in values.items() if name != "mass"}
+    return others | {f"m{k}": values["mass"] for k in (1, 2, 3) if "mass" in values}
 
 
 def _functions(p: Group, moving: Motion, field: Gravity, acting: Plant, d: Derivation) -> tuple[Function, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mehvar.physics.gates import Gate
 from mehvar.physics.machine import Machine
-from tests.mehvar.physics import pushed, satellite, slosh, triangle
+from tests.mehvar.physics import craft, pushed, satellite, slosh, triangle
 
 Structure = tuple[tuple[str, str], ...]
 Case = tuple[str, Structure]
@@ -17,6 +17,19 @@ def _slosh(pendulums: int, inertia: str, attitude: str = "angles") -> Case:
     return "slosh", (("pendulums", str(pendulums)), ("inertia", inertia), ("attitude", attitude))
 
 
+CRAFT: Case = (
+    "satellite",
+    (
+        ("chart", "quaternion"),
+        ("inertia", "full"),
+        ("wheels", "any"),
+        ("orbit", "keplerian"),
+        ("torquers", "three"),
+        ("sensors", "instruments"),
+        ("laws", "more"),
+    ),
+)
+"""The satellite with all that is beyond its paper."""
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"),)),
@@ -24,6 +37,7 @@ CASES: tuple[Case, ...] = (
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", ()),
     ("satellite", (("chart", "quaternion"),)),
+    CRAFT,
     *(_slosh(pendulums, inertia) for inertia in ("paper", "hinge") for pendulums in (1, 2, 3)),
     _slosh(1, "ball"),
     _slosh(2, "ball", "quaternion"),
@@ -47,6 +61,8 @@ _DECLARATIONS: dict[str, Callable[[Machine], list[Gate]]] = {
 
 def gates_of(subject: Machine) -> list[Gate]:
     """Return the gates that a model declares for a structure."""
+    if subject.system.structure == dict(CRAFT[1]):
+        return craft.gates_of(subject)
     return _DECLARATIONS[subject.system.name](subject)
 
 

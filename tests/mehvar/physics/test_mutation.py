@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.physics.machine import Machine, points
 from mehvar.physics.mutation import run, weighted
-from tests.mehvar.physics.declared import gates_of, title
+from tests.mehvar.physics.declared import CRAFT, gates_of, title
 from tests.mehvar.physics.installed import machine
 
 SAMPLE = 60
@@ -18,6 +18,7 @@ CASES = (
     ("triangle", (("masses", "general"),)),
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", (("chart", "quaternion"),)),
+    CRAFT,
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
     ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),

@@ -11,6 +11,9 @@ import pytest
 
 from mehvar.models.quantities import ModelError
 from mehvar.models.slosh import system
+from mehvar.papers.slosh.regulator import matrices, settings
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from mehvar.runtime.model.model import load
 from tests import derived
 from tests.models.slosh.variants import Functions, Slosh, slosh
 from tests.reference import reference_draining as reference
@@ -169,3 +172,16 @@ def test_reported_rate_is_that_of_the_function_along_the_loop(law):
     values = {output.quantity.name: value for output, value in zip(outputs, reported, strict=True)}
     assert values["V_dot"] == pytest.approx(float(slope(x)), rel=1e-9)
     assert abs(values["V_promise"] - values["V_dot"]) > 1e-6  # where nothing that the proof assumes holds
+
+
+@pytest.mark.soak
+def test_regulator_on_the_emulated_board_and_its_gains(tmp_path):
+    """The same bits as on the host; and the gains that stand in the table are those of the generated Jacobian."""
+    for name, text in derived.variant("slosh", inertia="ball", attitude="quaternion", craft="beyond").items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    model = load(tmp_path)
+    request = BoardRequest("regulator", "unicorn", "mps2-m7", samples=100, selftest=4, profiled=False)
+    assert run_on_board(model, request).max_ulp == 0
+    kept = {q.name: q.default for q in model.manifest.controllers["regulator"].parameters}
+    for name, value in settings(matrices(model)).items():
+        assert kept[name] == pytest.approx(value, rel=1e-6, abs=1e-9)

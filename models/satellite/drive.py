@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What turns the satellite: inputs, their limits, and how a law's torque becomes commands of wheels and torquers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..system import Actuator, Derivation, Expr, Group, Quantity
+from .wheels import FEWEST, Wheels
+
+COILS = tuple(Quantity(f"coil_{i}", "A m^2", f"dipole of the torquer along {i}", f"m_{{c,{i}}}") for i in "xyz")
+coils = sp.Matrix([q.symbol for q in COILS])
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The actuators as laws see them.
+
+    Attributes
+    ----------
+    wheels : Wheels
+        The wheels.
+    field : tuple of Expr
+        Magnetic field in body axes, measured or known, Wb/m^2; none without torquers.
+    """
+
+    wheels: Wheels
+    field: tuple[Expr, ...] = ()
+
+    @property
+    def inputs(self) -> Group:
+        """The inputs of the plant."""
+        return Group("u", (*self.wheels.inputs, *(COILS if self.field else ())))
+
+    @property
+    def commanded(self) -> Group:
+        """The same as commanded."""
+        return self._renamed("u_cmd", "cmd", "commanded", "c")
+
+    @property
+    def applied(self) -> Group:
+        """The same as they acted over the last sample."""
+        return self._renamed("v", "applied", "applied", "a")
+
+    @property
+    def torque(self) -> sp.Matrix:
+        """The torque on the body that the wheels' motors applied over the last sample."""
+        return self.wheels.axes * sp.Matrix(self.applied.symbols[: len(self.wheels.labels)])
+
+    @property
+    def measured(self) -> tuple[Expr, ...]:
+        """What the commands are functions of beside the torque."""
+        return (*(self.wheels.momenta if self.field or self._spare else ()), *self.field)
+
+    def commands(self, torque: Sequence[Expr], law: Group) -> tuple[Expr, ...]:
+        """Return the inputs that give a torque on the body, with what unloads the wheels meanwhile.
+
+        Notes
+        -----
+        Wheels beyond three even out their momenta by `spread_gain`, without turning the body. The torquers' dipole
+        k (h x B)/|B|^2 puts -k h on the body, less the part along B; the law's own wheels answer with the opposite, and
+        the momentum leaves the satellite.
+        """
+        motors = self.wheels.pseudoinverse * sp.Matrix(torque)
+        if self._spare:
+            motors += law.spread_gain * self.wheels.idle * self.wheels.momenta
+        return (*motors, *(self._unloading(law) if self.field else ()))
+
+    def still(self, dipole: Sequence[Expr]) -> tuple[Expr, ...]:
+        """Return the inputs of torquers alone."""
+        return (*(sp.S.Zero for _ in self.wheels.labels), *dipole)
+
+    def _unloading(self, law: Group) -> sp.Matrix:
+        field = sp.Matrix(self.field)
+        return law.unload_gain * self.wheels.momentum.cross(field) / field.dot(field)
+
+    @property
+    def _spare(self) -> bool:
+        return len(self.wheels.labels) > FEWEST
+
+    def _renamed(self, group: str, suffix: str, title: str, mark: str) -> Group:
+        renamed = (
+            Quantity(f"{q.name}_{suffix}", q.unit, f"{title} {q.description}", f"{q.latex}^{mark}") for q in self.inputs
+        )
+        return Group(group, tuple(renamed))
+
+    def actuator(self, plant: Group, d: Derivation) -> Actuator:
+        """Limit the momentum that the wheels reach within a sample, then the torque; and the torquers' dipoles.
+
+        The torque comes last, so that nothing passes umax. Both leave zero torque to a wheel within hmax, which is all
+        that a run may start with or come to, and then their order makes no difference: both limits hold.
+        """
+        d.section("Wheels and sensor")
+        wheels, wanted = self.wheels, self.commanded.symbols
+        applied = []
+        for k, i in enumerate(wheels.labels):
+            momentum = wheels.momenta[k]
+            lower, upper = (momentum - plant.hmax) / plant.Ts, (momentum + plant.hmax) / plant.Ts
+            inside = sp.Max(lower, sp.Min(upper, wanted[k]))
+            if wheels.share.free_symbols:
+                inside = sp.Piecewise((inside, wheels.share > sp.Rational(1, 2)), (wanted[k], True))
+            inside = d.define(f"T{i}_inside", inside, "", f"torque about {i} within hmax", "N m", f"T_{{{i},1}}")
+            applied.append(sp.Max(-plant.umax, sp.Min(plant.umax, inside)))
+        limited = (sp.Max(-plant.coil_max, sp.Min(plant.coil_max, w)) for w in wanted[len(wheels.labels) :])
+        return Actuator(self.commanded, (*applied, *limited))

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Instruments in place of a measured state: a gyro whose bias walks, a magnetometer, a Sun sensor.
+
+Attitude comes of a star tracker, whose noise and steps are those of the measured angles; momenta of the wheels and the
+place on the orbit are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..system import Expr, Group, Quantity, RandomStep, Sensor
+
+BIAS = tuple(Quantity(f"bias_{i}", "rad/s", f"bias of the gyro about {i}", f"b_{i}") for i in "xyz")
+FIELD = tuple(
+    Quantity(f"mag_{i}", "Wb/m^2", f"measured magnetic field along body {i}", rf"\tilde B_{i}") for i in "xyz"
+)
+SUN = tuple(
+    Quantity(f"sensed_{i}", "1", f"measured direction of the Sun along body {i}, zero in shadow", rf"\tilde s_{i}")
+    for i in "xyz"
+)
+
+_DRIFT = Group("e", tuple(Quantity(f"e_{q.name}", "1", f"change of the {q.description}") for q in BIAS))
+
+
+def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Sequence[Expr], plant: Group) -> Sensor:
+    """Return the sensor with a bias in the rates, and with magnetometer and Sun sensor beside the state.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Of the state without bias.
+    states : Group
+        With the bias last, which is not measured.
+    field, sun : sequence of Expr
+        In body axes, true.
+    plant : Group
+        Parameters.
+    """
+    noise = {q.name: Quantity(f"e_{q.name}", "1", f"noise of {q.description}") for q in (*FIELD, *SUN)}
+    bias = dict(zip(("wx", "wy", "wz"), (q.symbol for q in BIAS), strict=True))
+    seen = states.quantities[: -len(BIAS)]
+    measured = [row + bias.get(q.name, 0) for q, row in zip(seen, sensor.measured, strict=False)]
+    for quantities, values, size in ((FIELD, field, plant.field_noise), (SUN, sun, plant.sun_noise)):
+        measured += [value + size * noise[q.name].symbol for q, value in zip(quantities, values, strict=True)]
+    return Sensor(
+        Group("e", (*sensor.noise.quantities, *noise.values())), tuple(measured), Group("seen", (*seen, *FIELD, *SUN))
+    )
+
+
+def drift(states: Group, plant: Group) -> RandomStep:
+    """Return the random walk of the bias."""
+    change = {q.name: q.symbol + plant.bias_noise * e for q, e in zip(BIAS, _DRIFT.symbols, strict=True)}
+    return RandomStep(_DRIFT, tuple(change.get(q.name, q.symbol) for q in states))

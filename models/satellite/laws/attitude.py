@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws on the attitude as a whole: an error quaternion for three angles, the whole inertia for three axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...mechanics import quaternion_of_turns, quaternion_product
+from ...system import Controller, Derivation, Expr, Group
+from ..drive import Drive
+from .gyro import Rate
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the laws see.
+
+    Attributes
+    ----------
+    quaternion : tuple of Expr
+        Attitude in the orbit axes.
+    wanted : tuple of Expr
+        Roll, pitch and yaw that are wanted, rad.
+    omega, rate : sympy.Matrix
+        Rate relative to the orbit axes and inertial rate, rad/s; both with the bias of a gyro.
+    inertia, momentum : sympy.Matrix
+        J, and what the wheels hold.
+    """
+
+    quaternion: tuple[Expr, ...]
+    wanted: tuple[Expr, ...]
+    omega: sp.Matrix
+    rate: sp.Matrix
+    inertia: sp.Matrix
+    momentum: sp.Matrix
+
+
+@dataclass(frozen=True)
+class Error:
+    """How far the attitude is from the wanted one; its vector and scalar with the sign of the shorter way."""
+
+    scalar: Expr
+    vector: sp.Matrix
+
+
+Law = Callable[[Error, sp.Matrix, sp.Matrix, Motion, Group], sp.Matrix]
+"""Torque of error, rate relative to the orbit axes, rate of these in body axes, motion and parameters."""
+
+
+def error(quaternion: Sequence[Expr], wanted: Sequence[Expr], tag: str, d: Derivation) -> Error:
+    """Define the quaternion from the wanted attitude to the present one, by the shorter way."""
+    goal = quaternion_of_turns([(axis, wanted[axis]) for axis in (2, 1, 0)])
+    product = quaternion_product((goal[0], *(-part for part in goal[1:, 0])), tuple(quaternion))
+    parts = [d.define(f"e{k}_{tag}", product[k], "", f"error quaternion, {k}", latex=f"e_{k}") for k in range(4)]
+    side = d.define(
+        f"way_{tag}", sp.Piecewise((1, parts[0] >= 0), (-1, True)), "", "sign of the shorter way", latex="s_e"
+    )
+    return Error(side * parts[0], side * sp.Matrix(parts[1:]))
+
+
+def pointing(quaternion: Sequence[Expr], wanted: Sequence[Expr], d: Derivation) -> Expr:
+    """Return the angle between the attitude and the wanted one, rad."""
+    off = error(quaternion, wanted, "pointing", d)
+    return 2 * sp.atan2(sp.sqrt(off.vector.dot(off.vector)), off.scalar)
+
+
+def feedback(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
+    """Return a torque that makes the error a damped oscillator about each axis.
+
+    Notes
+    -----
+    The acceleration -2 wn^2 e - 2 zeta wn Omega through J, and w x (J w + h), which leaves no coupling. The rotation of
+    the orbit axes and the torques of the environment are left out.
+    """
+    wanted = -2 * law.bandwidth**2 * off.vector - 2 * law.ratio * law.bandwidth * omega
+    return motion.inertia * wanted + _gyroscopic(omega + carried, motion)
+
+
+def sliding(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
+    """Return the torque that brings Omega + slope e to zero within a boundary layer, and keeps it there.
+
+    Notes
+    -----
+    On the surface 2 e' = e_0 Omega + e x Omega, and C' = -[Omega x] C turns the rate of the orbit axes.
+    """
+    surface = omega + law.slope * off.vector
+    along = (off.scalar * omega + off.vector.cross(omega)) / 2
+    reach = (surface / law.layer).applyfunc(lambda part: sp.Max(-1, sp.Min(1, part)))
+    wanted = -law.slope * along - law.reach * reach - omega.cross(carried)
+    return motion.inertia * wanted + _gyroscopic(omega + carried, motion)
+
+
+def _gyroscopic(rate: sp.Matrix, motion: Motion) -> sp.Matrix:
+    return rate.cross(motion.inertia * rate + motion.momentum)
+
+
+def attitude_law(
+    name: str, title: str, form: Law, motion: Motion, seen: Rate, drive: Drive, law: Group, d: Derivation
+) -> Controller:
+    """Put a law together: the error, the torque of its form, and the commands of the actuators."""
+    d.section(f"Law {name}: {title}")
+    tag = name.replace("-", "_")
+    off = error(motion.quaternion, motion.wanted, tag, d)
+    wanted = form(off, seen.omega, motion.rate - motion.omega, motion, law)
+    torque = [d.define(f"u_{i}_{tag}", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    return Controller(
+        name,
+        title,
+        law,
+        drive.commands(torque, law),
+        period="Ts",
+        memory=Group("z", seen.memory),
+        start=seen.start,
+        update=seen.update,
+    )

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Detumbling by the torquers alone: a dipole against the change of the measured field (B-dot)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...system import Controller, Derivation, Expr, Group, Quantity
+from ..drive import Drive
+
+LAST = tuple(
+    Quantity(f"B_last_{i}", "Wb/m^2", f"magnetic field along {i} one sample ago", f"B_{i}(k-1)") for i in "xyz"
+)
+
+
+def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Derivation) -> Controller:
+    """Return the law m = -k B'/|B|^2, with B' between two samples.
+
+    Parameters
+    ----------
+    drive : Drive
+        The actuators.
+    first : sequence of Expr
+        Field in body axes at the start, Wb/m^2.
+    law, plant : Group
+        Parameters.
+    d : Derivation
+        Receives the steps.
+
+    Notes
+    -----
+    In body axes a field that hardly changes in inertial ones has B' = -w x B, so that m x B is -k times the part of w
+    across B: it damps every rate but that along the field, which the orbit turns.
+    """
+    d.section("Law b-dot: the torquers against the change of the field")
+    field, last = sp.Matrix(drive.field), sp.Matrix([q.symbol for q in LAST])
+    dipole = -law.damping * (field - last) / (plant.Ts * field.dot(field))
+    named = [
+        d.define(f"m_{i}_b_dot", dipole[k], "", f"dipole along {i}", "A m^2", f"m_{i}") for k, i in enumerate("xyz")
+    ]
+    return Controller(
+        "b-dot",
+        "torquers against the change of the field, wheels at rest",
+        law,
+        drive.still(named),
+        period="Ts",
+        memory=Group("z", LAST),
+        start=tuple(first),
+        update=tuple(field),
+    )

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Safe mode: the panels to the Sun by Sun sensor and gyro, whatever the attitude otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...system import Controller, Derivation, Expr, Group
+from ..drive import Drive
+
+NORMAL = sp.Matrix([0, 0, -1])
+"""Where the panels look, in body axes: away from the Earth."""
+
+LEAST = sp.Rational(1, 10**4)
+"""Sine below which the angle is taken for it: they differ by its cube over six, less than single precision has. Half or
+twice as much changes nothing."""
+
+
+def sun_pointing(
+    drive: Drive, sun: Sequence[Expr], rates: sp.Matrix, inertia: sp.Matrix, law: Group, d: Derivation
+) -> Controller:
+    """Return the law J (b^2 a - 2 b w), with a the turn to the Sun; in shadow, where s is zero, it only damps.
+
+    Parameters
+    ----------
+    drive : Drive
+        The actuators.
+    sun : sequence of Expr
+        Measured direction of the Sun in body axes, zero in shadow.
+    rates : sympy.Matrix
+        Measured inertial rate, rad/s.
+    inertia : sympy.Matrix
+        J.
+    law : Group
+        Parameters.
+    d : Derivation
+        Receives the steps.
+    """
+    d.section("Law sun: the panels to the Sun")
+    seen = sp.Matrix(sun)
+    across = NORMAL.cross(seen)
+    sine = d.define("sun_sine", sp.sqrt(across.dot(across)), "", "sine of the angle between panels and Sun", "1")
+    angle = sp.atan2(sine, NORMAL.dot(seen))
+    share = d.define(
+        "sun_share", sp.Piecewise((angle / sine, sine > LEAST), (1, True)), "", "angle to the Sun over its sine", "1"
+    )
+    turn = law.sun_bandwidth**2 * share * across - 2 * law.sun_bandwidth * rates
+    wanted = inertia * turn
+    torque = [d.define(f"u_{i}_sun", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    return Controller("sun", "safe mode: panels to the Sun", law, drive.commands(torque, law), period="Ts")

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The structural choices, and which parameters each takes from parameters.toml."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..system import Group, Quantity
+
+STRUCTURE = {
+    "chart": ("euler", "quaternion"),
+    "inertia": ("principal", "full"),
+    "wheels": ("axes", "any"),
+    "orbit": ("circular", "keplerian"),
+    "torquers": ("none", "three"),
+    "sensors": ("states", "instruments"),
+    "laws": ("paper", "more"),
+}
+"""Structural choices and their values; the first is the default."""
+
+_REPLACED = {
+    ("inertia", "full"): ("I_x", "I_y", "I_z"),
+    ("wheels", "any"): ("Iw_x", "Iw_y", "Iw_z", "wheels", "hx_0", "hy_0", "hz_0"),
+    ("orbit", "keplerian"): ("omega0", "orbit_radius", "sun_latitude", "sun_elevation", "latitude_0"),
+}
+"""Parameters of the paper's plant and scenario that a choice has others in place of."""
+
+
+def beyond(choices: Mapping[str, str]) -> dict[str, str]:
+    """Return the choices that differ from the paper's; the chart is one of coordinates, and none of these."""
+    return {name: value for name, value in choices.items() if name != "chart" and value != STRUCTURE[name][0]}
+
+
+def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[str, str]) -> Group:
+    """Return a group: that of the paper's plant or scenario, less what is replaced, with those of the choices.
+
+    Parameters
+    ----------
+    name : str
+        Of the vector.
+    tables : mapping of str to Group
+        Groups of parameters.toml.
+    table : {"plant", "scenario"}
+        Which; those of a choice are called CHOICE_VALUE and CHOICE_VALUE_scenario.
+    choices : mapping of str to str
+        Name and value of each choice.
+    """
+    gone = {gone for choice in beyond(choices).items() for gone in _REPLACED.get(choice, ())}
+    kept = (q for q in tables[table].quantities if q.name not in gone)
+    suffix = "" if table == "plant" else f"_{table}"
+    return Group(name, (*kept, *added(tables, choices, suffix)))
+
+
+def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
+    """Return what the groups CHOICE_VALUE and a suffix of the choices hold, where there are such groups."""
+    names = (f"{choice}_{value}{suffix}" for choice, value in beyond(choices).items())
+    return tuple(q for name in names if name in tables for q in tables[name].quantities)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reaction wheels: the paper's three along the body axes, or as many along any axes as parameters.toml has columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..system import Condition, Derivation, Expr, Group, Quantity
+
+FEWEST = 3
+"""Wheels about fewer axes leave the body free about one: no law here is meant for that."""
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """A set of wheels.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        What each wheel is called in names.
+    states, inputs : tuple of Quantity
+        The absolute momentum of each about its axis, and the torque of its motor on the body.
+    axes : sympy.Matrix
+        The directions, a column each.
+    inertia : tuple of Expr
+        Their spin inertias.
+    share : Expr
+        1 where the torques come of wheels, 0 where they come from outside.
+    start : tuple of Expr
+        Momenta at the start.
+    pseudoinverse : sympy.Matrix
+        Takes a torque on the body to the smallest torques of the motors.
+    idle : sympy.Matrix
+        Projection on torques of the motors that do not turn the body: what moves momentum between wheels.
+    locked : sympy.Matrix
+        What the wheels add to the inertia when they do not turn against the body.
+    """
+
+    labels: tuple[str, ...]
+    states: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    axes: sp.Matrix
+    inertia: tuple[Expr, ...]
+    share: Expr
+    start: tuple[Expr, ...]
+    pseudoinverse: sp.Matrix
+    idle: sp.Matrix
+    locked: sp.Matrix
+
+    @property
+    def momenta(self) -> sp.Matrix:
+        """The momenta as a column."""
+        return sp.Matrix([q.symbol for q in self.states])
+
+    @property
+    def torques(self) -> sp.Matrix:
+        """The motors' torques as a column."""
+        return sp.Matrix([q.symbol for q in self.inputs])
+
+    @property
+    def momentum(self) -> sp.Matrix:
+        """What the wheels hold together, in body axes."""
+        return self.axes * self.momenta
+
+
+MOMENTA = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
+TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
+
+
+def along_axes(plant: Group, s: Group) -> Wheels:
+    """Return the paper's wheels, along x, y and z."""
+    inertia = (plant.Iw_x, plant.Iw_y, plant.Iw_z)
+    start, one = (s.hx_0, s.hy_0, s.hz_0), sp.eye(3)
+    return Wheels(
+        tuple("xyz"), MOMENTA, TORQUES, one, inertia, plant.wheels, start, one, sp.zeros(3), sp.diag(*inertia)
+    )
+
+
+def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
+    """Return wheels along the columns of `wheel_axes`, which need not have the length one."""
+    d.section("Wheels")
+    directions, labels = plant.wheel_axes, [str(k + 1) for k in range(plant.wheel_axes.cols)]
+    axes = sp.zeros(3, len(labels))
+    for k, label in enumerate(labels):
+        length = sp.sqrt(sp.Add(*(entry**2 for entry in directions[:, k])))
+        for j, i in enumerate("xyz"):
+            title = f"axis of wheel {label} along {i}"
+            axes[j, k] = d.define(f"a{label}_{i}", directions[j, k] / length, "", title, "1", f"a_{{{label},{i}}}")
+    gram = _symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
+    spread = _symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
+    inertia, pseudoinverse = tuple(plant.wheel_inertia), axes.T * spread
+    locked = axes * sp.diag(*inertia) * axes.T
+    return Wheels(
+        tuple(labels),
+        tuple(Quantity(f"h{k}", "N m s", f"absolute momentum of wheel {k} about its axis", f"h_{k}") for k in labels),
+        tuple(Quantity(f"T{k}", "N m", f"torque of the motor of wheel {k} on the body", f"T_{k}") for k in labels),
+        axes,
+        inertia,
+        sp.S.One,
+        tuple(s.wheel_momentum_0),
+        pseudoinverse,
+        sp.eye(len(labels)) - pseudoinverse * axes,
+        _symmetric("Iw", locked, "what the wheels add to the inertia, locked", "kg m^2", "I_w", d),
+    )
+
+
+def _symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
+    """Name the elements of a symmetric matrix; all here depend on parameters alone, and a batch has them once."""
+    named = sp.zeros(3)
+    for i in range(3):
+        for j in range(i, 3):
+            tag = f"{i + 1}{j + 1}"
+            named[i, j] = named[j, i] = d.define(f"{name}{tag}", values[i, j], "", title, unit, f"{latex}_{{{tag}}}")
+    return named
+
+
+def spanning(wheels: Wheels) -> Condition:
+    """Return that the wheels' axes span all directions: the volumes of three at a time, squared and added."""
+    gram = wheels.axes * wheels.axes.T
+    return Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The satellite beyond the paper against independent calculations: Newton, Kepler, Jacobi, and the paper's model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj
+
+import mehvar
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from tests.models.satellite.beyond import Newton, column, craft, motion, names, state
+from tests.models.satellite.loop import satellite
+from tests.tools import needs
+
+Q, W, H = ("q0", "q1", "q2", "q3"), ("wx", "wy", "wz"), ("h1", "h2", "h3", "h4")
+TENSOR = np.array([[2.13, 0.05, -0.08], [0.05, 3.04, 0.06], [-0.08, 0.06, 3.09]])
+AXES = np.array([[1.0, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]])
+MU = 3.986004418e14
+
+
+def body_axes(x: np.ndarray, p: dict[str, float]) -> np.ndarray:
+    """Return the matrix from body to inertial axes."""
+    anomaly, perigee, node = column(x, "anomaly", "perigee", "node")
+    up = Rotation.from_euler("ZXZ", [node, p["inclination"], anomaly + perigee]).as_matrix()
+    orbit = np.column_stack([up[:, 1], -up[:, 2], -up[:, 0]])
+    return orbit @ Rotation.from_quat(column(x, *Q), scalar_first=True).as_matrix()
+
+
+def place(x: np.ndarray, p: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return place and velocity."""
+    anomaly, perigee, node = column(x, "anomaly", "perigee", "node")
+    a, e = p["semi_major_axis"], p["eccentricity"]
+    up = Rotation.from_euler("ZXZ", [node, p["inclination"], perigee]).as_matrix()
+    latus = a * (1 - e**2)
+    r = latus / (1 + e * np.cos(anomaly)) * np.array([np.cos(anomaly), np.sin(anomaly), 0])
+    v = np.sqrt(MU / latus) * np.array([-np.sin(anomaly), e + np.cos(anomaly), 0])
+    return up @ r, up @ v
+
+
+def test_a_revolution_of_an_ellipse_against_newtons_laws_in_inertial_axes():
+    """Wheels that spin up, torquers and a residual dipole, from a tumble: attitude, rates and wheels after an orbit."""
+    values = {"eccentricity": 0.4, "semi_major_axis": 1.2e7, "inclination": 1.1, "dipole_x": 0.1, "dipole_z": -0.2}
+    model = craft()
+    p = model.parameters(**values)
+    x = state(q0=0.8, q1=0.2, q2=-0.4, q3=0.4, wx=0.002, wy=-0.001, wz=0.003, h1=0.02, h2=-0.01, h3=0.03, h4=0.01,
+              anomaly=0.3, perigee=0.7, node=-1.1)  # fmt: skip
+    x[:4] /= np.linalg.norm(x[:4])
+    motors, dipole = np.array([2e-6, -1e-6, 3e-6, -2e-6]), np.array([0.3, -0.2, 0.1])
+    times = np.linspace(0, 13000, 14)
+    run = motion(x, np.concatenate([motors, dipole]), p, times)
+    settings = {**values, "field_moment": 7.9e15}
+    newton = Newton(TENSOR, AXES, np.full(4, 1.3e-5), MU)
+    turn = body_axes(x, settings)
+    whole = turn @ (TENSOR @ column(x, *W) + newton.axes @ column(x, *H))
+    start = np.concatenate([*place(x, settings), turn.ravel(), whole, column(x, *H)])
+    residual = np.array([0.1, 0, -0.2]) + dipole
+    other = solve_ivp(
+        lambda _t, y: newton.rate(y, motors, residual, 7.9e15),
+        (0, times[-1]),
+        start,
+        "DOP853",
+        times,
+        rtol=1e-12,
+        atol=1e-13,
+    ).y.T
+    for mine, theirs in zip(run, other, strict=True):
+        np.testing.assert_allclose(body_axes(mine, settings), theirs[6:15].reshape(3, 3), atol=2e-7)
+        np.testing.assert_allclose(place(mine, settings)[0], theirs[:3], rtol=0, atol=0.05)
+        np.testing.assert_allclose(column(mine, *H), theirs[18:], atol=1e-12)
+
+
+def test_place_against_keplers_equation():
+    e, a = 0.89, 7e7
+    p = craft().parameters(eccentricity=e, semi_major_axis=a)
+    n = np.sqrt(MU / a**3)
+    times = np.linspace(0, 3 * 2 * np.pi / n, 40)
+    anomaly = column(motion(state(), np.zeros(7), p, times), "anomaly")[:, 0]
+    for t, nu in zip(times, anomaly, strict=True):
+        eccentric = brentq(lambda E, t=t: E - e * np.sin(E) - n * t, n * t - 1, n * t + 1, xtol=1e-14)
+        expected = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(eccentric / 2), np.sqrt(1 - e) * np.cos(eccentric / 2))
+        assert abs(np.exp(1j * nu) - np.exp(1j * expected)) < 1e-8
+
+
+def test_mean_drift_against_the_oblate_earth():
+    """The mean of the node's rate over revolutions of the oblate Earth's own field, which has no averages."""
+    J2, R, a, e, i = 1.08262668e-3, 6378137.0, 9e6, 0.15, 0.9
+    p = craft().parameters(J2=J2, semi_major_axis=a, eccentricity=e, inclination=i)
+    period = 2 * np.pi * np.sqrt(a**3 / MU)
+    r, v = place(state(), {"semi_major_axis": a, "eccentricity": e, "inclination": i})
+
+    def rate(_t: float, y: np.ndarray) -> np.ndarray:
+        r, z = y[:3], y[2]
+        size = np.linalg.norm(r)
+        bulge = 1.5 * J2 * MU * R**2 / size**5 * (5 * z**2 / size**2 - np.array([1, 1, 3])) * r
+        return np.concatenate([y[3:], -MU * r / size**3 + bulge])
+
+    times = np.arange(0, 41) * period
+    done = solve_ivp(rate, (0, times[-1]), np.concatenate([r, v]), "DOP853", times, rtol=1e-11, atol=1e-3).y.T
+    normal = np.cross(done[:, :3], done[:, 3:])
+    node = np.unwrap(np.arctan2(normal[:, 0], -normal[:, 1]))
+    measured = np.polyfit(times, node, 1)[0]
+    derived = craft().rhs(state(), np.zeros(7), p)[names("states").index("node")]
+    assert abs(measured / derived - 1) < 0.01  # second order in J2, and where in its own oscillation the orbit began
+
+
+def test_free_motion_of_a_full_tensor_against_jacobis_functions():
+    """No orbit, no wheels: the asymmetric top in its principal axes is sn, cn and dn."""
+    p = craft().parameters(mu=1e-30)
+    moments, turn = np.linalg.eigh(TENSOR)
+    (A, B, C), w0 = moments, np.array([0.05, 0.0, 0.3])
+    twice, square = moments @ w0**2, moments**2 @ w0**2
+    assert square > twice * B
+    slow, fast = twice * C - square, square - twice * A
+    size = np.sqrt(np.array([slow / (A * (C - A)), slow / (B * (C - B)), fast / (C * (C - A))]))
+    speed = np.sqrt((C - B) * fast / (A * B * C))
+    modulus = (B - A) * slow / ((C - B) * fast)
+    times = np.linspace(0, 400, 50)
+    sn, cn, dn, _ = ellipj(speed * times, modulus)
+    sides = np.linalg.det(turn)
+    expected = np.column_stack([size[0] * cn, -sides * size[1] * sn, size[2] * dn])
+    start = turn @ w0
+    run = motion(state(**dict(zip(W, start, strict=True))), np.zeros(7), p, times)
+    in_axes = column(run, *W) @ turn
+    signs = np.sign(expected[1] * in_axes[1])  # the middle axis of a tensor has no direction of its own
+    np.testing.assert_allclose(in_axes, expected * signs, atol=1e-9)
+
+
+def test_wheels_turn_the_body_and_the_whole_keeps_its_momentum():
+    p = craft().parameters(mu=1e-30, field_moment=0.0)
+    x = state(q0=0.5, q1=0.5, q2=-0.5, q3=0.5, wx=0.02, wy=-0.01, wz=0.03, h1=0.2, h2=-0.1, h4=0.3)
+    run = motion(x, np.array([0.01, -0.02, 0.015, 0.005, 0, 0, 0]), p, np.linspace(0, 60, 7))
+    whole = np.array([np.ravel(craft().functions["momentum"](row, p)) for row in run])
+    assert np.abs(column(run, *W)[-1] - column(x, *W)).max() > 0.1
+    np.testing.assert_allclose(whole, np.tile(whole[0], (len(whole), 1)), atol=1e-11)
+    np.testing.assert_allclose(np.linalg.norm(column(run, *Q), axis=1), 1, atol=1e-10)
+
+
+def test_with_the_papers_numbers_it_moves_as_the_papers_model():
+    """Wheels along the axes, a diagonal tensor, a circle: the quaternion form of the paper's plant."""
+    paper = mehvar.load(satellite("quaternion").folder)
+    here = {"umax": 1.0, "hmax": 3.0, "dipole_x": 0.1, "dipole_y": -0.3, "air_density": 1e-12, "wheel_friction": 1e-5}
+    spin = np.array([1.47e-5, 1.26e-5, 1.26e-5])
+    axes = np.column_stack([np.eye(3), [1, 0, 0]])  # the fourth holds nothing and hardly weighs
+    tensor = {f"I_{i + 1}_{j + 1}": float(i == j) * (2.13, 3.04, 3.09)[i] for i in range(3) for j in range(i, 3)}
+    wheels = {f"wheel_axes_{i + 1}_{k + 1}": axes[i, k] for i in range(3) for k in range(4)}
+    wheels |= {f"wheel_inertia_{k + 1}": value for k, value in enumerate((*spin, 1e-15))}
+    radius = (MU / 1.083077791e-3**2) ** (1 / 3)
+    mine = craft().parameters(**here, **tensor, **wheels, semi_major_axis=radius, scale_height=1e30)
+    theirs = paper.parameters(**here, orbit_radius=radius)
+    random = np.random.default_rng(3)
+    states, theirs_states = names("states"), [q.name for q in paper.manifest.states]
+    for _ in range(20):
+        q, w, h, u = (
+            random.normal(size=4),
+            random.normal(0, 0.01, 3),
+            random.normal(0, 0.1, 3),
+            random.normal(0, 0.1, 3),
+        )
+        q /= np.linalg.norm(q)
+        latitude = random.uniform(-3, 3)
+        left = state(**dict(zip(Q, q, strict=True)), **dict(zip(W, w, strict=True)), anomaly=latitude,
+                     **dict(zip(H, (*h, 1e-15 * w[0]), strict=True)))  # fmt: skip
+        right = np.concatenate([q, w, h, [latitude]])
+        a, b = craft().rhs(left, np.concatenate([u, np.zeros(4)]), mine), paper.rhs(right, u, theirs)
+        for name, other in zip(
+            (*Q, *W, "h1", "h2", "h3", "anomaly"), (*Q, *W, "hx", "hy", "hz", "latitude"), strict=True
+        ):
+            assert a[states.index(name)] == pytest.approx(b[theirs_states.index(other)], rel=1e-9, abs=1e-13)
+
+
+def test_eclipse_is_a_cylinder():
+    """Fraction of a circular orbit in shadow: 2 asin(R/a)/(2 pi) with the Sun in its plane."""
+    model = craft()
+    p = model.parameters(solar_pressure=4.56e-6, sun_ascension=0.0, inclination=0.0)
+    dark = []
+    for anomaly in np.linspace(-np.pi, np.pi, 4001)[:-1]:
+        y = model.functions["outputs"](state(anomaly=anomaly), np.zeros(7), np.zeros(len(names("references"))), p)
+        torque = np.array([y[names("outputs").index(f"Tenv_{i}")] for i in "xyz"])
+        dark.append(np.abs(torque).max() == 0)
+    assert abs(np.mean(dark) - np.arcsin(6378137.0 / 6978137.0) / np.pi) < 1 / 2000
+
+
+def test_laws_settle_and_torquers_unload_and_detumble():
+    off = {
+        law: mehvar.simulate(craft(), law, scenario="ellipse", t_end=199.5)
+        for law in ("quaternion", "sliding", "mrac", "pd")
+    }
+    late = {law: float(run.pointing.values[-50:].max()) for law, run in off.items()}
+    assert late["quaternion"] < 5e-4
+    assert late["mrac"] < 2e-3
+    assert late["sliding"] < 0.03
+    assert late["pd"] > 0.1  # the paper's gains are as slow here
+    unloaded = mehvar.simulate(craft(), "quaternion", scenario="unload")
+    assert unloaded.stored.values[-1] < 0.05 * unloaded.stored.values[0]
+    assert unloaded.pointing.values[-500:].max() < 1e-3
+    tumble = mehvar.simulate(craft(), "b-dot", scenario="tumble")
+    assert tumble.tumbling.values[-1] < 4 * 1.08e-3 < 0.06 < tumble.tumbling.values[0]
+
+
+def test_the_bias_of_the_gyro_is_learnt_from_the_star_tracker():
+    bias = {"bias_x_0": 2e-4, "bias_y_0": -1e-4, "bias_z_0": 3e-4}
+    held = {"t_end": 3600.0, "roll_step_deg": 0.0, "pitch_step_deg": 0.0, **bias}
+    learnt, trusted = (mehvar.simulate(craft(), "quaternion", bias_gain=gain, **held) for gain in (0.01, 0.0))
+    for axis, value in zip("xyz", bias.values(), strict=True):
+        assert float(learnt[f"bias_est_{axis}"].values[-1]) == pytest.approx(value, rel=0.02, abs=2e-6)
+    assert learnt.pointing.values[-1] < 1e-4 < 1e-3 < trusted.pointing.values[-1]
+
+
+def test_the_safe_mode_turns_the_panels_to_the_sun_out_of_the_shadow():
+    run = mehvar.simulate(craft(), "sun", t_end=5800.0, sun_declination=0.3, roll_0_deg=120.0)
+    x = np.stack([run[name].values for name in names("states")], axis=-1)
+    sun = np.array([np.cos(0.3), 0, np.sin(0.3)])
+    settings = {"inclination": 1.710422666954443}
+    panels = np.array([body_axes(row, settings) @ [0, 0, -1] for row in x[::200]])
+    angle = np.arccos(np.clip(panels @ sun, -1, 1))
+    assert angle[0] > 0.5
+    assert np.median(angle) < 0.03
+
+
+@pytest.mark.parametrize("law", ["quaternion", "sliding", "b-dot", "sun"])
+def test_a_board_computes_the_same_bits(law):
+    outcome = run_on_board(craft(), BoardRequest(law, "sil", samples=200))
+    assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 200 * 7)
+
+
+@needs("arm-none-eabi-gcc")
+def test_an_emulated_processor_computes_the_same_bits():
+    request = BoardRequest("quaternion", "unicorn", "stm32f4", "gcc", samples=60, selftest=4, profiled=False)
+    outcome = run_on_board(craft(), request)
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+    assert outcome.stats["stack_used"] <= outcome.bound.bytes
