@@ -26,11 +26,11 @@ soak: setup
 	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl
 	$(BIN)/python -m tests.runtime.board.everywhere 600
-	$(BIN)/python benchmarks/board.py fuzz residual guided
-	$(BIN)/python benchmarks/board.py day
-	$(BIN)/python benchmarks/kill_test.py --kills 200
-	$(BIN)/python benchmarks/store.py
-	$(BIN)/python benchmarks/mutation.py
+	$(BIN)/python -m benchmarks.board fuzz residual guided
+	$(BIN)/python -m benchmarks.board day
+	$(BIN)/python -m benchmarks.batch.kill_test --kills 200
+	$(BIN)/python -m benchmarks.batch.store
+	$(BIN)/python -m benchmarks.mutation
 	rm -rf report/soak.zarr && mkdir -p report
 	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
 
@@ -55,7 +55,7 @@ peers: setup
 compare:
 	$(PYTHON) -m venv .venv-compare
 	.venv-compare/bin/python -m pip install --quiet --disable-pip-version-check -e . -r benchmarks/peers/lqr/requirements.txt
-	.venv-compare/bin/python benchmarks/compare.py
+	.venv-compare/bin/python -m benchmarks.compare
 
 lint: setup farm
 	$(BIN)/ruff check .

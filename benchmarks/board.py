@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The long campaigns of the board: run once, the results are kept in results/board.md.
 
-python benchmarks/board.py equivalence   # compilers and emulators and processors, 5000 samples each
-python benchmarks/board.py day           # 172 800 samples, a day of the satellite, under Unicorn
-python benchmarks/board.py fuzz          # ten million frames at the server, sanitizers on
-python benchmarks/board.py guided        # an hour of frames that clang's libFuzzer chooses; Debian: libclang-rt-14-dev
-python benchmarks/board.py residual      # a hundred million damaged frames at the receiver
+python -m benchmarks.board equivalence   # compilers and emulators and processors, 5000 samples each
+python -m benchmarks.board day           # 172 800 samples, a day of the satellite, under Unicorn
+python -m benchmarks.board fuzz          # ten million frames at the server, sanitizers on
+python -m benchmarks.board guided        # an hour of frames that clang's libFuzzer chooses; Debian: libclang-rt-14-dev
+python -m benchmarks.board residual      # a hundred million damaged frames at the receiver
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from machine import command_line
-
+from benchmarks.machine import command_line
 from mehvar import runtime
 from mehvar.runtime.board.image.build import program, sources, write_sources
 from mehvar.runtime.board.image.toolchains import host_toolchain

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One closed-loop run of the triangle: our compiled loop against SciPy's DOP853, at equal error.
 
-Run: python benchmarks/closed_loop.py
+Run: python -m benchmarks.closed_loop
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from machine import command_line, interleaved, machine, table, write
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from benchmarks.machine import command_line, interleaved, machine, table, write
 from mehvar.runtime import Model, load, simulate
 
 Array = NDArray[np.float64]
@@ -179,7 +179,7 @@ def _head() -> list[str]:
     return [
         "# One closed-loop run: C against SciPy",
         "",
-        "Written by `python benchmarks/closed_loop.py`. Scenario `paper` of the triangle, 35 s, both laws.",
+        "Written by `python -m benchmarks.closed_loop`. Scenario `paper` of the triangle, 35 s, both laws.",
         "Error: the largest difference from the reference over all samples and all four regular coordinates",
         "(zeta1, zeta2, mu, theta). Times: medians of "
         f"{REPEATS} repeats in which all contenders and tolerances take turns,",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One task in six tools: slosh under an LQR, a thousand runs; lines, processor time on one core, agreement.
 
-Run: python benchmarks/compare.py, in an environment with mehvar and benchmarks/peers/lqr/requirements.txt. What is not
+Run: python -m benchmarks.compare, in an environment with mehvar and benchmarks/peers/lqr/requirements.txt. What is not
 installed, or cannot do it, gets a row that says so.
 """
 
@@ -18,12 +18,13 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from machine import command_line, machine, table, write
+
+from benchmarks.machine import command_line, machine, table, write
 
 PROGRAMS = Path(__file__).parent / "peers" / "lqr"
 BUILD = Path(__file__).parents[1] / "build" / "compare"
 PAGE = Path(__file__).parents[1] / "docs" / "compare.md"
-BEGIN, END = "<!-- table: written by python benchmarks/compare.py -->", "<!-- end of table -->"
+BEGIN, END = "<!-- table: written by python -m benchmarks.compare -->", "<!-- end of table -->"
 TOOLS = {
     "mehvar": "mehvar",
     "own": "mehvar",
@@ -57,7 +58,7 @@ def main() -> None:
         [
             "# One task in six tools",
             "",
-            "Written by `python benchmarks/compare.py`. A craft with two fuel pendulums, a sample of its LQR every",
+            "Written by `python -m benchmarks.compare`. A craft with two fuel pendulums, a sample of its LQR every",
             "0.1 s, 20 s, from a thousand starts; every tool at its tolerance of 1e-9.",
             "[The page](../../docs/compare.md) says what the task is, and what the numbers do not say.",
             "",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long a comparison of equations takes, and how often it answers rightly.
 
-Run: python benchmarks/diff.py
+Run: python -m benchmarks.diff
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from machine import command_line, machine, table, write
-
+from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change, replaced
 from mehvar.codegen.diff.report import Fate, Kind
@@ -41,7 +40,7 @@ def main() -> None:
     lines = [
         "# Comparing equations",
         "",
-        "Written by `python benchmarks/diff.py`. Times are those of the engine alone, one run each,",
+        "Written by `python -m benchmarks.diff`. Times are those of the engine alone, one run each,",
         "without reading git, printing or running models.",
         "",
         "## Machine",

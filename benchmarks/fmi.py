@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Functional mock-up units in the hands of importers: FMPy, its CMake project, fmusim and CasADi.
 
-Run: python benchmarks/fmi.py, in the environment of `make peers`. fmusim is looked for on $PATH; without it its column
+Run: python -m benchmarks.fmi, in the environment of `make peers`. fmusim is looked for on $PATH; without it its column
 is empty.
 """
 
@@ -22,10 +22,10 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import xarray
-from machine import command_line, machine, table, write
 from numpy.typing import NDArray
 
 import mehvar
+from benchmarks.machine import command_line, machine, table, write
 
 CASES = (("triangle", "path", 10.0, 0.125), ("slosh", "lyapunov-v1", 20.0, 0.25), ("satellite", "pd", 60.0, 0.5))
 """System, law, end and communication step, s: exact in binary, so that importers who add up steps have our instants."""
@@ -50,7 +50,7 @@ def _page(rows: list[list[str]]) -> None:
     lines = [
         "# Functional mock-up units",
         "",
-        "Written by `python benchmarks/fmi.py`. Closed loops, exported, validated and run by each importer, beside",
+        "Written by `python -m benchmarks.fmi`. Closed loops, exported, validated and run by each importer, beside",
         "`mehvar.simulate`: the largest difference of a state over its largest value, where above 1; 0 is bit for bit.",
         "Co-simulation (`cs`) steps with our integrator; in model exchange (`me`) the importer integrates with CVODE,",
         f"tolerance {TOLERANCE:g}. *CMake*: FMPy built the binary from the unit's sources, with its CMake project.",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long derivation, a generation without changes, and imports take.
 
-Run: python benchmarks/generate.py
+Run: python -m benchmarks.generate
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
-from machine import command_line, interleaved, machine, table, write
+from benchmarks.machine import command_line, interleaved, machine, table, write
 
 REPEATS = 9
 COLD_REPEATS = 3
@@ -45,7 +45,7 @@ def main() -> None:
     lines = [
         "# Derivation and code generation",
         "",
-        "Written by `python benchmarks/generate.py`. Each time is that of a fresh process: the median of "
+        "Written by `python -m benchmarks.generate`. Each time is that of a fresh process: the median of "
         f"{COLD_REPEATS} cold",
         f"ones and of {REPEATS} others, which take turns. The files of the packages are in the page cache.",
         "",

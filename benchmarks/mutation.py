@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many wrong terms the physics gates notice: every additive term of every plant flipped, dropped, doubled.
 
-Run: python benchmarks/mutation.py
+Run: python -m benchmarks.mutation
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 
-from machine import command_line, table, write
-from machine import machine as this_machine
+from benchmarks.machine import command_line, table, write
+from benchmarks.machine import machine as this_machine
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -39,7 +39,7 @@ def _head() -> list[str]:
     return [
         "# Wrong terms that the physics gates notice",
         "",
-        "Written by `python benchmarks/mutation.py` on "
+        "Written by `python -m benchmarks.mutation` on "
         f"{datetime.now(UTC):%Y-%m-%d} at commit {_commit()}. What the gates are:",
         "[Physics gates](../../docs/explanation/physics-gates.md).",
         "",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a law in Python costs beside a generated one: the satellite under PD, alone and in a batch.
 
-python benchmarks/own_law.py
+python -m benchmarks.own_law
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from functools import partial
 from statistics import median
 from time import process_time
 
-from machine import command_line, machine, table, write
-
 import mehvar
+from benchmarks.machine import command_line, machine, table, write
 
 REPEATS = 7
 RUNS = (100, 1000, 4000)
@@ -44,7 +43,7 @@ def main() -> None:
     lines = [
         "# A law in Python",
         "",
-        "Written by `python benchmarks/own_law.py`. The satellite under PD, a sample every",
+        "Written by `python -m benchmarks.own_law`. The satellite under PD, a sample every",
     ]
     lines += [f"0.5 s, {T_END:g} s, method and tolerances by default; medians"]
     lines += [f"of {REPEATS} turns of processor time, all threads together. Compare ratios.", ""]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
 
-Run: python benchmarks/small_edits.py REVISION
+Run: python -m benchmarks.small_edits REVISION
 
 The generators of a revision of this repository and of this tree derive both; each is compared with its own generated/.
 """
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from machine import command_line, machine, table, write
+from benchmarks.machine import command_line, machine, table, write
 
 ROOT = Path(__file__).parents[1]
 DERIVE = (
@@ -150,7 +150,7 @@ def main(revision: str) -> None:
     lines = [
         "# Small edits",
         "",
-        f"Written by `python benchmarks/small_edits.py {revision}`: before is that revision, now is this tree.",
+        f"Written by `python -m benchmarks.small_edits {revision}`: before is that revision, now is this tree.",
         "",
         "- changed: lines that `git diff` removes and adds, in C, header, Python and equations.json.",
         "- meaning: of these, the lines that no choice of names avoids. Each line is taken without the names of its",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a call costs in the tools that a model is taken into, beside ctypes in the same process.
 
-Run: python benchmarks/tools.py, in the environment of `make peers`; a package that is not there leaves its rows out.
+Run: python -m benchmarks.tools, in the environment of `make peers`; a package that is not there leaves its rows out.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
-from machine import command_line, machine, table, write
 
 import mehvar
+from benchmarks.machine import command_line, machine, table, write
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.runtime.model.functions import CBackend
 
@@ -50,7 +50,7 @@ def main() -> None:
     lines = [
         "# Calls from other tools",
         "",
-        "Written by `python benchmarks/tools.py`. Each row takes turns with ctypes on the same compiled function, as a",
+        "Written by `python -m benchmarks.tools`. Each row takes turns with ctypes on the same compiled function, as a",
         "user would call it (`x.ctypes.data`): microseconds of the median round, and the median of the ratios.",
         "Agreement is the largest difference to that C over its largest element. `own` is what `mehvar new` writes.",
         "*C++17* is a loop in C++ around the generated C, without Python; *FMU* the plant by FMI 2.0 in FMPy, with",

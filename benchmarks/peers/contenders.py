@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, process_time
@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.peers.equations import ARITHMETIC, Compiled, Operations, array_operations, walk
+from benchmarks.peers.problem import Array, Problem
 from mehvar.runtime.compiling.compiler import require_compiler
-from peers.equations import ARITHMETIC, Compiled, Operations, array_operations, walk
-from peers.problem import Array, Problem
 
 Integrate = Callable[[int], Array]
 """Integrates the first n runs and returns their states at the end, one row each."""
@@ -44,7 +44,7 @@ class Contender:
 
 
 OURS = (("dop853", "fast"), ("dop853", "portable"), ("dopri5", "portable"))
-OURS_IN_LOOPS = (*OURS, ("rock4", "fast"), ("rock4", "portable"))
+OURS_IN_LOOPS = (*OURS, *((method, "portable") for method in ("rock4", "rodas5p", "auto")))
 
 
 def ours(
@@ -71,6 +71,7 @@ def heyoka(given: Problem, tolerances: tuple[float, ...], compact: bool) -> Iter
     for tolerance in tolerances:
         name = f"heyoka taylor batch, compact_mode={compact}"
         yield _built(name, f"{tolerance:.0e}", 256, _heyoka, given, tolerance, compact)
+    yield _built("heyoka, its calls from Python alone", "no steps", 256, _heyoka, given, 1e-6, compact, 0.0)
 
 
 def heyoka_operations(hy: Any) -> Operations:
@@ -103,7 +104,7 @@ def _heyoka_system(given: Problem) -> Any:
     return list(zip(x, (slope + 0.0 * x[0] if isinstance(slope, float) else slope for slope in slopes), strict=True))
 
 
-def _heyoka(given: Problem, tolerance: float, compact: bool) -> Integrate:
+def _heyoka(given: Problem, tolerance: float, compact: bool, part: float = 1.0) -> Integrate:
     hy = importlib.import_module("heyoka")
     width = hy.recommended_simd_size()
     nx, nk = given.start.shape[1], given.k.shape[1]
@@ -111,7 +112,7 @@ def _heyoka(given: Problem, tolerance: float, compact: bool) -> Integrate:
     integrator = hy.taylor_adaptive_batch(
         _heyoka_system(given), zeros, pars=np.zeros((nk, width)), tol=tolerance, compact_mode=compact
     )
-    goal = np.full(width, given.case.t_end)
+    goal = np.full(width, part * given.case.t_end)
 
     def integrate(n: int) -> Array:
         final = np.empty((n, nx))
@@ -219,22 +220,44 @@ def _scipy_lsoda(given: Problem, tolerance: float) -> Integrate:
     return integrate
 
 
+ADAMS = {"linear_multistep_method": "adams", "nonlinear_solver_iteration": "functional"}
+BDF = {"linear_multistep_method": "bdf", "nonlinear_solver_iteration": "newton"}
+
+
 def casadi_cvodes(given: Problem, tolerances: tuple[float, ...], scratch: Path) -> Iterator[Contender]:
-    """CVODES of SUNDIALS through casadi.integrator, on casadi's C compiled with -O3; Adams, which is its faster one."""
+    """CVODES of SUNDIALS through casadi.integrator, on casadi's C, compiled with -O3; by Adams."""
     for tolerance in tolerances:
         yield _built("casadi cvodes, compiled right-hand side", f"{tolerance:.0e}", 64, _cvodes, given, tolerance,
-                     scratch)  # fmt: skip
+                     scratch, ADAMS)  # fmt: skip
 
 
-def _cvodes(given: Problem, tolerance: float, scratch: Path) -> Integrate:
+def casadi_bdf(given: Problem, tolerances: tuple[float, ...], scratch: Path) -> Iterator[Contender]:
+    """The same with backward differences and the compiled Jacobian, for stiff loops."""
+    for tolerance in tolerances:
+        yield _built("casadi cvodes, BDF, compiled Jacobian", f"{tolerance:.0e}", 64, _cvodes, given, tolerance,
+                     scratch, BDF)  # fmt: skip
+
+
+def _casadi_operations(ca: Any) -> Operations:
+    """Return casadi's operations; conditions are numbers there."""
+    same = ("sin", "cos", "sqrt", "asin", "acos", "atan", "atan2", "fabs", "sign")
+    return {
+        **ARITHMETIC,
+        **{name: getattr(ca, name) for name in same},
+        **{"min": ca.fmin, "max": ca.fmax, "lt": lambda a, b: a < b, "le": lambda a, b: a <= b},
+        **{"select": ca.if_else, "select0": lambda m, a: ca.if_else(m, a, 0.0)},
+    }
+
+
+def _cvodes(given: Problem, tolerance: float, scratch: Path, method: Mapping[str, str]) -> Integrate:
     ca = importlib.import_module("casadi")
-    operations = {**ARITHMETIC, "sin": ca.sin, "cos": ca.cos, "sqrt": ca.sqrt}
+    operations = _casadi_operations(ca)
     x, k = ca.SX.sym("x", given.start.shape[1]), ca.SX.sym("k", given.k.shape[1])
     (slopes,) = walk(given.slope.tape, [ca.vertsplit(x), ca.vertsplit(k)], operations)
     graph = ca.Function("slope", [x, k], [ca.vertcat(*slopes)])
     source, library = scratch / "slope.c", Path(tempfile.mkdtemp(dir=scratch)) / "slope.so"
     code = ca.CodeGenerator(source.name)
-    for wanted in (graph, graph.jacobian()):  # cvodes asks for the Jacobian, though the iteration does not use it
+    for wanted in (graph, graph.jacobian()):  # cvodes asks for the Jacobian, though Adams' iteration does not use it
         code.add(wanted)
     code.generate(f"{scratch}/")
     flags = ["-O3", "-march=native", "-shared", "-fPIC"]
@@ -243,8 +266,8 @@ def _cvodes(given: Problem, tolerance: float, scratch: Path) -> Integrate:
     x, k = ca.MX.sym("x", given.start.shape[1]), ca.MX.sym("k", given.k.shape[1])
     dae = {"x": x, "p": k, "ode": slope(x, k)}
     options = {
-        **{"abstol": tolerance, "reltol": tolerance, "linear_multistep_method": "adams"},
-        **{"nonlinear_solver_iteration": "functional", "max_num_steps": 1_000_000},
+        **{"abstol": tolerance, "reltol": tolerance, "max_num_steps": 1_000_000},
+        **method,
     }
     integrator = ca.integrator("I", "cvodes", dae, 0.0, given.case.t_end, options)
 
@@ -282,9 +305,11 @@ def _jax_rk4(given: Problem, steps: int) -> Integrate:
     return lambda n: np.asarray(run(given.start[:n], given.k[:n]))
 
 
-def diffrax(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
-    """Dopri8 and Tsit5 with adaptive steps over jax.vmap."""
-    for solver in ("Dopri8", "Tsit5"):
+def diffrax(
+    given: Problem, tolerances: tuple[float, ...], solvers: tuple[str, ...] = ("Dopri8", "Tsit5")
+) -> Iterator[Contender]:
+    """Solvers with adaptive steps over jax.vmap; Kvaerno3 and Kvaerno5 are the implicit ones."""
+    for solver in solvers:
         shared = _diffrax(given, solver)
         for tolerance in tolerances:
             yield _built(f"diffrax {solver}", f"{tolerance:.0e}", 256, _at, given, shared, tolerance)

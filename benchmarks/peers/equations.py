@@ -54,8 +54,7 @@ def packed(function: PrintedFunction, state: str) -> tuple[PrintedFunction, list
     read = sorted({i.args for i in function.tape.instructions if i.op == "input" and names[i.args[0]] != state})
     place = {args: (1, k) for k, args in enumerate(read)}
     instructions = tuple(
-        dataclasses.replace(i, args=place.get(i.args, (0, i.args[1]))) if i.op == "input" else i
-        for i in function.tape.instructions
+        i._replace(args=place.get(i.args, (0, i.args[1]))) if i.op == "input" else i for i in function.tape.instructions
     )
     arguments = (("x", dict(function.arguments)[state]), ("k", len(read)))
     tape = Tape(instructions, function.tape.results)

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.peers.equations import Equations, packed
 from mehvar.codegen.code.files import PrintedFunction
 from mehvar.codegen.generate import generate, installed_tree
 from mehvar.names import identifier
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.run.options import RunOptions
-from peers.equations import Equations, packed
 
 Array = NDArray[np.float64]
 
@@ -50,10 +50,9 @@ CASES = {
     "ball": Case("slosh on ball joints, 10 s", "slosh", "lyapunov-v1", 10.0,
                  {"inertia": "ball", "attitude": "quaternion"}),
     "satellite": Case("satellite, 100 s", "satellite", "pd", 100.0),
-    "triangle": Case("triangle, 1 s", "triangle", "path", 1.0, {}, "paper-b"),
 }  # fmt: skip
 LOOPS = {
-    "slosh": Case("slosh, lyapunov-v2, 1000 s", "slosh", "lyapunov-v2", 1000.0, sample=1.0, share=1 / 64),
+    "slosh": Case("slosh, lyapunov-v2, 100 s", "slosh", "lyapunov-v2", 100.0, sample=1.0, share=1 / 16),
     "triangle": Case("triangle, path, 35 s", "triangle", "path", 35.0, sample=0.1, share=1 / 32),
 }
 

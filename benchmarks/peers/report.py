@@ -9,10 +9,10 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from machine import command_line, table
 
-from peers.contenders import Contender
-from peers.problem import Array
+from benchmarks.machine import command_line, table
+from benchmarks.peers.contenders import Contender
+from benchmarks.peers.problem import Array
 
 REPEATS = 5
 
@@ -60,12 +60,15 @@ def take_turns(contenders: Sequence[Contender], error: Callable[[Array], Array])
     return rows
 
 
-def time_for(error: float, rows: Sequence[dict[str, Any]]) -> float:
-    """Interpolate log(time) over log(error) on the fastest times; beyond the loosest error the time is that one's."""
+def time_for(error: float, rows: Sequence[dict[str, Any]], least: bool = False) -> float:
+    """Interpolate log(time) over log(error) on the fastest settings; beyond the loosest error the time is that one's.
+
+    Of medians of the repeats, or of the least of them.
+    """
     errors = np.array(sorted({row["error"] for row in rows if np.isfinite(row["error"])}))
     if not len(errors) or error < errors[0]:
         return float("inf")
-    best = [min(r["seconds"] for r in rows if r["error"] <= e) for e in errors]
+    best = [min(r["spread"][0] if least else r["seconds"] for r in rows if r["error"] <= e) for e in errors]
     return float(np.exp(np.interp(np.log(error), np.log(errors), np.log(best))))
 
 

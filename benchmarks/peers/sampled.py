@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.peers.contenders import Contender, Integrate, _built, heyoka_operations
+from benchmarks.peers.equations import Compiled, Equations, packed, walk
+from benchmarks.peers.problem import CHECKED, REFERENCE_TOLERANCE, Array, Case, dispersed
 from mehvar.runtime import Model, load
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.run.options import RunOptions
-from peers.contenders import Contender, Integrate, _built, heyoka_operations
-from peers.equations import Compiled, Equations, packed, walk
-from peers.problem import CHECKED, REFERENCE_TOLERANCE, Array, Case, dispersed
 
 SAMPLES = 600
 LAW = "mrac"

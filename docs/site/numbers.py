@@ -22,7 +22,7 @@ _SHOWN = {
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _COMMANDS = {
     "batch.md": "put together by hand from the four pages of batches below; "
-    + ", ".join(f"`python benchmarks/batch_{name}.py`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
+    + ", ".join(f"`python -m benchmarks.batch.{name}`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
     "soak.md": "made by `make soak`",
 }
 """Of pages without the command that wrote them: how they were made."""
@@ -34,6 +34,8 @@ _SETTINGS = {
     "mutation.md": "six points a gate; a user's default is 12",
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "matrix.md": "with a user's defaults",
+    "fixed_costs.md": "tolerance 1e-6, one sample; a user's default is 1e-11",
+    "precision.md": "whole scenarios at tolerances as the table says; a user's default is 1e-11",
     "own_law.md": "100 s of the satellite, own laws sampled every 0.5 s; a user's defaults are 800 s and continuous",
     "small_edits.md": "the models in their default structure, which is a user's default",
     "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",

@@ -8,7 +8,7 @@ from mehvar.names import identifier
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
-from mehvar.runtime.run.options import METHODS, RunOptions
+from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
 
 from .variables import KINDS, Subject
 
@@ -67,7 +67,7 @@ def _header(subject: Subject, token: str) -> str:
         "FMU_KIND": KINDS.index(subject.kind),
         "FMU_VALUES": len(subject.variables),
         "FMU_TOKEN": f'"{token}"',
-        "FMU_METHOD": METHODS.index(options.method),
+        "FMU_METHOD": INTEGRATORS.index(first_integrator(options.method)),
         "FMU_RTOL": repr(options.rtol),
         "FMU_ATOL": repr(options.atol),
         "FMU_MAX_STEPS": options.max_steps,

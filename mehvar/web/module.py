@@ -18,7 +18,7 @@ from mehvar.runtime.compiling.compiler import environment
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
-from mehvar.runtime.run.options import METHODS, RunOptions
+from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
 
 from .cases import Case
 
@@ -170,7 +170,7 @@ def _law(manifest: Manifest, law: Controller) -> str:
         "ne": len(manifest.noise),
         "sampled": int(sampled),
         "reference_constant": int(manifest.reference_constant),
-        "method": METHODS.index(RunOptions().method),
+        "method": INTEGRATORS.index(first_integrator(RunOptions().method)),
     }
     model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}
     fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints)}

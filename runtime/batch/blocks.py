@@ -14,7 +14,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import Quantity
 
 from ..run.metrics import undetermined
-from ..run.options import OPTIONS
+from ..run.options import AUTO, EXPLICIT, OPTIONS, STIFF
 from ..run.problem import Status
 from ..run.results import attributes_of
 from ..run.ticks import rows_of
@@ -37,6 +37,7 @@ BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None
 
 IMPOSSIBLE = 5
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
+_T_STIFF = f"where {EXPLICIT} found the run stiff, which {STIFF} then made again from the start"
 _SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
 
 
@@ -68,6 +69,7 @@ class Blocks:
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan, self._threads = plan, threads
         options, scenario = plan.options, plan.scenario
+        self._auto = options.method == AUTO
         self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
         self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
         self._kernel = compile_kernel(
@@ -106,6 +108,7 @@ class Blocks:
             Variable(
                 "error", "float64", attributes={"units": "1", "long_name": "largest error of a step over its tolerance"}
             ),
+            *([Variable("t_stiff", "float64", attributes={"units": "s", "long_name": _T_STIFF})] if self._auto else []),
             Variable("steps", "int64", attributes={"units": "1", "long_name": "accepted steps of the integrator"}),
             Variable("violated", "int8", attributes={"long_name": "which limit ended the run, -1 for none"}),
             Variable(STATUS, "uint8", attributes={"long_name": "how the run ended", **flags}),
@@ -126,7 +129,8 @@ class Blocks:
         """Return every name that stands for one number per run, as conditions use them."""
         wide = [f"{summary}({name})" for summary in _SUMMARIES for name in self._kernel.variables]
         ends = [f"final({name})" for name in self.plan.model.state_names]
-        return [*self.plan.labels(), *(m.name for m in self.metrics), "t_stop", "error", *ends, *wide]
+        stiff = ["t_stiff"] if self._auto else []
+        return [*self.plan.labels(), *(m.name for m in self.metrics), "t_stop", "error", *stiff, *ends, *wide]
 
     def quantities(self) -> dict[str, Quantity]:
         """Return every variable of a run, in the order of the kernel's columns."""
@@ -153,6 +157,7 @@ class Blocks:
             **{"final": block.final, "minimum": block.minimum, "maximum": block.maximum},
             **{metric.name: block.metrics[:, i] for i, metric in enumerate(self.metrics)},
             **{"t_stop": block.t_stop, "error": block.error},
+            **({"t_stiff": block.t_stiff} if self._auto else {}),
         }
         if len(self.instants):
             values |= {name: block.series[:, :, i] for i, name in enumerate(self.quantities())}

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import itertools
+import os
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -24,8 +26,9 @@ from ..compiling.processor import vector_flags, widest
 from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
+from ..run.calls import jacobian_name
 from ..run.metrics import COUNT, event_number
-from ..run.options import Profile, RunOptions, check_effects, read_options
+from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integrator, read_options
 from ..run.own.law import OwnLaw
 from ..run.problem import check_delay, check_hold, check_integrated, check_noise, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
@@ -60,6 +63,8 @@ class Block:
         Accepted steps.
     series : array, (n, samples, variables)
         Samples on the grid that was asked for, NaN after the run's end; no samples unless asked for.
+    t_stiff : array, (n,)
+        Where `method="auto"` found the run stiff, s; NaN otherwise.
     """
 
     final: FloatArray
@@ -72,6 +77,7 @@ class Block:
     error: FloatArray
     steps: NDArray[np.int64]
     series: FloatArray
+    t_stiff: FloatArray
 
 
 def compile_kernel(
@@ -121,7 +127,10 @@ def compile_kernel(
     check_noise(model.manifest, options.method, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
-    loop = KernelLoop(model.manifest, law, suffix, sampled, options.method)
+    if options.method == AUTO:
+        jacobian_name(model.manifest, law, suffix, sampled, AUTO)
+    method = first_integrator(options.method)
+    loop = KernelLoop(model.manifest, law, suffix, sampled, method, options.method == AUTO)
     return Kernel(
         loop=loop,
         library=_library(loop, options.profile, lanes or widest()),
@@ -130,6 +139,18 @@ def compile_kernel(
         origin=origin,
         own=own,
     )
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What all runs of a call share; see `Kernel.run`."""
+
+    seed: int
+    t_end: float
+    dt: float
+    save_every: float | None
+    threads: int
+    stop: Callable[[], bool] | None
 
 
 @dataclass(frozen=True)
@@ -143,7 +164,7 @@ class Kernel:
     origin: str
     own: OwnLaw | None = None
 
-    @property
+    @functools.cached_property
     def variables(self) -> tuple[str, ...]:
         """Names of what is recorded, in the order of the columns: as in a result file."""
         return self.loop.variables
@@ -162,7 +183,7 @@ class Kernel:
         threads: int = 1,
         stop: Callable[[], bool] | None = None,
     ) -> Block | None:
-        """Integrate n runs.
+        """Integrate n runs; with `method="auto"` those that turn out to be stiff again from the start by `STIFF`.
 
         Parameters
         ----------
@@ -190,19 +211,41 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
+        vectors = {"p": p, "c": c, "s": s, "x0": x0}
+        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
+        arrays["number"] = np.arange(first_run, first_run + len(p), dtype=np.uint64)
+        request = _Request(seed, t_end, dt, save_every, threads, stop)
+        block = self._integrate(arrays, request)
+        stiff = () if block is None else np.flatnonzero(np.isfinite(block.t_stiff))
+        if block is None or not len(stiff):
+            return block
+        again = self.stiff._integrate({name: array[stiff] for name, array in arrays.items()}, request)
+        if again is None:
+            return None
+        for field in fields(Block):
+            if field.name != "t_stiff":
+                getattr(block, field.name)[stiff] = getattr(again, field.name)
+        return block
+
+    @functools.cached_property
+    def stiff(self) -> Kernel:
+        """The kernel of the runs that are stiff to this one, compiled for the first of them."""
+        loop = self.loop.stiff
+        return replace(self, loop=loop, library=_library(loop, self.options.profile, self.lanes))
+
+    def _integrate(self, arrays: Mapping[str, NDArray[Any]], request: _Request) -> Block | None:
+        """Integrate runs with this kernel's method; None when told to stop."""
+        p, t_end, dt, save_every = arrays["p"], request.t_end, request.dt, request.save_every
         schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
-        vectors = {"p": p, "c": c, "s": s, "x0": x0}
-        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
-        metrics, signals = self._metric_structures()
+        metrics, signals = self._metric_structures
         halt = ctypes.c_int32(0)
         job = _Job(
             schedule=schedule,
             runs=len(p),
-            seed=seed,
-            first_run=first_run,
+            seed=request.seed,
             save_every=saved or 1,
             rows=rows,
             metrics=len(metrics),
@@ -214,9 +257,9 @@ class Kernel:
         )
         blocks = -(-len(p) // self.lanes)
         if self.own is None:
-            complete = _in_threads(self.library, job, blocks, threads, halt, stop)
+            complete = _in_threads(self.library, job, blocks, request.threads, halt, request.stop)
         else:
-            complete = self._in_step(job, ticks, blocks, threads, stop)
+            complete = self._in_step(job, ticks, blocks, request.threads, request.stop)
         return block if complete else None
 
     def check(self, p: FloatArray, t_end: float, dt: float) -> None:
@@ -232,7 +275,7 @@ class Kernel:
     def _schedule(self, p: FloatArray, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         hold = self._hold(p)
-        ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
+        ticks, record_every, hold_every = _ticks(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
@@ -288,6 +331,7 @@ class Kernel:
                 each(library.mv_continue_blocks, min(tick + every, len(ticks)))
         return True
 
+    @functools.cached_property
     def _metric_structures(self) -> tuple[Any, Any]:
         """Return the metrics and their signals as C structures."""
         columns = {name: i for i, name in enumerate(self.variables)}
@@ -308,7 +352,7 @@ class Kernel:
 
 _RESULTS = {
     **{name: name for name in ("final", "minimum", "maximum", "t_stop", "error", "series", "steps", "violated")},
-    **{"metric_values": "metrics", "status": "status"},
+    **{"metric_values": "metrics", "status": "status", "t_stiff": "t_stiff"},
 }
 """Where the fields of a job are in a block."""
 
@@ -363,6 +407,7 @@ def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Bloc
         error=np.empty(n),
         steps=np.empty(n, np.int64),
         series=np.full((n, rows, variables), np.nan),
+        t_stiff=np.empty(n),
     )
 
 
@@ -389,16 +434,29 @@ def _in_threads(
                 return
             library.mv_run_blocks(ctypes.byref(job), first, min(first + chunk, blocks), place)
 
-    with ThreadPoolExecutor(threads) as pool:
-        running = {pool.submit(work) for _ in range(min(threads, blocks))}
-        try:
-            while running:
-                done, running = wait(running, None if stop is None else _PATIENCE)
-                for future in done:
-                    future.result()
-                if stop is not None and stop():
-                    halt.value = 1
-        except BaseException:
-            halt.value = 1
-            raise
+    running = {_pool(threads).submit(work) for _ in range(min(threads, blocks))}
+    try:
+        while running:
+            done, running = wait(running, None if stop is None else _PATIENCE)
+            for future in done:
+                future.result()
+            if stop is not None and stop():
+                halt.value = 1
+    except BaseException:
+        halt.value = 1
+        wait(running)  # what they write to is about to go
+        raise
     return not halt.value
+
+
+_ticks = functools.lru_cache(maxsize=4)(ticks_of)
+"""A campaign has the instants of its blocks, and perhaps another's beside it."""
+
+
+@functools.lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Return threads that are there for the next call too."""
+    return ThreadPoolExecutor(threads)
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive it

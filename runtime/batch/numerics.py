@@ -64,6 +64,8 @@ def numerics_of(kernel: Kernel, sampling: str) -> Numerics:
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
+    if kernel.loop.stiff_test:
+        native["stiff"] = kernel_sources(kernel.loop.stiff)["kernel.h"]
     compiler = require_compiler()
     flags = kernel_flags(kernel.loop, profile, kernel.lanes)
     machine = (platform.machine(), compiler.version, *compiler.command[1:], *flags)

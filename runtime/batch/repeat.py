@@ -17,7 +17,7 @@ from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
-from ..run.options import FIXED, OPTIONS
+from ..run.options import AUTO, FIXED, OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
@@ -171,6 +171,8 @@ def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
         **{"final": run.x[-1], "minimum": wide.min(axis=0), "maximum": wide.max(axis=0), "t_stop": run.t_stop},
         **{"error": run.error, "steps": run.statistics["steps"], "violated": run.violated, STATUS: int(run.status)},
     }
+    if run.options["method"] == AUTO:
+        own["t_stiff"] = run.t_stiff
     drawn = dict(zip(plan.labels(), plan.drawn(number).values(), strict=True))
     return {**drawn, **metrics(run, run.manifest), **_saved(run, plan, series), **own}
 

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mehvar.manifest import Controller, Event, Function, Manifest, Metric
@@ -16,7 +16,7 @@ from ..compiling.structures import structures
 from ..model.generated import generated_text
 from ..run.calls import events_of, loop_calls
 from ..run.metrics import metrics_of
-from ..run.options import METHODS, Method
+from ..run.options import INTEGRATORS, STIFF, Integrator
 from ..run.problem import STAGES
 
 _RESULTS = {
@@ -65,13 +65,19 @@ _OWN = {
 
 @dataclass(frozen=True)
 class KernelLoop:
-    """Which loop a kernel runs: a law, a variant of the plant, a method."""
+    """Which loop a kernel runs: a law, a variant of the plant, a method, and whether runs end that are stiff to it."""
 
     manifest: Manifest
     controller: Controller
     suffix: str
     sampled: bool
-    method: Method
+    method: Integrator
+    stiff_test: bool = False
+
+    @property
+    def stiff(self) -> KernelLoop:
+        """The loop of the runs that are stiff to this one."""
+        return replace(self, method=STIFF, stiff_test=False)
 
     @property
     def calls(self) -> dict[str, Function]:
@@ -201,6 +207,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "WIENER": len(manifest.wiener),
         "JUMP": len(manifest.random_step),
         "STRONG": loop.method == "platen",
+        "STIFF_TEST": loop.stiff_test,
         "LIMITS": len(manifest.limits),
         "EVENTS": len(loop.events),
         "SAMPLED": loop.sampled,
@@ -247,28 +254,44 @@ def _expression(name: str, call: str) -> str:
     return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x", "event": "&event"}.get(name, name)
 
 
-def _method(method: Method) -> tuple[list[str], dict[str, str]]:
+def _method(method: Integrator) -> tuple[list[str], dict[str, str]]:
     """Return the coefficients of a method: lines with tables, and the definitions that read them or hold its sums."""
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
-    tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
+    tableau = (kind * len(INTEGRATORS)).in_dll(load_native(), "mv_tableaux")[INTEGRATORS.index(method)]
     stages = tableau.stages
-    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": str(int(bool(tableau.e or tableau.d)))}
+    estimated = str(int(bool(tableau.e or tableau.d)))
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": estimated, **_dense(tableau)}
     if tableau.d:
         return _implicit(tableau, common)
-    a = [row[:i] for i, row in enumerate(_rows(tableau.a, stages))]
-    c = _numbers(tableau.c, stages)
-    sums = [f"STAGE({i}, {c[i]!r}, {_sum(a[i])})" for i in range(1, stages)]
     return [], common | {
         "END_IN_ERROR": str(tableau.end_in_error),
         "THIRD": str(int(bool(tableau.e3))),
-        "STAGE_SUMS": " \\\n    ".join(["", *sums]),
+        "STAGE_SUMS": _stages(tableau, range(1, stages)),
         "END_SUM": _sum(_numbers(tableau.b, stages)),
         "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error) if tableau.e else ()),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
         "GAMMA": "0",
         **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},
-        "DENSE": "0",
-        "DENSE_G(term, j)": "0",
+    }
+
+
+def _stages(tableau: Any, numbers: range) -> str:
+    """Return the sums that give slopes, one after the other."""
+    if not numbers:
+        return "(void)k, (void)h;"
+    a, c = _rows(tableau.a, numbers.stop), _numbers(tableau.c, numbers.stop)
+    return _lines(f"STAGE({i}, {c[i]!r}, {_sum(a[i][:i])})" for i in numbers)
+
+
+def _dense(tableau: Any) -> dict[str, str]:
+    """Return the sums of dense output: over slopes, or over the stages of an implicit step, which come one later."""
+    shift = [0.0] * bool(tableau.d)
+    rows = [shift + row[: tableau.slopes] for row in _rows(tableau.dense_g, tableau.dense)]
+    return {
+        "DENSE": str(tableau.dense),
+        "SLOPES": str(tableau.slopes),
+        "DENSE_STAGES": _stages(tableau, range(tableau.stages + 1, tableau.slopes)),
+        "DENSE_SUMS": _lines(f"TERM({j}, {_sum(row)})" for j, row in enumerate(rows)) or "(void)k, (void)sums;",
     }
 
 
@@ -277,7 +300,6 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
     rows = {
         "a": _rows(tableau.a, stages),
         "g": _rows(tableau.g, stages),
-        "dense": _rows(tableau.dense_g, tableau.dense),
         "cd": [_numbers(tableau.c, stages), _numbers(tableau.d, stages)],
     }
     tables = [
@@ -295,13 +317,15 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
         "IMPLICIT_G(s, j)": "implicit_g[s][j]",
         "IMPLICIT_C(s)": "implicit_cd[0][s]",
         "IMPLICIT_D(s)": "implicit_cd[1][s]",
-        "DENSE": str(tableau.dense),
-        "DENSE_G(term, j)": "implicit_dense[term][j]",
     }
 
 
-def _rows(address: int, count: int) -> list[list[float]]:
-    numbers = _numbers(address, count * STAGES)
+def _lines(parts: Iterable[str]) -> str:
+    return " \\\n    ".join(["", *parts])
+
+
+def _rows(address: int | None, count: int) -> list[list[float]]:
+    numbers = _numbers(address, count * STAGES) if address else []
     return [numbers[i * STAGES : (i + 1) * STAGES] for i in range(count)]
 
 

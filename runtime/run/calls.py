@@ -9,7 +9,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.names import identifier
 
-from .options import IMPLICIT, METHODS, STOCHASTIC, Method, either
+from .options import EXPLICIT, IMPLICIT, INTEGRATORS, STIFF, STOCHASTIC, Integrator, Method, either
 
 _ARGUMENTS = {
     "reference": "t p s",
@@ -40,7 +40,7 @@ _AROUND = ("start", "to_coordinates", "from_coordinates")
 
 
 def loop_calls(
-    manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Method = "dop853"
+    manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Integrator = EXPLICIT
 ) -> dict[str, Function]:
     """Return the functions behind the calls of a loop; a call that the model has no function for is absent.
 
@@ -109,7 +109,9 @@ def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tupl
     return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
-def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:
+def jacobian_name(
+    manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Method = STIFF
+) -> str:
     """Return the function that gives a linearly implicit method the Jacobian of a loop.
 
     Raises
@@ -119,8 +121,8 @@ def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampl
     """
     name = f"jac_x{suffix}" if sampled else f"{identifier(controller.name)}_loop_jac{suffix}"
     if name not in map(identifier, manifest.functions):
-        explicit = either(method for method in METHODS if method not in (*IMPLICIT, *STOCHASTIC))
-        raise bad_value("method", IMPLICIT[0], f"{explicit}: {manifest.model} has no Jacobian {name}")
+        explicit = either(name for name in INTEGRATORS if name not in (*IMPLICIT, *STOCHASTIC))
+        raise bad_value("method", method, f"{explicit}: {manifest.model} has no Jacobian {name}")
     return name
 
 

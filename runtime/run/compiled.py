@@ -14,7 +14,7 @@ from ..compiling.library import load_native
 from ..compiling.structures import structures
 from ..model.functions import CBackend, FloatArray, Real
 from .calls import loop_calls, model_fields
-from .options import METHODS
+from .options import INTEGRATORS
 from .problem import Problem, Status, Trajectory
 
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
@@ -49,6 +49,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         violated=single.violated,
         t_stop=float(single.t),
         error=float(single.error),
+        t_stiff=float(single.t_stiff),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
         events=tuple(log),
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
@@ -111,7 +112,7 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem) -> None:
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
     chunk, end = 16, len(problem.t)
-    while single.tick < end and single.status == Status.DONE:
+    while single.tick < end and single.status == Status.DONE and not single.t_stiff > 0:
         start = time.perf_counter()
         until = min(single.tick + chunk, end)
         library.mv_run(ctypes.byref(single), work.ctypes.data, until)
@@ -166,7 +167,8 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
         nv=len(numbers),
         sampled=sampled,
         reference_constant=manifest.reference_constant,
-        method=METHODS.index(problem.method),
+        method=INTEGRATORS.index(problem.method),
+        stiff_test=problem.stiff_test,
         **_addresses(problem, backend),
         **{name: pointers[name] for name in ("p", "c", "s", "e", "events")},
     )

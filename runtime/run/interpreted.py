@@ -43,9 +43,11 @@ _Slope = Callable[[float, FloatArray], FloatArray]
 class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an error
     """The run ends before its time."""
 
-    def __init__(self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None) -> None:
+    def __init__(
+        self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None, t_stiff: float = math.nan
+    ) -> None:
         super().__init__(status.text)
-        self.status, self.t, self.violated, self.x = status, t, violated, x
+        self.status, self.t, self.violated, self.x, self.t_stiff = status, t, violated, x, t_stiff
 
 
 def run(problem: Problem, backend: PythonBackend) -> Trajectory:
@@ -76,6 +78,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         float(end.t),
         x_stop,
         loop.statistics,
+        t_stiff=end.t_stiff,
         events=tuple(loop.happened),
     )
 
@@ -401,11 +404,14 @@ class _Solver:
     """Steps of one method; the step size survives from one interval to the next."""
 
     def __init__(self, loop: _Loop, slope: _Slope, jacobian: _Slope | None) -> None:
+        from .solvers import StiffTest
+
         self.trials = 0
         self._loop = loop
         self._slope = slope
         self._jacobian = jacobian
         self._h: float | None = None
+        self._stiff_test = StiffTest() if loop.problem.stiff_test else None
         self._last_finite = True
 
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
@@ -444,6 +450,8 @@ class _Solver:
                 status = Status.STEP_UNDERFLOW if self._last_finite else Status.NOT_FINITE
                 raise _EndOfRun(status, solver.t)
             statistics["steps"] += 1
+            if self._stiff_test and self._stiff_test.is_stiff_after(solver):
+                raise _EndOfRun(Status.DONE, solver.t, t_stiff=float(solver.t))
             cut = self._cut(solver) if self._loop.watch else None
             yield solver if cut is None else cut
             if cut is not None:

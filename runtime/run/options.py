@@ -20,16 +20,22 @@ from ..model.parameters import number
 
 Kind = Literal["number", "count", "word"]
 Place = Literal["run", "batch", "board"]
-Method = Literal["rk4", "dopri5", "dop853", "rock4", "rodas5p", "euler", "platen"]
+Integrator = Literal["rk4", "dopri5", "dop853", "rock4", "rodas5p", "euler", "platen"]
+Method = Literal[Integrator, "auto"]
 Profile = Literal["portable", "fast"]
 Need = Literal["fixed", "adaptive", "sampled", "noise"]
 
-METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
-IMPLICIT: tuple[Method, ...] = ("rodas5p",)
+INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)  # numbered as in the native integrator
+METHODS: tuple[Method, ...] = get_args(Method)
+AUTO: Method = "auto"
+"""By `EXPLICIT`, and where a run turns out to be stiff to it again from the start by `STIFF`."""
+EXPLICIT: Integrator = "dop853"
+STIFF: Integrator = "rodas5p"
+IMPLICIT: tuple[Integrator, ...] = ("rodas5p",)
 """Methods that take the Jacobian of the loop."""
-STOCHASTIC: tuple[Method, ...] = ("euler", "platen")
+STOCHASTIC: tuple[Integrator, ...] = ("euler", "platen")
 """Methods for process noise: of strong order 1/2, and 1 where the noise commutes."""
-FIXED: tuple[Method, ...] = ("rk4", *STOCHASTIC)
+FIXED: tuple[Integrator, ...] = ("rk4", *STOCHASTIC)
 """Methods whose step is the same everywhere."""
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
 _SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
@@ -238,7 +244,9 @@ class RunOptions:
     method: Method = field(
         default="dop853",
         metadata=word_row(
-            "Integration method, adaptive in its step but for rk4, and euler and platen of noise", METHODS
+            "Integration method, adaptive in its step but for rk4, and euler and platen of noise; auto is dop853, or "
+            "rodas5p for a run that is stiff",
+            METHODS,
         ),
     )
     rtol: float = field(
@@ -380,6 +388,11 @@ def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
     return {**parameters, **others}
+
+
+def first_integrator(method: Method) -> Integrator:
+    """Return what a run begins with."""
+    return EXPLICIT if method == "auto" else method
 
 
 def either(words: Iterable[str]) -> str:

@@ -18,9 +18,19 @@ from mehvar.names import identifier
 from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
-from .calls import check_method, events_of
+from .calls import check_method, events_of, jacobian_name
 from .noise import normals
-from .options import OPTIONS, STOCHASTIC, Method, RunOptions, check_effects, either
+from .options import (
+    AUTO,
+    OPTIONS,
+    STOCHASTIC,
+    Integrator,
+    Method,
+    RunOptions,
+    check_effects,
+    either,
+    first_integrator,
+)
 from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
@@ -120,7 +130,8 @@ class Problem:
     hold_every: int | None
     delay: int
     late: tuple[int, ...]
-    method: Method
+    method: Integrator
+    stiff_test: bool
     rtol: float
     atol: float
     step: float
@@ -141,7 +152,8 @@ class Trajectory:
 
     `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
     Status.LIMIT is about, and `x_stop` the state there. `error` is the largest of a step over its tolerance, NaN where
-    the backend does not keep it. `events` has the instant of each event and its number in `Problem.events`.
+    the backend does not keep it. `t_stiff` is where a run of `AUTO`
+    turned out to be stiff, NaN elsewhere. `events` has the instant of each event and its number in `Problem.events`.
     """
 
     t: FloatArray
@@ -156,6 +168,7 @@ class Trajectory:
     x_stop: FloatArray
     statistics: Mapping[str, int]
     error: float = math.nan
+    t_stiff: float = math.nan
     events: tuple[tuple[float, int], ...] = ()
 
 
@@ -188,6 +201,8 @@ def pose(
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     check_method(model.manifest, options.method)
+    if options.method == AUTO and (own is None or hold is not None):
+        jacobian_name(model.manifest, law, suffix, hold is not None, AUTO)
     if model.manifest.algebraic and hold is None:
         _check_consistent(model, law, resolved, x0, options, origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
@@ -214,7 +229,8 @@ def pose(
         hold_every=hold_every,
         delay=options.delay,
         late=late,
-        method=options.method,
+        method=first_integrator(options.method),
+        stiff_test=options.method == AUTO,
         rtol=options.rtol,
         atol=options.atol,
         step=options.step or min(dt, hold or dt),

@@ -16,6 +16,7 @@ from mehvar.manifest import Controller, Manifest, Metric
 from mehvar.versions import installed
 
 from .metrics import evaluate, metrics_of, undetermined
+from .options import AUTO
 from .simulate import Run
 
 if TYPE_CHECKING:
@@ -131,6 +132,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "parameter_origins": json.dumps(run.parameters.origins),
         "initial": json.dumps({q.name: float(v) for q, v in zip(manifest.states, run.x[0], strict=True)}),
         "options": json.dumps(run.options),
+        **({"method": run.method, "t_stiff": run.t_stiff} if run.options["method"] == AUTO else {}),
         "statistics": json.dumps(run.statistics),
         **events,
         "manifest": manifest.text,

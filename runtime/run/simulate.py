@@ -25,7 +25,7 @@ from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .calls import events_of
-from .options import FIXED, OPTIONS, merged, read_options
+from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -73,6 +73,10 @@ class Run:
         Effective method, tolerances, sampling.
     events : tuple of (float, str)
         What happened: the instant of each event in seconds, and its name.
+    method : str
+        What integrated the run: of `method="auto"`, what that came to.
+    t_stiff : float
+        Where `method="auto"` found the run stiff, which was then made again from the start, s; NaN otherwise.
     statistics : mapping
         Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
     compile_seconds, run_seconds : float
@@ -99,6 +103,8 @@ class Run:
     parameters: Resolved
     options: Mapping[str, float | str]
     events: tuple[tuple[float, str], ...]
+    method: Integrator
+    t_stiff: float
     statistics: Mapping[str, int]
     compile_seconds: float
     run_seconds: float
@@ -130,6 +136,12 @@ class Run:
         for series in (self.t, self.x, self.u, self.u_cmd, self.y, self.z):
             total = zlib.crc32(np.where(np.isnan(series), np.nan, series).astype("<f8").tobytes(), total)
         return f"{total:08x}"
+
+    def stiffness(self) -> list[str]:
+        """Say where `method="auto"` found the run stiff, and what it did."""
+        if math.isnan(self.t_stiff):
+            return []
+        return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
         """Say of each report of the law that is above what it should be when, how long and by how much."""
@@ -269,6 +281,8 @@ def simulate(
         parameters=resolved,
         options=_effective(problem),
         events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
+        method=problem.method if math.isnan(trajectory.t_stiff) else STIFF,
+        t_stiff=trajectory.t_stiff,
         statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
@@ -287,6 +301,14 @@ def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> Fl
 
 
 def _integrate(problem: Problem) -> Trajectory:
+    """Run a loop, and again from the start by another method where it turns out to be stiff."""
+    trajectory = _attempt(problem)
+    if math.isnan(trajectory.t_stiff):
+        return trajectory
+    return replace(_attempt(replace(problem, method=STIFF, stiff_test=False)), t_stiff=trajectory.t_stiff)
+
+
+def _attempt(problem: Problem) -> Trajectory:
     evaluator = problem.model.evaluator
     if isinstance(evaluator, CBackend):
         return compiled.run(problem, evaluator)
@@ -305,6 +327,8 @@ def _continuous(problem: Problem, settings: Mapping[str, object], origin: str) -
 def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
+    if problem.stiff_test:
+        raise bad_value("method", AUTO, "one that is known beforehand: the law elsewhere is asked once", origin)
     if problem.real != "double":
         raise bad_value("real", problem.real, "left out with law, which computes in its own way", origin)
     return replace(problem, law=law)
@@ -362,7 +386,7 @@ def _effective(problem: Problem) -> dict[str, float | str]:
     options: dict[str, float | str] = {"t_end": float(problem.t[-1]), "dt_out": problem.dt}
     if problem.hold is not None:
         options |= {"hold": problem.hold, "delay": problem.delay}
-    options |= {"method": problem.method}
+    options |= {"method": AUTO if problem.stiff_test else problem.method}
     if problem.method in FIXED:
         return options | {"step": problem.step}
     return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -26,23 +26,44 @@ _TIME_STEP = numbers("step/implicit.h")["TIME_STEP"]
 class Rock4(RK45):  # type: ignore[misc]  # SciPy has no annotations
     """Sixteen stages of order four with a long stable piece of the negative real axis.
 
-    The coefficients of the native integrator, from `native/methods/rock4.inc`; dense output is the cubic Hermite
-    polynomial of a step. Source: Abdulle, SIAM J. Sci. Comput. 23 (2002) 2041.
+    The coefficients of the native integrator, from `native/methods/rock4.inc`, dense output of order four among
+    them. Source: Abdulle, SIAM J. Sci. Comput. 23 (2002) 2041.
     """
 
     order, error_estimator_order, n_stages = 4, 3, _ROCK_STAGES
     _text = (NATIVE / "methods" / "rock4.inc").read_text(encoding="utf-8")
-    _rows = np.array(_text.rstrip(",\n").split(","), dtype=np.float64).reshape(_ROCK_STAGES + 3, _ROCK_STAGES)
+    _rows = np.array(_text.rstrip(",\n").split(","), dtype=np.float64).reshape(_ROCK_STAGES + 4, _ROCK_STAGES)
     A, B, C = _rows[:_ROCK_STAGES], _rows[_ROCK_STAGES], _rows[_ROCK_STAGES + 1]
     E = np.append(_rows[_ROCK_STAGES + 2], 0.0)
     _start, _end, _all = np.eye(_ROCK_STAGES + 1)[0], np.eye(_ROCK_STAGES + 1)[-1], np.append(B, 0.0)
-    P = np.stack([_start, 3 * _all - 2 * _start - _end, _start + _end - 2 * _all], axis=1)
+    _more = np.append(_rows[_ROCK_STAGES + 3], 0.0)  # of s^2 (1 - s)^2
+    P = np.stack([_start, 3 * _all - 2 * _start - _end + _more, _start + _end - 2 * _all - 2 * _more, _more], axis=1)
 
 
 def _rodas_rows() -> FloatArray:
     text = (NATIVE / "methods" / "rodas5p.inc").read_text(encoding="utf-8")
     rows = [[float(number) for number in row.split(",")] for row in re.findall(r"\{([^}]*)\}", text)]
     return np.array([row + [0.0] * (_RODAS_STAGES - len(row)) for row in rows])
+
+
+class StiffTest:
+    """Whether stability and not error holds the steps of SciPy's DOP853: the test of native/step/stiffness.h."""
+
+    _STABLE_PIECE, _STIFF_STEPS, _SMOOTH_STEPS = 6.1, 15, 6
+
+    def __init__(self) -> None:
+        self._stiff = self._smooth = 0
+
+    def is_stiff_after(self, solver: Any) -> bool:
+        """Look at the step that was taken last."""
+        h, slopes, last = solver.h_previous, solver.K, solver.n_stages - 1
+        place = solver.y_old + h * (solver.A[last, :last] @ slopes[:last])
+        if h * norm(slopes[-1] - slopes[last]) > self._STABLE_PIECE * norm(solver.y - place):
+            self._stiff, self._smooth = self._stiff + 1, 0
+        else:
+            self._smooth += 1
+        self._stiff = 0 if self._smooth >= self._SMOOTH_STEPS else self._stiff
+        return self._stiff >= self._STIFF_STEPS
 
 
 class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations

@@ -378,12 +378,13 @@ def programs(text: str) -> list[str]:
     targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
     there = {
         "python": lambda place: (ROOT / place).is_file(),
+        "python -m": lambda name: (ROOT / f"{name.replace('.', '/')}.py").is_file(),
         "make": targets.__contains__,
         "mehvar": lambda name: (
             (ROOT / "mehvar" / "cli" / name).is_dir() or (ROOT / "mehvar" / "cli" / f"{name}.py").is_file()
         ),
     }
-    pairs = re.findall(r"`(python|make|mehvar) ([^` ]+)", " ".join(text.split()))
+    pairs = re.findall(r"`(python -m|python|make|mehvar) ([^` ]+)", " ".join(text.split()))
     for program, place in pairs:
         assert there[program](place), f"there is no {program} {place}"
     return [" ".join(pair) for pair in pairs]

@@ -14,7 +14,7 @@ static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->r
 int64_t mv_work_size(const mv_job *job)
 {
     const int64_t records = most_records(&job->schedule);
-    int64_t reals = mv_queued(&job->schedule) * NU + job->metrics, signals = 0;
+    int64_t reals = mv_queued(&job->schedule) * NU + KEPT * KEPT_SIZE + job->metrics, signals = 0;
     for (int m = 0; m < job->metrics; m++) {
         signals += job->metric[m].signals;
         if (job->metric[m].kind == MV_SETTLING_ABOUT_END) reals += job->metric[m].signals * records;
@@ -42,7 +42,8 @@ static void divide_work(mv_block *b, char *work)
     int64_t signals = 0;
     for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
     b->loop.queue = (real *)work;
-    b->counts = b->loop.queue + mv_queued(&job->schedule) * NU;
+    b->loop.kept = b->loop.queue + mv_queued(&job->schedule) * NU;
+    b->counts = b->loop.kept + KEPT * KEPT_SIZE;
     b->tally = (mv_tally *)(b->counts + job->metrics);
     real *history = (real *)(b->tally + signals);
     mv_tally *tally = b->tally;
@@ -81,7 +82,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
         b->maximum[i] = SPLAT(-MV_INFINITY);
     }
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
-        b->run[lane] = job->first_run + (uint64_t)(first + lane);
+        b->run[lane] = job->number[first + lane < job->runs ? first + lane : job->runs - 1];
         AT(lanes, lane) = first + lane < job->runs;
     }
     divide_work(b, work);
@@ -149,6 +150,7 @@ static void finish(mv_block *b)
     scatter(b, b->minimum, COLUMNS, job->minimum);
     scatter(b, b->maximum, COLUMNS, job->maximum);
     scatter(b, &l->t, 1, job->t_stop);
+    scatter(b, &l->t_stiff, 1, job->t_stiff);
     scatter(b, &l->error, 1, job->error);
     for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < job->runs; lane++) {
         const int64_t run = b->first + lane;

@@ -42,6 +42,21 @@ static inline void mv_estimate(const mv_loop *l, real *error, real *third_error)
     for (int i = 0; THIRD && i < NQ; i++) third_error[i] = THIRD_ERROR_SUM;
 }
 
+static inline void mv_dense_slopes(mv_loop *l, real h)
+{
+    real (*const k)[NQ] = l->k;
+    DENSE_STAGES
+}
+
+#define TERM(j, sum)                                                                                                 \
+    for (int i = 0; i < NQ; i++) sums[j][i] = sum;
+
+static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ])
+{
+    const real (*const k)[NQ] = l->k;
+    DENSE_SUMS
+}
+
 /* what a metric remembers of one signal */
 typedef struct {
     real value, previous;

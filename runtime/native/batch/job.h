@@ -23,13 +23,14 @@ typedef struct {
 typedef struct {
     mv_schedule schedule;
     int64_t runs;
-    uint64_t seed, first_run;
+    uint64_t seed;
     int64_t save_every, rows; /* ticks from one row of the series to the next; no rows for no series */
     int64_t metrics;
     const double *p, *c, *s, *x0;
+    const uint64_t *number;   /* of each run, which its noise depends on */
     const mv_metric *metric;
     const mv_signal *signal;
-    double *final, *minimum, *maximum, *metric_values, *t_stop, *error, *series;
+    double *final, *minimum, *maximum, *metric_values, *t_stop, *t_stiff, *error, *series;
     int64_t *steps;
     int32_t *violated;
     uint8_t *status;

@@ -134,19 +134,34 @@ def find_estimate(a: Array, length: float) -> Array:
     """Return the weights of the error estimate: of order three, and small where the method is stable."""
     c = a.sum(axis=1)
     conditions = np.array([np.ones(STAGES), c, c**2, a @ c, a @ a @ c])
-    values = np.array([0, 0, 0, 0, LINEAR_ERROR])
+    return smallest(a, length, conditions, np.array([0, 0, 0, 0, LINEAR_ERROR]))
+
+
+def find_dense(a: Array, length: float) -> Array:
+    """Return the weights of h s^2 (1 - s)^2 in dense output of order four, small where the method is stable.
+
+    The cubic with the slopes at both ends is off by that times the term of order four of the solution's series.
+    """
+    c = a.sum(axis=1)
+    conditions = np.array([np.ones(STAGES), c, c**2, a @ c, c**3, c * (a @ c), a @ c**2, a @ a @ c])
+    return smallest(a, length, conditions, np.array([0, 0, 0, 0, 1 / 4, 1 / 8, 1 / 12, 1 / 24]))
+
+
+def smallest(a: Array, length: float, conditions: Array, values: Array) -> Array:
+    """Return weights of the stages that fulfil conditions and are small on the stable length."""
     z = -length * (1 - np.cos(np.linspace(0, np.pi, 300))) / 2
     damped = np.array([v * np.linalg.solve(np.eye(STAGES) - v * a, np.ones(STAGES)) for v in z])
     quadratic = damped.T @ damped / len(z) + 1e-3 * np.eye(STAGES)
-    system = np.block([[quadratic, conditions.T], [conditions, np.zeros((5, 5))]])
+    size = len(values)
+    system = np.block([[quadratic, conditions.T], [conditions, np.zeros((size, size))]])
     return np.linalg.solve(system, np.concatenate([np.zeros(STAGES), values]))[:STAGES]
 
 
 def find() -> Array:
-    """Return a row by row, then b, c and the weights of the estimate."""
+    """Return a row by row, then b, c and the weights of the estimate and of dense output."""
     first = find_head()
     a, b = tableau(first, find_tail(first))
-    return np.array([*a, b, a.sum(axis=1), find_estimate(a, first.length)])
+    return np.array([*a, b, a.sum(axis=1), find_estimate(a, first.length), find_dense(a, first.length)])
 
 
 def main() -> None:

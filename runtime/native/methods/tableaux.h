@@ -4,6 +4,7 @@
 #define MEHVAR_TABLEAUX_H
 
 #define MV_STAGES 16 /* the most that a method has */
+#define MV_KEPT 9    /* the most rows that dense output keeps of a step: those of dop853 */
 
 enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4, MV_RODAS5P, MV_EULER, MV_PLATEN };
 
@@ -18,7 +19,9 @@ typedef struct {
     /* of a linearly implicit method, see step/implicit.h, whose a and c are there too: */
     const double (*g)[MV_STAGES];   /* what the stages before add to the right side, over the step */
     const double *d;                /* weights of the slope's change in time, the first of which is gamma; or null */
-    int dense;                      /* terms of dense output beyond the straight line */
+    /* of dense output, see step/dense.h; a method without one has none of: */
+    int dense;                      /* sums over slopes, or over the stages of a linearly implicit method */
+    int slopes;                     /* in these sums; those after the end of the step are computed for them alone */
     const double (*dense_g)[MV_STAGES];
 } mv_tableau;
 

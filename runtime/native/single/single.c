@@ -38,8 +38,9 @@
 #define IMPLICIT_G(s, j) (METHOD->g[s][j])
 #define IMPLICIT_C(s) (METHOD->c[s])
 #define IMPLICIT_D(s) (METHOD->d[s])
+#define STIFF_TEST (l->model.stiff_test)
 #define DENSE (METHOD->dense)
-#define DENSE_G(term, j) (METHOD->dense_g[term][j])
+#define SLOPES (METHOD->slopes)
 
 #define CALL_REFERENCE m->reference(&t, m->p, m->s, r)
 #define CALL_RHS m->rhs(x, u, m->p, dx)
@@ -87,14 +88,14 @@ typedef struct {
 int64_t mv_single_size(void) { return (int64_t)sizeof(mv_single); }
 
 /* y = sum_j w[j] k[j], over the weights that are not zero in their order */
-static void combine(const mv_loop *l, const double *w, int count, double *y)
+static void combine(const mv_loop *l, double *const *k, const double *w, int count, double *y)
 {
     int j = 0;
     while (w[j] == 0.0) j++;
-    for (int i = 0; i < NQ; i++) y[i] = w[j] * l->k[j][i];
+    for (int i = 0; i < NQ; i++) y[i] = w[j] * k[j][i];
     for (j++; j < count; j++) {
         if (w[j] == 0.0) continue;
-        for (int i = 0; i < NQ; i++) y[i] += w[j] * l->k[j][i];
+        for (int i = 0; i < NQ; i++) y[i] += w[j] * k[j][i];
     }
 }
 
@@ -103,23 +104,37 @@ static void shift(const mv_loop *l, double h, double *y)
     for (int i = 0; i < NQ; i++) y[i] = l->q[i] + h * y[i];
 }
 
-static inline void mv_stages(mv_loop *l, double h)
+/* The slopes k[first] ... k[last - 1]. */
+static void stages(mv_loop *l, double h, int first, int last)
 {
     const mv_tableau *m = METHOD;
-    for (int j = 1; j < m->stages; j++) {
-        combine(l, m->a[j], j, l->stage);
+    for (int j = first; j < last; j++) {
+        combine(l, l->k, m->a[j], j, l->stage);
         shift(l, h, l->stage);
         mv_slope(l, l->t + m->c[j] * h, l->stage, l->k[j]);
     }
-    combine(l, m->b, m->stages, l->y);
+}
+
+static inline void mv_stages(mv_loop *l, double h)
+{
+    stages(l, h, 1, STAGES);
+    combine(l, l->k, METHOD->b, STAGES, l->y);
     shift(l, h, l->y);
+}
+
+static inline void mv_dense_slopes(mv_loop *l, double h) { stages(l, h, STAGES + 1, SLOPES); }
+
+static inline void mv_dense_sums(const mv_loop *l, double (*sums)[NQ])
+{
+    double *const *k = l->k + (GAMMA ? 1 : 0); /* the stages of a linearly implicit step begin there */
+    for (int j = 0; j < DENSE; j++) combine(l, k, METHOD->dense_g[j], SLOPES, sums[j]);
 }
 
 static inline void mv_estimate(const mv_loop *l, double *error, double *third_error)
 {
     const mv_tableau *m = METHOD;
-    combine(l, m->e, m->stages + m->end_in_error, error);
-    if (m->e3) combine(l, m->e3, m->stages, third_error);
+    combine(l, l->k, m->e, m->stages + m->end_in_error, error);
+    if (m->e3) combine(l, l->k, m->e3, m->stages, third_error);
 }
 
 /* That of measurements was drawn before, for whoever evaluates the law elsewhere. */
@@ -163,16 +178,15 @@ static void mv_happen(mv_loop *l, mask lanes, int event)
 /* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
 static double *divide(mv_loop *l, double *place)
 {
-    for (int j = 0; j <= STAGES; j++, place += NQ) l->k[j] = place;
-    for (int j = 0; j < KEPT; j++, place += NQ) l->before[j] = place;
-    for (int j = 0; j < KEPT * TERMS; j++, place += NQ) l->dense[j] = place;
+    for (int j = 0; j < MOST_SLOPES; j++, place += NQ) l->k[j] = place;
+    for (int j = 0; j < ROWS_KEPT; j++, place += NQ) l->dense[j] = place;
     const struct {
         double **array;
         int64_t size;
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
         {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
-        {&l->mass, ALGEBRAIC ? NQ : 0},
+        {&l->mass, ALGEBRAIC ? NQ : 0}, {&l->kept, KEPT_SIZE},
         {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
         {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS}, {&l->noise, EVENTS},
     };
@@ -213,6 +227,7 @@ void mv_run(mv_single *s, mv_work *w, int64_t until)
     s->tick = l->tick;
     s->t = l->t;
     s->error = l->error;
+    s->t_stiff = l->t_stiff;
     s->steps = (int64_t)l->steps;
     s->rejected = (int64_t)l->rejected;
     s->evaluations = l->evaluations;

@@ -21,6 +21,7 @@ typedef struct {
     int32_t nv;               /* events */
     int32_t sampled, reference_constant;
     int32_t method;           /* an mv_method */
+    int32_t stiff_test;       /* the run ends where it is stiff to dop853 */
     mv_3_1 *rhs;              /* x, u, p -> dx */
     mv_4_1 *outputs;          /* x, u, r, p -> y */
     mv_3_1 *limits;           /* x, u, p -> margin; null without limits */
@@ -64,6 +65,7 @@ typedef struct {
     int64_t steps, rejected, evaluations;
     double t;
     double error;             /* the largest of a step over its tolerance */
+    double t_stiff;           /* where the run was stiff, or NaN */
     int32_t status, violated; /* an mv_status; index of the limit that ended the run, or -1 */
 } mv_single;
 

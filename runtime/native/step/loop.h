@@ -16,12 +16,14 @@ static void mv_begin(mv_loop *l, mask alive)
     l->tick = l->evaluations = l->diffused = 0;
     l->bounded = mv_none();
     l->ready = l->started = 0;
-    l->t = l->begin[0] = l->begin[1] = SPLAT(l->schedule->t[0]);
-    l->span[0] = l->span[1] = SPLAT(1);
-    for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1;
-    l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
+    l->t = l->begin = l->end = SPLAT(l->schedule->t[0]);
+    l->span = SPLAT(1);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1, l->made[lane] = 0;
+    l->waiting = l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
+    l->stiff = l->smooth = SPLAT(0);
+    l->t_stiff = SPLAT(MV_NAN);
     l->reach = SPLAT(MV_INFINITY);
     l->t_event = SPLAT(-MV_INFINITY);
     l->stalled = SPLAT(0);

@@ -19,7 +19,8 @@
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
  *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
- *   DENSE, DENSE_G(term, j)          terms of the method's dense output, see dense.h
+ *   STIFF_TEST                       a run ends where it is stiff to the method, dop853, see stiffness.h
+ *   DENSE, SLOPES                    sums of the method's dense output, and how many slopes are in them; see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
  * from `l`, and one library serves all models. */
@@ -38,8 +39,15 @@
 /* Whether steps pass over ticks, where nothing changes but what is recorded. With events they stop there, so that guards
  * are looked at as often as a user samples. */
 #define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT && !EVENTS)
-#define TERMS (1 + DENSE)
-#define KEPT (PASSES ? 2 : 0) /* steps */
+#define MOST_SLOPES (SLOPES > STAGES + 1 ? SLOPES : STAGES + 1)
+#define ROWS_KEPT (PASSES ? (GAMMA ? 3 : 5) + DENSE : 0) /* of a step, see dense.h */
+#define KEPT_SIZE (PASSES ? ROWS_KEPT * NQ + 3 : 0) /* numbers */
+/* Bytes for the steps by which lanes may be ahead of the ticks, so that others catch up where theirs are short. Own: of
+ * the triangle under `path` at 1e-9, whose runs have their kinks at different times, a block in eight lanes takes 5294
+ * slopes with 640 kB, 6948 with a half, 10021 with a thirty-second; the longest of the eight runs takes 5300 alone. */
+#define AHEAD (1 << 20)
+#define MOST_KEPT (AHEAD / ((KEPT_SIZE + 1) * (int64_t)sizeof(real)) + 1)
+#define KEPT (MEHVAR_LANES == 1 ? 1 : MOST_KEPT)
 
 #if MEHVAR_LANES == 1
 #define AT(v, lane) (v)
@@ -63,15 +71,18 @@ typedef struct {
     real error;                /* the largest estimate over its tolerance */
     real steps, rejected;
     real trials;               /* since the last tick */
+    real stiff, smooth, t_stiff; /* steps that say so, steps since the last of them, and when that was enough; or NaN */
     real status, violated;     /* an mv_status, of a lane that is alive how it will end; index of the limit, or -1 */
     REALS(q, NQ);
-    ROWS(k, STAGES + 1, NQ);   /* slopes at the stages and at the end of the step */
+    ROWS(k, MOST_SLOPES, NQ);  /* slopes at the stages, at the end of the step, and at stages of dense output */
     REALS(w, GAMMA ? NQ * NQ : 0); /* Jacobian, then the factors of its matrix */
     REALS(w_r, GAMMA ? NQ * NR : 0); /* Jacobian with respect to the references */
     REALS(mass, ALGEBRAIC ? NQ : 0); /* one, and zero of algebraic states */
-    real begin[2], span[2];    /* of the last two steps that passed over a tick: where they began, how long they were */
-    ROWS(before, KEPT, NQ);    /* the coordinates there */
-    ROWS(dense, KEPT * TERMS, NQ);
+    real begin, span, end;     /* of the step that has the last tick: instants, and the length of it */
+    ROWS(dense, ROWS_KEPT, NQ);
+    int64_t made[MEHVAR_LANES]; /* steps kept so far, */
+    real waiting;              /* of which so many have ticks to come, in a ring: */
+    real *kept;                /* KEPT times instants and rows as in `dense` */
     REALS(guard, EVENTS);      /* at (t, q), see events.h */
     REALS(guard_end, EVENTS);  /* at the end of the trial */
     REALS(side, EVENTS);

@@ -8,6 +8,7 @@
 #include "events.h"
 #include "implicit.h"
 #include "random.h"
+#include "stiffness.h"
 
 /* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
@@ -18,6 +19,16 @@ static inline void mv_stages(mv_loop *l, real h);
 /* Of one step of rk4: an interval that is a whole number of steps but for its rounding gets no step more. Own; the
  * quotient is rounded to 2e-16, so that a half or twice changes nothing. */
 #define SLACK 1e-12
+
+/* Which lanes have a tick before the instant `after`. */
+static mask mv_over(const mv_loop *l, real after)
+{
+    const mv_schedule *s = l->schedule;
+    real tick = SPLAT(MV_INFINITY);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++)
+        if (l->next[lane] < s->ticks) AT(tick, lane) = s->t[l->next[lane]];
+    return LT(tick, after);
+}
 
 /* Which of `lanes` pass over a tick, or come to one, with a step to the instant `after`. */
 static mask mv_ticked(mv_loop *l, mask lanes, real after)
@@ -37,11 +48,12 @@ static mask mv_ticked(mv_loop *l, mask lanes, real after)
 /* One trial step of the lanes `open`; `last` are those that reach the target with it. Returns those that took it. */
 static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real *ratio)
 {
-    real *end = l->k[STAGES];
+    real *end = l->k[STAGES], last_stage[NQ];
     /* where the slope at the end is that of the next step, or leads to events */
     const mask goes_on = SAMPLED && !EVENTS ? NOT(last) : mv_all();
     if (GAMMA) mv_implicit_stages(l, h);
     else mv_stages(l, h);
+    if (STIFF_TEST) mv_copy(last_stage, l->stage, NQ);
     if (WIENER) mv_diffuse(l, h);
     mask good = mv_finite(l->y, NQ);
     if (END_IN_ERROR) {
@@ -64,10 +76,12 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     const real after = SELECT(last, target, l->t + h);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
+        taken = AND(taken, mv_between_good(l, h, AND(taken, mv_over(l, after)), ratio));
         const mask ticked = mv_ticked(l, taken, after);
         l->trials = SELECT(ticked, SPLAT(0), l->trials);
-        if (mv_any(ticked)) mv_keep_step(l, h, ticked);
+        if (mv_any(ticked)) mv_keep_step(l, h, after, ticked);
     }
+    if (STIFF_TEST) mv_test_stiffness(l, h, last_stage, AND(taken, goes_on), after);
     l->t = SELECT(taken, after, l->t);
     mv_blend(taken, l->q, l->y, NQ);
     mv_blend(taken, l->k[0], end, NQ);
@@ -108,10 +122,10 @@ static inline mask mv_behind(const mv_loop *l, real tick)
     return AND(AND(l->alive, EQ(l->status, SPLAT(MV_DONE))), LT(l->t, tick));
 }
 
-/* Lanes that may take a step while others must: of each two steps are kept, and with one more the older has the tick. */
-static inline mask mv_free(const mv_loop *l, real tick, real end)
+/* Lanes that may take a step while others must. */
+static inline mask mv_free(const mv_loop *l, real end)
 {
-    return PASSES ? AND(mv_behind(l, end), AND(LT(l->begin[0], tick), NE(l->t, tick))) : mv_behind(l, tick);
+    return PASSES ? AND(mv_behind(l, end), LT(l->waiting, K(KEPT))) : mv_behind(l, end);
 }
 
 /* Integrate all lanes that are alive to a tick, or beyond it where steps pass over ticks but never beyond the last one.
@@ -123,7 +137,7 @@ static void mv_advance(mv_loop *l, double t_tick)
     mv_prepare_steps(l, end);
     if (!ORDER) l->h = (end - l->t) / mv_ceil((end - l->t) / K(s->step) * K(1 - SLACK));
     for (int64_t trial = 0; mv_any(mv_behind(l, tick)); trial++) {
-        const mask open = mv_free(l, tick, end);
+        const mask open = mv_free(l, end);
         const real target = end, room = target - l->t;
         mask last = LE(room, K(STRETCH) * l->h);
         real h = ORDER ? SELECT(last, room, l->h) : l->h;

@@ -2,8 +2,8 @@
 /* The closed loops of a model as a WebAssembly module, which is a page's whole simulator: the loop of a single run over
  * arrays in the module's memory. Included after single.c and a header that mehvar writes for one model: WEB_NAME sizes,
  * web_laws, and what web_initial and so on call. Numbers cross the border as doubles and 32-bit integers. */
-#define WEB_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 1 + (MV_STAGES + 4) * WEB_NQ + WEB_NR + 3 * WEB_NU + \
-                  2 * WEB_NZ + WEB_NX + WEB_NY) /* as mv_work_size has it */
+#define WEB_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 4 + (MV_STAGES + 4 + 2 * MV_KEPT) * WEB_NQ + \
+                  WEB_NR + 3 * WEB_NU + 2 * WEB_NZ + WEB_NX + WEB_NY) /* as mv_work_size has it */
 #define WEB_EXPORT(name) __attribute__((export_name(#name))) name
 
 #if !__STDC_HOSTED__

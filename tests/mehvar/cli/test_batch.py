@@ -28,7 +28,7 @@ from tests import commands
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
-KILL_TEST = Path(__file__).parents[3] / "benchmarks" / "kill_test.py"
+KILL_TEST = Path(__file__).parents[3] / "benchmarks" / "batch" / "kill_test.py"
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -303,7 +303,7 @@ def test_verify_says_whole_or_what_is_not(folder: Path, tmp_path: Path) -> None:
 
 
 def test_two_first_starts_lose_nothing(folder: Path, tmp_path: Path) -> None:
-    """One has the name, the other is told; `benchmarks/store.py starts` does it fifty times."""
+    """One has the name, the other is told; `benchmarks/batch/store.py starts` does it fifty times."""
     line = [sys.executable, "-m", "mehvar", *BATCH, *VARY, "-n", "600", "--out", "runs.zarr"]
     pair = [subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     said = {process.communicate(timeout=120)[1]: process.returncode for process in pair}

@@ -22,7 +22,7 @@ from mehvar.runtime.model.parameters import resolve
 RUNS, LANES = 5, 2
 """NEON has two doubles in a register; five runs leave a block with a lane that is not needed."""
 _POINTERS = ("p", "c", "s", "x0", "metric", "signal", "final", "minimum", "maximum", "metric_values", "t_stop", "error",
-             "series", "steps", "violated", "status", "stop")  # fmt: skip
+             "t_stiff", "number", "series", "steps", "violated", "status", "stop")  # fmt: skip
 
 
 class ForeignLibrary:
@@ -74,7 +74,7 @@ class ForeignLibrary:
             "p": len(manifest.parameters), "c": len(law.parameters), "s": len(manifest.scenario_parameters),
             "x0": len(manifest.states), "final": len(manifest.states), "minimum": len(loop.variables),
             "maximum": len(loop.variables), "metric_values": len(loop.metrics), "t_stop": 1, "error": 1,
-            "series": job.rows * len(loop.variables), "steps": 1,
+            "t_stiff": 1, "number": 1, "series": job.rows * len(loop.variables), "steps": 1,
         }  # fmt: skip
         sizes = {name: 8 * job.runs * width for name, width in widths.items()}
         types = structures("step/schedule.h", "batch/job.h")

@@ -31,6 +31,7 @@ def run_alone(
         *(np.empty((n, k)) for k in (len(manifest.states), width, width, len(manifest.metrics))),
         *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
         np.full((n, rows, width), np.nan),
+        np.full(n, np.nan),
     )
     evaluations = 0 if hold_every is None else (len(t) - 1) // hold_every + 1
     for i in range(n):
@@ -42,7 +43,7 @@ def run_alone(
         step = kernel.options.step or min(dt, hold or dt)
         problem = Problem(
             model, law, p[i], c[i], s[i], x0[i], z0, noise, seed, first_run + i, kernel.loop.suffix, "double",
-            t, dt, hold, record_every, hold_every, kernel.options.delay, (), kernel.loop.method,
+            t, dt, hold, record_every, hold_every, kernel.options.delay, (), kernel.loop.method, False,
             kernel.options.rtol, kernel.options.atol, step, kernel.options.max_steps, None,
         )  # fmt: skip
         assert isinstance(model.evaluator, CBackend)

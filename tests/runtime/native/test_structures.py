@@ -11,14 +11,14 @@ import pytest
 from mehvar.manifest import METRIC_KINDS
 from mehvar.runtime.compiling.library import NATIVE, load_library, native_sources
 from mehvar.runtime.compiling.structures import structures
-from mehvar.runtime.run.options import METHODS
+from mehvar.runtime.run.options import INTEGRATORS
 from mehvar.runtime.run.problem import STAGES, Status
 
 HEADERS = ("step/schedule.h", "single/single.h", "batch/job.h", "methods/tableaux.h")
 STRUCTURES = structures(*HEADERS)
 ENUMERATIONS = {
     ("step/schedule.h", "mv_status"): [status.name for status in Status],
-    ("methods/tableaux.h", "mv_method"): METHODS,
+    ("methods/tableaux.h", "mv_method"): INTEGRATORS,
     ("batch/job.h", "mv_kind"): METRIC_KINDS,
 }
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One right-hand side in vector lanes, as a batch calls it, against CasADi's own C of the same graph.
 
-Run: python benchmarks/batch_rhs.py
+Run: python -m benchmarks.batch.rhs
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-from machine import command_line, machine, table, write
 
+from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.generate import generate, installed_tree
 from mehvar.runtime import Model, load
 from mehvar.runtime.compiling.compiler import require_compiler
@@ -131,7 +131,7 @@ def main() -> None:
 
 def _head() -> list[str]:
     return [
-        "Written by `python benchmarks/batch_rhs.py`. `rhs` of each model as a batch calls it, against CasADi's own C",
+        "Written by `python -m benchmarks.batch.rhs`. `rhs` of each model as a batch calls it, against CasADi's own C",
         "of the same graph; 'in parts': without what is computed once per run or held input.",
         "",
         *machine(),

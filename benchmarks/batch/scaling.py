@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a batch scales: with threads, with the number of runs, with the number of pendulums.
 
-python benchmarks/batch_scaling.py          # all parts
-python benchmarks/batch_scaling.py threads  # some
+python -m benchmarks.batch.scaling          # all parts
+python -m benchmarks.batch.scaling threads  # some
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from statistics import median
 from time import perf_counter, process_time
 
 import numpy as np
-from machine import command_line, machine, table, write
 
+from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.generate import generate, installed_tree
 from mehvar.runtime import load
 from mehvar.runtime.batch.fill import run_batch
@@ -63,7 +63,7 @@ def threads() -> list[str]:
     return [
         "# Threads",
         "",
-        "Written by `python benchmarks/batch_scaling.py threads`.",
+        "Written by `python -m benchmarks.batch.scaling threads`.",
         f"{RUNS} runs of slosh, lyapunov-v1, 100 s, tolerance 1e-6; medians of {REPEATS} repeats in turns.",
         "",
         *machine(),
@@ -92,7 +92,7 @@ def counts() -> list[str]:
     return [
         "# Number of runs",
         "",
-        "Written by `python benchmarks/batch_scaling.py counts`.",
+        "Written by `python -m benchmarks.batch.scaling counts`.",
         "Triangle, path, 0.05 s, samples every 0.01 s, tolerance 1e-6, one thread; from drawing the runs to the store.",
         "",
         *machine(),
@@ -130,7 +130,7 @@ def _pendulum_page(rows: list[list[str]]) -> list[str]:
     return [
         "# Number of pendulums",
         "",
-        "Written by `python benchmarks/batch_scaling.py pendulums`.",
+        "Written by `python -m benchmarks.batch.scaling pendulums`.",
         "Slosh with held input, rk4, 100 steps of 0.1 s. The time of a run over its 400 right-hand sides, so it",
         "contains the sums of the stages and what a run costs besides. Operations: of the right-hand side without what",
         "is computed once per run.",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kill a batch with SIGKILL at random instants, resume it, and compare its store byte for byte.
 
-    python benchmarks/kill_test.py --kills 200
+    python -m benchmarks.batch.kill_test --kills 200
 
 Every kill hits a real `mehvar batch` process. After each one, whatever the store acknowledges must be what an
 uninterrupted batch stored; when the batch is complete, every file must be the same. Then a new store begins.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A store that proves itself, at full size; writes benchmarks/results/store.md.
 
-    python benchmarks/store.py                      # all parts, an hour
-    python benchmarks/store.py damage starts        # some; the sections of the others stay as they are
+    python -m benchmarks.batch.store                      # all parts, an hour
+    python -m benchmarks.batch.store damage starts        # some; the sections of the others stay as they are
 
 - damage: a file of a finished store is removed, cut, emptied or has a bit flipped, 325 times: seen, named, mended.
 - starts: 50 times two processes begin a batch under one name at once: one has it, the other is told who.
@@ -27,8 +27,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from machine import RESULTS, command_line, machine, table, write
-
+from benchmarks.machine import RESULTS, command_line, machine, table, write
 from mehvar.errors import MehvarError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
@@ -63,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         with tempfile.TemporaryDirectory() as folder:
             title, *lines = parts[name](Path(folder), Namespace(**sizes))
         own = "".join(f" --{size} {sizes[size]}" for size in SIZES if size in USES[name])
-        line = f"`python benchmarks/store.py {name}{own}`"
+        line = f"`python -m benchmarks.batch.store {name}{own}`"
         _write_section(title, [line, "", *lines, "", *about])
 
 

@@ -3,9 +3,9 @@
 
 Run in an environment that has benchmarks/peers/requirements.txt beside mehvar; a few minutes for each case:
 
-    python benchmarks/batch_open_loop.py            # all cases
-    python benchmarks/batch_open_loop.py slosh ball # some; the others keep their recorded numbers
-    python benchmarks/batch_open_loop.py --tables   # nothing is measured, tables and picture are made again
+    python -m benchmarks.batch.open_loop            # all cases
+    python -m benchmarks.batch.open_loop slosh ball # some; the others keep their recorded numbers
+    python -m benchmarks.batch.open_loop --tables   # nothing is measured, tables and picture are made again
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from typing import Any
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 import numpy as np
-from machine import RESULTS, machine, table, write
-from peers import contenders
-from peers.contenders import Contender
-from peers.problem import CASES, CHECKED, REFERENCE_TOLERANCE, RUNS, SPREAD, Problem, problem
-from peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 
+from benchmarks.machine import RESULTS, machine, table, write
+from benchmarks.peers import contenders
+from benchmarks.peers.contenders import Contender
+from benchmarks.peers.problem import CASES, CHECKED, REFERENCE_TOLERANCE, RUNS, SPREAD, Problem, problem
+from benchmarks.peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 from mehvar.runtime.compiling.processor import widest
 
 RECORD = RESULTS / "batch_open_loop.json"
 ERRORS = (1e-7, 1e-10)
+TOLERANCES = tuple(10.0**-k for k in range(5, 13))
 STEPS = 100  # of rk4
 AIMS = {
     "heyoka": (5, 10),
@@ -53,7 +54,7 @@ def main() -> None:
             record[name] = measured(name, Path(scratch))
         RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     tables(record)
-    from peers.picture import picture
+    from benchmarks.peers.picture import picture
 
     picture(record, RESULTS / "batch_open_loop.png")
 
@@ -85,9 +86,9 @@ def makers(given: Problem, scratch: Path) -> dict[str, Callable[[], Iterator[Con
     """Return who takes part."""
     strict = tuple(10.0**-k for k in range(7, 13))
     return {
-        "mehvar": lambda: contenders.ours(given, tuple(10.0**-k for k in range(5, 13))),
+        "mehvar": lambda: contenders.ours(given, TOLERANCES),
         "mehvar rk4": lambda: contenders.ours_rk4(given, STEPS),
-        "heyoka": lambda: contenders.heyoka(given, (1e-4, 1e-6, 1e-8, 1e-10, 1e-12), compact=False),
+        "heyoka": lambda: contenders.heyoka(given, TOLERANCES, compact=False),
         "heyoka, compact mode": lambda: contenders.heyoka(given, (1e-6, 1e-9), compact=True),
         "heyoka, ensemble": lambda: contenders.heyoka_ensemble(given, (1e-6, 1e-9)),
         "numba": lambda: contenders.numba_rk4(given, STEPS),
@@ -142,7 +143,7 @@ def _head() -> list[str]:
     return [
         "# Batches against other integrators, without a law",
         "",
-        "Written by `python benchmarks/batch_open_loop.py`. The first input of a law is held to the end; initial",
+        "Written by `python -m benchmarks.batch.open_loop`. The first input of a law is held to the end; initial",
         f"states and all parameters of {RUNS} runs differ by up to {100 * SPREAD:g} %.",
         "",
         "![work and precision](batch_open_loop.png)",
