@@ -196,7 +196,7 @@ class RunOptions:
     dt_out: float | None = field(
         default=None,
         metadata=number_row(
-            "Sampling step of the result; the end is sampled too",
+            "Sampling step of the result; the end is sampled too, also that by an event",
             "s",
             otherwise="the scenario's step",
             above=0.0,

@@ -314,7 +314,7 @@ def test_initial_state(model: Model) -> None:
         ({"delay": 1}, "delay = 1 .* left out unless the law is sampled"),
         ({"delay": -1, "hold": 0.01}, "delay = -1 .*: must be a whole number >= 0"),
         ({"delay": 0.5, "hold": 0.01}, "delay = 0.5 .*: must be a whole number >= 0"),
-        ({"method": "heun"}, "method = 'heun' .*: must be rk4, dopri5, dop853, rock4, rodas5p, euler or platen"),
+        ({"method": "heun"}, "method = 'heun' .*: must be rk4, dopri5, dop853, rock4, rodas5p, euler, platen or auto"),
         ({"method": "euler"}, "method = 'euler' .*: must be another one: pendulum has no process noise"),
         ({"rtol": 1e-15}, r"rtol = 1e-15 .*: must be a number >= 2.22e-14 and < 1"),
         ({"atol": 0.0}, "atol = 0.0"),
