@@ -30,7 +30,7 @@ _ENDLESS = re.compile(r"(\S{200})\S{600,}(\S{200})")
 _NARROWEST = 40
 """Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
 
-_PAGE = 80
+PAGE = 80
 """Columns of what is read like a page: the width of a terminal that nobody has changed."""
 _GAP = 2
 """Columns between two cells."""
@@ -72,7 +72,7 @@ def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     for column, width in zip(cells[1:], widths[1:], strict=True):
         if width + _GAP > free:
             parts.append([first])
-            free = _PAGE - widths[0]
+            free = PAGE - widths[0]
         parts[-1].append(column)
         free -= width + _GAP
     for part in parts:
@@ -87,7 +87,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
     """
     widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)][:-1]
     place = sum(widths) + _GAP * len(widths)
-    below = _PAGE - place < _TEXT
+    below = PAGE - place < _TEXT
     heads = columns[:-1] if below else columns
     headings = [(title, "italic"), (_aligned(heads, widths), "bold")]
     print_lines((0, _styled(text, style)) for text, style in headings if text)
@@ -96,7 +96,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
         if below:
             print(line.rstrip())
         indents = (" " * _INDENT,) * 2 if below else (line.ljust(place), " " * place)
-        print(textwrap.fill(text, _PAGE, initial_indent=indents[0], subsequent_indent=indents[1]).rstrip())
+        print(textwrap.fill(text, PAGE, initial_indent=indents[0], subsequent_indent=indents[1]).rstrip())
 
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -12,7 +13,7 @@ from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.schema import plain
 from mehvar.settings import AsJson, complete_models
-from mehvar.terminal import pages, print_entries, print_json
+from mehvar.terminal import PAGE, pages, print_entries, print_json
 
 
 def command(
@@ -32,7 +33,8 @@ def command(
 
 def _show(manifest: Manifest) -> None:
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
-    typer.echo(f"{manifest.model}: {manifest.title}\nstructure: {structure or 'fixed'}\n")
+    lines = textwrap.fill(f"structure: {structure or 'fixed'}", PAGE, subsequent_indent="  ")
+    typer.echo(f"{manifest.model}: {manifest.title}\n{lines}\n")
     for title, quantities in (
         ("states x", manifest.states),
         ("inputs u", manifest.inputs),

@@ -37,9 +37,10 @@ _STEADY = TOLERANCE / 4
 several places, so each differs from the other by a few such moves: with the tolerance itself differences come up to
 9.3e-14, and another compiler may fail; with half of it up to 4.8e-14, with this 2.0e-14, with half of this 1.2e-14."""
 
-_NEIGHBOURS = 16
+_NEIGHBOURS = 32
 """Tried at each point. A rounding inside a function moves it as one of an argument does. With one neighbour three of
-500 points beside a pole pass, as roundings in one direction may cancel; with four one, with sixteen none."""
+500 points beside a pole pass, as roundings in one direction may cancel; with four one, with sixteen one of slosh in
+one draw of points, with twice as many none."""
 
 
 @dataclass(frozen=True)

@@ -227,6 +227,8 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "controller": (EMIT, (*EMIT[:4], "sliding", *EMIT[5:])),
         "kind": (EMIT, (*EMIT[:6], "zephyr", *EMIT[7:])),
         "scenario": (EMIT, (*EMIT, "--scenario", "paper-b")),
+        "inline": (EMIT, (*EMIT, "--inline-parameters")),
+        "tunable": ((*EMIT, "--inline-parameters"), (*EMIT, "--inline-parameters", "--tunable", "k_phi")),
         "out": (EMIT, (*EMIT[:-1], "b")),
     },
     "board flash": {

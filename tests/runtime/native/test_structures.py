@@ -17,7 +17,7 @@ from mehvar.runtime.run.problem import STAGES, Status
 HEADERS = ("step/schedule.h", "single/single.h", "batch/job.h", "methods/tableaux.h")
 STRUCTURES = structures(*HEADERS)
 ENUMERATIONS = {
-    ("step/schedule.h", "mv_status"): [status.name for status in Status],
+    ("step/schedule.h", "mv_status"): {status.name: status.value for status in Status},
     ("methods/tableaux.h", "mv_method"): INTEGRATORS,
     ("batch/job.h", "mv_kind"): METRIC_KINDS,
 }
@@ -56,8 +56,13 @@ def test_every_structure_of_the_headers_is_there() -> None:
 def test_names_have_the_numbers_that_c_gives_them(header: str, name: str) -> None:
     match = re.search(rf"enum {name} \{{(.*?)\}}", text(header), re.DOTALL)
     assert match is not None
-    members = [member.strip() for member in match[1].split(",")]
-    assert members == [f"MV_{word.upper()}" for word in ENUMERATIONS[header, name]]
+    words = ENUMERATIONS[header, name]
+    expected = words if isinstance(words, dict) else {word: number for number, word in enumerate(words)}
+    members: dict[str, int] = {}
+    for member in filter(None, map(str.strip, re.sub(r"/\*.*?\*/", "", match[1], flags=re.DOTALL).split(","))):
+        word, _, number = member.partition(" = ")
+        members[word] = int(number) if number else max(members.values(), default=-1) + 1
+    assert members == {f"MV_{word.upper()}": number for word, number in expected.items()}
 
 
 def test_the_rows_of_a_tableau_have_the_length_that_python_takes() -> None:
