@@ -32,8 +32,8 @@ def command(
 
 
 def _show(manifest: Manifest) -> None:
-    structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
-    lines = textwrap.fill(f"structure: {structure or 'fixed'}", PAGE, subsequent_indent="  ")
+    structure = ", ".join(f"{name}\u00a0=\u00a0{value}" for name, value in manifest.structure.items())  # kept on a line
+    lines = textwrap.fill(f"structure: {structure or 'fixed'}", PAGE, subsequent_indent="  ").replace("\u00a0", " ")
     typer.echo(f"{manifest.model}: {manifest.title}\n{lines}\n")
     for title, quantities in (
         ("states x", manifest.states),
