@@ -97,6 +97,7 @@ def test_blocks_are_found_with_their_markers() -> None:
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)  # it is meant for this run, not for those of a page
     pyplot.close("all")  # a page begins without the figures of the page before it in this process
     monkeypatch.setattr(sys, "path", [*sys.path])
     names: dict[str, Any] = {"__name__": "__main__"}
