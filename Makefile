@@ -2,13 +2,13 @@
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
-# make soak: the long campaigns, hours; make matrix: other Pythons and libraries,
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, make sceptic: the claims of speed, ten minutes,
 # make peers: the tools that models are exported to; make compare: one task in other tools; all need the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs validate mutants soak matrix peers compare lint farm setup clean
+.PHONY: run test docs validate mutants soak matrix peers compare sceptic lint farm setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -57,6 +57,11 @@ compare:
 	.venv-compare/bin/python -m pip install --quiet --disable-pip-version-check -e . -r benchmarks/peers/lqr/requirements.txt
 	.venv-compare/bin/python -m benchmarks.compare
 
+sceptic:
+	$(PYTHON) -m venv .venv-sceptic
+	.venv-sceptic/bin/python -m pip install --quiet --disable-pip-version-check -c benchmarks/peers/requirements.txt -e . heyoka
+	.venv-sceptic/bin/python -m benchmarks.sceptic
+
 lint: setup farm
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -77,4 +82,4 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@touch $@
 
 clean:
-	rm -rf $(VENV) .venv-validation .venv-compare report
+	rm -rf $(VENV) .venv-validation .venv-compare .venv-sceptic report

@@ -122,7 +122,7 @@ def comparison(rows: Sequence[dict[str, Any]]) -> list[list[str]]:
     for peer, (least, aim) in AIMS.items():
         mine = [r for name, several in groups.items() if name.startswith(peer) for r in several]
         fixed = [r for r in mine if "rk4" in r["name"]]
-        if fixed:
+        if any(np.isfinite(r["error"]) for r in fixed):
             us = min(r["seconds"] for r in rows if r["name"].startswith("mehvar rk4"))
             result.append(_ratio(peer, f"{STEPS} steps of rk4", us, min(r["seconds"] for r in fixed), least, aim))
         for error in ERRORS if len(mine) > len(fixed) else ():

@@ -135,7 +135,7 @@ def scalar_source(function: PrintedFunction, name: str) -> str:
     lines, results = statements(function.tape, function.arguments, SCALAR)
     names = [argument for argument, _ in function.arguments]
     stores = [
-        f"{target}[{k}] = {value}"
+        f"{target}[{k}] = ({value})"  # a long sum has several lines
         for (target, _), values in zip(function.results, results, strict=True)
         for k, value in enumerate(values)
     ]

@@ -87,8 +87,7 @@ class Problem:
     def ours(self, options: Mapping[str, Any]) -> Callable[[int], Array]:
         """Compile our kernel; what is returned integrates the first n runs."""
         case = self.case
-        held = {} if case.sample else {"hold": case.t_end}
-        kernel = compile_kernel(self.model, case.law, options=RunOptions(**held, **options))
+        kernel = compile_kernel(self.model, case.law, options=RunOptions(**_hold(case, self.model), **options))
         functions = self.model.functions
         charted = case.sample and "to_coordinates" in functions
 
@@ -112,8 +111,9 @@ class Problem:
 def problem(case: Case, scratch: Path) -> Problem:
     """Make a problem: dispersed runs, the held input or the law's loop, the equations, the reference."""
     model = _load(case, scratch)
-    held = {} if case.sample else {"hold": case.t_end}
-    p, c, s, x0 = dispersed(model, case.law, case.scenario, held, RUNS)
+    p, c, s, x0 = dispersed(model, case.law, case.scenario, _hold(case, model), RUNS)
+    if not case.sample and (period := _period(case, model)):
+        p[:, model.parameter_names.index(period)] = case.t_end
     equations, functions = Equations(case.model, case.structure), model.functions
     known = {"p": p, "c": c}
     if case.sample:
@@ -135,10 +135,19 @@ def problem(case: Case, scratch: Path) -> Problem:
 
 def _first_input(case: Case, model: Model, *vectors: Array) -> Array:
     """Return the input that our kernel holds in each run."""
-    kernel = compile_kernel(model, case.law, options=RunOptions(hold=case.t_end))
+    kernel = compile_kernel(model, case.law, options=RunOptions(**_hold(case, model)))
     block = kernel.run(0, *vectors, seed=0, t_end=case.t_end, dt=case.t_end, save_every=case.t_end)
     assert block is not None
     return np.ascontiguousarray(block.series[:, 0, [kernel.variables.index(f"u_{u}") for u in model.input_names]])
+
+
+def _hold(case: Case, model: Model) -> dict[str, float]:
+    """Return the option that holds a continuous law's first input to the end; a sampled law's period does it."""
+    return {} if case.sample or _period(case, model) else {"hold": case.t_end}
+
+
+def _period(case: Case, model: Model) -> str | None:
+    return model.manifest.controllers[case.law].period
 
 
 def _load(case: Case, scratch: Path) -> Model:
