@@ -2,7 +2,7 @@
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
-# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, make sceptic: the claims of speed, ten minutes,
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, make sceptic: the claims of speed, minutes;
 # make peers: the tools that models are exported to; make compare: one task in other tools; all need the package index
 PYTHON ?= python3
 VENV := .venv
