@@ -2,10 +2,12 @@
 """Reaction wheels along the body axes or any others, balanced or not."""
 
 from .imbalance import accelerations, extra_energy, extra_momentum
-from .sets import FEWEST, Wheels, along_any, along_axes, spanning, unbalanced
+from .sets import FEWEST, MOMENTA, TORQUES, Wheels, along_any, along_axes, spanning, unbalanced
 
 __all__ = [
     "FEWEST",
+    "MOMENTA",
+    "TORQUES",
     "Wheels",
     "accelerations",
     "along_any",

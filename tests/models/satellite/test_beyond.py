@@ -194,7 +194,7 @@ def test_wheels_without_imbalance_move_as_balanced_ones():
 
 
 def test_wheels_off_balance_shake_the_body_by_what_is_off():
-    """At steady speed a force U_s W^2 and a moment U_d W^2 turn with the wheel, and the whole answers with its inertia."""
+    """At steady speed a force U_s W^2 and a moment U_d W^2 turn with the wheel, and the whole swings."""
     static, dynamic, speed, span = 5e-6, 1e-6, 300.0, 0.2
     none = {f"{name}_imbalance_{k}": 0.0 for name in ("static", "dynamic") for k in range(1, 5)}
     values = {"mu": 1e-30, "field_moment": 0.0, "static_imbalance_1": static, "dynamic_imbalance_1": dynamic}
