@@ -14,7 +14,8 @@ import sympy as sp
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ..system import Derivation, Expr, Group, Quantity
 from .orbit import Orbit
-from .wheels import Wheels
+from .wheels import Wheels, extra_energy, extra_momentum
+from .wheels import accelerations as shaken
 
 ANGLES = (
     Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),
@@ -198,6 +199,17 @@ def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels
     return tuple(_acceleration(k, (named * net)[k], d) for k in range(3))
 
 
+def motion_of_the_whole(
+    outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
+) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    """Solve for w' and the rates of the wheels' momenta, with the torques from outside and those of the motors."""
+    if wheels.imbalance:
+        turning, stored = shaken(inertia_matrix(plant), outside, tuple(motors), rates, wheels.imbalance, d)
+        return tuple(turning), stored
+    turned = accelerations(outside + wheels.axes * motors, wheels, plant, d)
+    return turned, tuple(-wheels.share * torque for torque in motors)
+
+
 def _acceleration(k: int, value: Expr, d: Derivation) -> Expr:
     i = "xyz"[k]
     return d.define(f"w{i}_rate", value, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
@@ -224,10 +236,13 @@ def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Exp
     nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
     potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
-    return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
+    balanced = (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
+    return balanced + extra_energy(rates, wheels.imbalance) if wheels.imbalance else balanced
 
 
 def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
     """Return J w + h in inertial axes: on a circle those that the orbit axes pass at latitude zero."""
-    in_orbit = rotation.T * (inertia_matrix(plant) * rates + wheels.momentum)
-    return orbit.axes.T * in_orbit
+    in_body = inertia_matrix(plant) * rates + wheels.momentum
+    if wheels.imbalance:
+        in_body += extra_momentum(rates, wheels.imbalance)
+    return orbit.axes.T * (rotation.T * in_body)

@@ -3,20 +3,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from ..system import Group, Quantity
 
 STRUCTURE = {
     "chart": ("euler", "quaternion"),
     "inertia": ("principal", "full"),
-    "wheels": ("axes", "any"),
+    "wheels": ("axes", "any", "unbalanced"),
     "orbit": ("circular", "keplerian"),
     "torquers": ("none", "three"),
     "sensors": ("states", "instruments"),
     "laws": ("paper", "more"),
 }
 """Structural choices and their values; the first is the default."""
+
+_BEFORE = {("wheels", "unbalanced"): "any"}
+"""A value of a choice that has the parameters of another value too, or others in their place."""
 
 _REPLACED = {
     ("inertia", "full"): ("I_x", "I_y", "I_z"),
@@ -45,7 +48,7 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
     choices : mapping of str to str
         Name and value of each choice.
     """
-    gone = {gone for choice in beyond(choices).items() for gone in _REPLACED.get(choice, ())}
+    gone = {gone for choice in _taken(choices) for gone in _REPLACED.get(choice, ())}
     kept = (q for q in tables[table].quantities if q.name not in gone)
     suffix = "" if table == "plant" else f"_{table}"
     return Group(name, (*kept, *added(tables, choices, suffix)))
@@ -53,5 +56,13 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
 
 def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
     """Return what the groups CHOICE_VALUE and a suffix of the choices hold, where there are such groups."""
-    names = (f"{choice}_{value}{suffix}" for choice, value in beyond(choices).items())
-    return tuple(q for name in names if name in tables for q in tables[name].quantities)
+    names = (f"{choice}_{value}{suffix}" for choice, value in _taken(choices))
+    return tuple({q.name: q for name in names if name in tables for q in tables[name].quantities}.values())
+
+
+def _taken(choices: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Yield the choices that differ from the paper's, each after the value whose parameters it shares."""
+    for name, value in beyond(choices).items():
+        if (name, value) in _BEFORE:
+            yield name, _BEFORE[name, value]
+        yield name, value

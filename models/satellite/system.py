@@ -33,7 +33,6 @@ from .dynamics import (
     AXES,
     RATES,
     Chart,
-    accelerations,
     angles,
     attitude,
     energy,
@@ -41,6 +40,7 @@ from .dynamics import (
     gradient_torque,
     inertia_matrix,
     inertial_momentum,
+    motion_of_the_whole,
     rates,
     total_inertia,
     wheel_speeds,
@@ -55,7 +55,7 @@ from .laws.gyro import Rate, without_bias
 from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
 from .orbit import LATITUDE, Orbit, circular, keplerian
-from .wheels import Wheels, along_any, along_axes, spanning
+from .wheels import Wheels, along_any, along_axes, spanning, unbalanced
 
 _HERE = Path(__file__).parent
 _SOURCE = (
@@ -64,6 +64,7 @@ _SOURCE = (
 )
 _TITLES = {
     "wheels": "reaction wheels along any axes",
+    "wheels unbalanced": "unbalanced reaction wheels along any axes",
     "orbit": "an elliptic orbit",
     "torquers": "magnetic torquers",
     "inertia": "products of inertia",
@@ -112,8 +113,8 @@ def system(
         Coordinates of the attitude: 3-2-1 angles, or a unit quaternion, scalar first, with the angles as outputs.
     inertia : {"principal", "full"}
         Three moments about principal axes, or a tensor with products of inertia.
-    wheels : {"axes", "any"}
-        Three along the body axes, or one along each column of `wheel_axes`.
+    wheels : {"axes", "any", "unbalanced"}
+        Three along the body axes, or one along each column of `wheel_axes`, balanced or with masses off their axes.
     orbit : {"circular", "keplerian"}
         The paper's, or an ellipse by true anomaly with eclipse, a tilted dipole and the mean drift by J2.
     torquers : {"none", "three"}
@@ -177,7 +178,7 @@ def system(
 
 def _title(choices: Mapping[str, str]) -> str:
     paper = "a satellite in a circular orbit with three reaction wheels"
-    others = [_TITLES[name] for name in structure.beyond(choices)]
+    others = [_TITLES.get(f"{name} {value}", _TITLES[name]) for name, value in structure.beyond(choices).items()]
     return f"{paper}, with {', '.join(others)}" if others else paper
 
 
@@ -190,15 +191,22 @@ def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
     p = Group("p", (*p.quantities, *own))
     s = structure.group("s", tables, "scenario", choices)
     orbit = circular(p, s) if choices["orbit"] == "circular" else keplerian(p, s, d)
-    wheels = along_axes(p, s) if choices["wheels"] == "axes" else along_any(p, s, d)
+    wheels = _wheels(choices["wheels"], p, s, d)
     placed = attitude(chart, orbit.turning, d)
     bias = BIAS if choices["sensors"] == "instruments" else ()
-    states = Group("x", (*placed.states, *RATES, *wheels.states, *orbit.states, *bias))
+    turned = wheels.imbalance.states if wheels.imbalance else ()
+    states = Group("x", (*placed.states, *RATES, *wheels.states, *turned, *orbit.states, *bias))
     field: tuple[Expr, ...] = ()
     if choices["torquers"] == "three":
         names = FIELD if bias else tuple(Quantity(f"B_body_{i}", "Wb/m^2", "") for i in "xyz")
         field = tuple(q.symbol for q in names)
     return _Craft(choices, tables, p, s, wheels, orbit, placed, states, Drive(wheels, field))
+
+
+def _wheels(kind: str, p: Group, s: Group, d: Derivation) -> Wheels:
+    if kind == "axes":
+        return along_axes(p, s)
+    return (along_any if kind == "any" else unbalanced)(p, s, d)
 
 
 def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
@@ -212,12 +220,13 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
         field = body_field(rotation, orbit, d)
     if craft.drive.field:
         outside += coil_torque(field, d)
-    inside = wheel_torque(wheel_speeds(wheels, d), wheels, plant, d)
+    speeds = wheel_speeds(wheels, d)
+    inside = wheel_torque(speeds, wheels, plant, d)
     d.section("Dynamics")
-    turning = accelerations(gradient + outside + wheels.axes * inside, wheels, plant, d)
-    stored = tuple(-wheels.share * torque for torque in inside)
+    turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, d)
     bias = [sp.S.Zero for q in craft.states if q in BIAS]
-    return (*craft.placed.rate, *turning, *stored, *orbit.rates, *bias), field
+    turned = speeds if wheels.imbalance else ()
+    return (*craft.placed.rate, *turning, *stored, *turned, *orbit.rates, *bias), field
 
 
 def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
@@ -371,7 +380,8 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
     turns = [(axis, first[axis]) for axis in (2, 1, 0)]
     placed = first if craft.choices["chart"] == "euler" else tuple(quaternion_of_turns(turns))
     bias = (s.bias_x_0, s.bias_y_0, s.bias_z_0) if craft.choices["sensors"] == "instruments" else ()
-    return (*placed, *rate, *craft.wheels.start, *craft.orbit.start, *bias)
+    turned = craft.wheels.imbalance.start if craft.wheels.imbalance else ()
+    return (*placed, *rate, *craft.wheels.start, *turned, *craft.orbit.start, *bias)
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
@@ -386,8 +396,23 @@ def _constraints(craft: _Craft) -> tuple[Condition, ...]:
         s.half_period - plant.Ts,
         "half_period = {half_period:g} s is not longer than a sample, Ts = {Ts:g} s: the law cannot see the reference",
     )
-    spread = (spanning(craft.wheels),) if craft.choices["wheels"] == "any" else ()
-    return (*_body(craft), slow, *spread)
+    spread = (spanning(craft.wheels),) if craft.choices["wheels"] != "axes" else ()
+    return (*_body(craft), slow, *spread, *_balance(craft))
+
+
+def _balance(craft: _Craft) -> Iterator[Condition]:
+    """Yield that wheels have the masses that their imbalances are of."""
+    if craft.wheels.imbalance:
+        wheels = zip(craft.p.static_imbalance, craft.p.dynamic_imbalance, craft.wheels.inertia, strict=True)
+        sizes = tuple(wheels)
+        yield Condition(
+            craft.p.mass - sp.Add(*(static**2 / inertia for static, _, inertia in sizes)),
+            "mass = {mass:g} kg is not more than that of the wheels, at least static_imbalance^2/wheel_inertia of each",
+        )
+        yield Condition(
+            sp.Min(*(inertia - dynamic for _, dynamic, inertia in sizes)),
+            "a wheel's dynamic_imbalance is not less than its wheel_inertia",
+        )
 
 
 def _body(craft: _Craft) -> Iterator[Condition]:

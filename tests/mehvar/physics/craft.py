@@ -11,12 +11,13 @@ import numpy as np
 from mehvar.physics.gates import Gate, Reading, Symmetry, balance, dot, identity, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from tests.mehvar.physics import rotations
+from tests.mehvar.physics.rotors import Rotors
 
 AXES = ("roll", "pitch", "yaw")
 
 
-def gates_of(_subject: Machine) -> list[Gate]:
-    """Return what must hold for a set of wheels along any axes on an ellipse."""
+def gates_of(subject: Machine) -> list[Gate]:
+    """Return what must hold for a set of wheels along any axes, balanced or not, on an ellipse."""
     return [
         identity("energy of body and wheels", lambda at: at.call("energy")[:, 0], _energy),
         identity("momentum of body and wheels", lambda at: at.call("momentum"), _momentum),
@@ -24,7 +25,8 @@ def gates_of(_subject: Machine) -> list[Gate]:
         balance("work", _kinetic, _power),
         balance("attitude", lambda at: _body_axes(at).reshape(-1, 9), _turning),
         balance("unit quaternion", lambda at: dot(_q(at), _q(at)), lambda at: np.zeros(len(_q(at)))),
-        balance("momentum of wheels", _h, lambda at: -_motor(at)),
+        balance("momentum of wheels", lambda at: _about_axes(at)[0], lambda at: _about_axes(at)[1] - _motor(at)),
+        *([balance("angles of wheels", _turned, _speed)] if _unbalanced(subject) else []),
         balance("mean anomaly", _mean_anomaly, _mean_motion),
         balance("place on the ellipse", _place, _velocity, where=lambda at: at.moved(J2=0.0)),
         identity("drift of the ellipse", lambda at: at.result("rhs", "perigee", "node"), _drift),
@@ -149,12 +151,33 @@ def _turning(at: Points) -> Array:
     return -np.cross(_w(at)[:, None, :], np.swapaxes(_body_axes(at), 1, 2)).swapaxes(1, 2).reshape(-1, 9)
 
 
+def _unbalanced(subject: Machine) -> bool:
+    return subject.system.structure["wheels"] == "unbalanced"
+
+
+def _rotors(at: Points) -> Rotors:
+    return Rotors(at, _inertia(at), _wheel_axes(at), _spin_inertia(at), _speed(at))
+
+
+def _about_axes(at: Points) -> tuple[Array, Array]:
+    """Return the momenta that motors change, and by how much without them."""
+    return _rotors(at).about_axes() if _unbalanced(at.machine) else (_h(at), np.zeros_like(_h(at)))
+
+
+def _turned(at: Points) -> Array:
+    return at.vector(*_names("angle", "1234"))
+
+
 def _momentum(at: Points) -> Array:
+    if _unbalanced(at.machine):
+        return _inertial(at, _rotors(at).momentum())
     own = rotations.apply(_inertia(at), _w(at)) + rotations.apply(_wheel_axes(at), _h(at))
     return _inertial(at, own)
 
 
 def _kinetic(at: Points) -> Array:
+    if _unbalanced(at.machine):
+        return _rotors(at).kinetic()
     return (dot(_w(at), rotations.apply(_inertia(at), _w(at))) + dot(_h(at), _h(at) / _spin_inertia(at))) / 2
 
 
@@ -298,6 +321,8 @@ def _initial(at: Points) -> Array:
     )  # fmt: skip
     rate = _orbit_rate(there) + at.vector(*_names("tumble_"))
     wheels = at.vector(*_names("wheel_momentum_0_", "1234"))
+    if _unbalanced(at.machine):
+        wheels = np.hstack([wheels, at.vector(*_names("wheel_angle_0_", "1234"))])
     orbit = at.vector("anomaly_0", "perigee_0", "node_0")
     bias = at.vector("bias_x_0", "bias_y_0", "bias_z_0")
     return np.hstack([q, rate, wheels, orbit, bias, np.zeros((len(q), 1))])

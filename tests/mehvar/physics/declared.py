@@ -30,6 +30,8 @@ CRAFT: Case = (
     ),
 )
 """The satellite with all that is beyond its paper."""
+SHAKEN: Case = ("satellite", tuple({**dict(CRAFT[1]), "wheels": "unbalanced"}.items()))
+"""The same with wheels off balance."""
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"),)),
@@ -38,6 +40,7 @@ CASES: tuple[Case, ...] = (
     ("satellite", ()),
     ("satellite", (("chart", "quaternion"),)),
     CRAFT,
+    SHAKEN,
     *(_slosh(pendulums, inertia) for inertia in ("paper", "hinge") for pendulums in (1, 2, 3)),
     _slosh(1, "ball"),
     _slosh(2, "ball", "quaternion"),
@@ -61,7 +64,7 @@ _DECLARATIONS: dict[str, Callable[[Machine], list[Gate]]] = {
 
 def gates_of(subject: Machine) -> list[Gate]:
     """Return the gates that a model declares for a structure."""
-    if subject.system.structure == dict(CRAFT[1]):
+    if subject.system.structure in (dict(CRAFT[1]), dict(SHAKEN[1])):
         return craft.gates_of(subject)
     return _DECLARATIONS[subject.system.name](subject)
 

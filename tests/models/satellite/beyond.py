@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import functools
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import mehvar
 from mehvar.codegen.generate import write
@@ -22,11 +24,14 @@ EVERYTHING = {
 }  # fmt: skip
 
 
+MU = 3.986004418e14
+
+
 @functools.cache
-def craft() -> mehvar.Model:
-    """Return the model of all choices."""
-    folder = Path(_scratch().name) / "satellite"
-    write(folder, variant("satellite", **EVERYTHING))
+def craft(wheels: str = "any") -> mehvar.Model:
+    """Return the model of all choices, with wheels that are balanced or not."""
+    folder = Path(_scratch().name) / wheels
+    write(folder, variant("satellite", **{**EVERYTHING, "wheels": wheels}))
     return mehvar.load(folder)
 
 
@@ -35,29 +40,49 @@ def _scratch() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix="craft-")
 
 
-def names(key: str) -> list[str]:
+def names(key: str, wheels: str = "any") -> list[str]:
     """Return the names of the states, inputs, ..."""
-    return [q.name for q in getattr(craft().manifest, key)]
+    return [q.name for q in getattr(craft(wheels).manifest, key)]
 
 
-def state(**values: float) -> Array:
+def state(wheels: str = "any", **values: float) -> Array:
     """Return x: zero but for what is given, and at rest in the orbit axes' attitude."""
     values = {"q0": 1.0, **values}
-    return np.array([values.get(name, 0.0) for name in names("states")])
+    return np.array([values.get(name, 0.0) for name in names("states", wheels)])
 
 
-def motion(x: Array, u: Array, p: Array, times: Array) -> Array:
+def motion(x: Array, u: Array, p: Array, times: Array, wheels: str = "any") -> Array:
     """Return the states at times by SciPy's dop853 over the compiled equations."""
     done = solve_ivp(
-        lambda _t, y: craft().rhs(y, u, p), (times[0], times[-1]), x, "DOP853", times, rtol=1e-12, atol=1e-14
+        lambda _t, y: craft(wheels).rhs(y, u, p), (times[0], times[-1]), x, "DOP853", times, rtol=1e-12, atol=1e-14
     )
     assert done.success
     return np.asarray(done.y.T)
 
 
-def column(x: Array, *which: str) -> Array:
+def column(x: Array, *which: str, wheels: str = "any") -> Array:
     """Return columns of states by their names."""
-    return x[..., [names("states").index(name) for name in which]]
+    return x[..., [names("states", wheels).index(name) for name in which]]
+
+
+def body_axes(x: Array, p: Mapping[str, float], wheels: str = "any") -> Array:
+    """Return the matrix from body to inertial axes."""
+    anomaly, perigee, node = column(x, "anomaly", "perigee", "node", wheels=wheels)
+    up = Rotation.from_euler("ZXZ", [node, p["inclination"], anomaly + perigee]).as_matrix()
+    orbit = np.column_stack([up[:, 1], -up[:, 2], -up[:, 0]])
+    attitude = Rotation.from_quat(column(x, "q0", "q1", "q2", "q3", wheels=wheels), scalar_first=True)
+    return np.asarray(orbit @ attitude.as_matrix())
+
+
+def place(x: Array, p: Mapping[str, float], wheels: str = "any") -> tuple[Array, Array]:
+    """Return place and velocity."""
+    anomaly, perigee, node = column(x, "anomaly", "perigee", "node", wheels=wheels)
+    a, e = p["semi_major_axis"], p["eccentricity"]
+    up = Rotation.from_euler("ZXZ", [node, p["inclination"], perigee]).as_matrix()
+    latus = a * (1 - e**2)
+    r = latus / (1 + e * np.cos(anomaly)) * np.array([np.cos(anomaly), np.sin(anomaly), 0])
+    v = np.sqrt(MU / latus) * np.array([-np.sin(anomaly), e + np.cos(anomaly), 0])
+    return up @ r, up @ v
 
 
 class Newton:

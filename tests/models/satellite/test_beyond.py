@@ -10,40 +10,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
 
 import mehvar
 from mehvar.runtime.board.run import BoardRequest, run_on_board
-from tests.models.satellite.beyond import Newton, column, craft, motion, names, state
+from tests.models.satellite.beyond import MU, Newton, body_axes, column, craft, motion, names, place, state
 from tests.models.satellite.loop import satellite
 from tests.tools import needs
 
 Q, W, H = ("q0", "q1", "q2", "q3"), ("wx", "wy", "wz"), ("h1", "h2", "h3", "h4")
 TENSOR = np.array([[2.13, 0.05, -0.08], [0.05, 3.04, 0.06], [-0.08, 0.06, 3.09]])
 AXES = np.array([[1.0, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]])
-MU = 3.986004418e14
 JEOD = tomllib.loads((Path(__file__).parents[2] / "validation" / "jeod.toml").read_text(encoding="utf-8"))
 """Logs of NASA's JEOD, github.com/nasa/jeod, verif/SIM_dyncomp."""
-
-
-def body_axes(x: np.ndarray, p: dict[str, float]) -> np.ndarray:
-    """Return the matrix from body to inertial axes."""
-    anomaly, perigee, node = column(x, "anomaly", "perigee", "node")
-    up = Rotation.from_euler("ZXZ", [node, p["inclination"], anomaly + perigee]).as_matrix()
-    orbit = np.column_stack([up[:, 1], -up[:, 2], -up[:, 0]])
-    return orbit @ Rotation.from_quat(column(x, *Q), scalar_first=True).as_matrix()
-
-
-def place(x: np.ndarray, p: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return place and velocity."""
-    anomaly, perigee, node = column(x, "anomaly", "perigee", "node")
-    a, e = p["semi_major_axis"], p["eccentricity"]
-    up = Rotation.from_euler("ZXZ", [node, p["inclination"], perigee]).as_matrix()
-    latus = a * (1 - e**2)
-    r = latus / (1 + e * np.cos(anomaly)) * np.array([np.cos(anomaly), np.sin(anomaly), 0])
-    v = np.sqrt(MU / latus) * np.array([-np.sin(anomaly), e + np.cos(anomaly), 0])
-    return up @ r, up @ v
 
 
 def test_a_revolution_of_an_ellipse_against_newtons_laws_in_inertial_axes():
@@ -194,6 +173,74 @@ def test_with_the_papers_numbers_it_moves_as_the_papers_model():
             assert a[states.index(name)] == pytest.approx(b[theirs_states.index(other)], rel=1e-9, abs=1e-13)
 
 
+def test_wheels_without_imbalance_move_as_balanced_ones():
+    none = {f"{name}_imbalance_{k}": 0.0 for name in ("static", "dynamic") for k in range(1, 5)}
+    spin = {f"wheel_inertia_{k}": 8e-4 for k in range(1, 5)}
+    here = {"eccentricity": 0.3, "dipole_x": 0.1, "wheel_friction": 1e-5, "air_density": 1e-12, **spin}
+    shaken, balanced = craft("unbalanced"), craft()
+    p, q = shaken.parameters(**here, **none), balanced.parameters(**here)
+    random, known = np.random.default_rng(3), names("states")
+    places = [names("states", "unbalanced").index(name) for name in known]
+    for _ in range(20):
+        x, u = random.normal(0, 0.1, len(known)), random.normal(0, 0.1, len(names("inputs")))
+        x[:4] /= np.linalg.norm(x[:4])
+        y = random.normal(0, 3, len(names("states", "unbalanced")))
+        y[places] = x
+        expected = balanced.rhs(x, u, q)
+        np.testing.assert_allclose(shaken.rhs(y, u, p)[places], expected, rtol=1e-12, atol=1e-15)
+        for name in ("energy", "momentum"):
+            left, right = shaken.functions[name](y, p), balanced.functions[name](x, q)
+            np.testing.assert_allclose(left, right, rtol=1e-12, atol=1e-15)
+
+
+def test_wheels_off_balance_shake_the_body_by_what_is_off():
+    """At steady speed a force U_s W^2 and a moment U_d W^2 turn with the wheel, and the whole swings."""
+    static, dynamic, speed, span = 5e-6, 1e-6, 300.0, 0.2
+    none = {f"{name}_imbalance_{k}": 0.0 for name in ("static", "dynamic") for k in range(1, 5)}
+    values = {"mu": 1e-30, "field_moment": 0.0, "static_imbalance_1": static, "dynamic_imbalance_1": dynamic}
+    p = craft("unbalanced").parameters(**{**none, **values})
+    x, times = state("unbalanced", h1=8e-4 * speed), np.linspace(0, span, 2001)
+    run = motion(x, np.zeros(7), p, times, "unbalanced")
+    angle, w = column(run, "angle1", wheels="unbalanced")[:, 0], column(run, *W, wheels="unbalanced")
+    axis, r = AXES[:, 0] / np.sqrt(3), np.array([0.1, 0.1, 0.0])
+    turn = np.cross([0, 0, 1], axis)
+    first = np.eye(3)[0] + np.cross(turn, np.eye(3)[0]) + np.cross(turn, np.cross(turn, np.eye(3)[0])) / (1 + axis[2])
+    heavy = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * np.cross(axis, first)
+    ahead = np.cos(angle)[:, None] * np.cross(axis, first) - np.sin(angle)[:, None] * first
+    whole = TENSOR + 8e-4 * (AXES @ AXES.T) / 3
+    moment = speed**2 * (static * np.cross(r, heavy) + dynamic * ahead)
+    expected = np.linalg.solve(whole, moment.T).T
+    found = np.gradient(w, times, axis=0, edge_order=2)
+    size = np.abs(expected).max()
+    assert size > 0.01
+    np.testing.assert_allclose(found[1:-1], expected[1:-1], atol=2e-3 * size)  # differences: (W dt)^2/6 is 1.5e-4
+
+
+def test_the_whole_keeps_momentum_and_energy_with_wheels_off_balance():
+    values = {f"static_imbalance_{k}": 2e-3 for k in range(1, 5)} | {
+        f"dynamic_imbalance_{k}": 2e-4 for k in range(1, 5)
+    }
+    model = craft("unbalanced")
+    p = model.parameters(mu=1e-30, field_moment=0.0, **values)
+    x = state("unbalanced", q0=0.5, q1=0.5, q2=-0.5, q3=0.5, wx=0.02, wy=-0.01, wz=0.03, h1=0.05, h2=-0.03, h3=0.04)
+    run = motion(x, np.zeros(7), p, np.linspace(0, 5, 6), "unbalanced")
+    whole = np.array([np.ravel(model.functions["momentum"](row, p)) for row in run])
+    energy = np.array([float(np.ravel(model.functions["energy"](row, p))[0]) for row in run])
+    np.testing.assert_allclose(whole, np.tile(whole[0], (len(whole), 1)), atol=1e-11)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+    swing = np.ptp(column(run, *W, wheels="unbalanced"), axis=0)
+    assert swing.min() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [({"mass": 1e-9}, "is not more than that of the wheels"), ({"dynamic_imbalance_2": 1e-3}, "dynamic_imbalance")],
+)
+def test_imbalances_of_no_wheel_are_refused(value, message):
+    with pytest.raises(mehvar.MehvarError, match=message):
+        mehvar.simulate(craft("unbalanced"), "quaternion", t_end=1.0, **value)
+
+
 def test_eclipse_is_a_cylinder():
     """Fraction of a circular orbit in shadow: 2 asin(R/a)/(2 pi) with the Sun in its plane."""
     model = craft()
@@ -243,9 +290,12 @@ def test_the_safe_mode_turns_the_panels_to_the_sun_out_of_the_shadow():
     assert np.median(angle) < 0.03
 
 
-@pytest.mark.parametrize("law", ["quaternion", "sliding", "b-dot", "sun"])
-def test_a_board_computes_the_same_bits(law):
-    outcome = run_on_board(craft(), BoardRequest(law, "sil", samples=200))
+@pytest.mark.parametrize(
+    ("law", "wheels"),
+    [("quaternion", "any"), ("sliding", "any"), ("b-dot", "any"), ("sun", "any"), ("quaternion", "unbalanced")],
+)
+def test_a_board_computes_the_same_bits(law, wheels):
+    outcome = run_on_board(craft(wheels), BoardRequest(law, "sil", samples=200))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 200 * 7)
 
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import sympy as sp
 
-from ..system import Condition, Derivation, Expr, Group, Quantity
+from ...system import Condition, Derivation, Expr, Group, Quantity
+from .imbalance import Imbalance, imbalance, symmetric
 
 FEWEST = 3
 """Wheels about fewer axes leave the body free about one: no law here is meant for that."""
@@ -37,6 +39,8 @@ class Wheels:
         Projection on torques of the motors that do not turn the body: what moves momentum between wheels.
     locked : sympy.Matrix
         What the wheels add to the inertia when they do not turn against the body.
+    imbalance : Imbalance or None
+        What their masses are off their axes; none of balanced wheels.
     """
 
     labels: tuple[str, ...]
@@ -49,6 +53,7 @@ class Wheels:
     pseudoinverse: sp.Matrix
     idle: sp.Matrix
     locked: sp.Matrix
+    imbalance: Imbalance | None = None
 
     @property
     def momenta(self) -> sp.Matrix:
@@ -89,8 +94,8 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
         for j, i in enumerate("xyz"):
             title = f"axis of wheel {label} along {i}"
             axes[j, k] = d.define(f"a{label}_{i}", directions[j, k] / length, "", title, "1", f"a_{{{label},{i}}}")
-    gram = _symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
-    spread = _symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
+    gram = symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
+    spread = symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
     inertia, pseudoinverse = tuple(plant.wheel_inertia), axes.T * spread
     locked = axes * sp.diag(*inertia) * axes.T
     return Wheels(
@@ -103,18 +108,15 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
         tuple(s.wheel_momentum_0),
         pseudoinverse,
         sp.eye(len(labels)) - pseudoinverse * axes,
-        _symmetric("Iw", locked, "what the wheels add to the inertia, locked", "kg m^2", "I_w", d),
+        symmetric("Iw", locked, "what the wheels add to the inertia, locked", "kg m^2", "I_w", d),
     )
 
 
-def _symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the elements of a symmetric matrix; all here depend on parameters alone, and a batch has them once."""
-    named = sp.zeros(3)
-    for i in range(3):
-        for j in range(i, 3):
-            tag = f"{i + 1}{j + 1}"
-            named[i, j] = named[j, i] = d.define(f"{name}{tag}", values[i, j], "", title, unit, f"{latex}_{{{tag}}}")
-    return named
+def unbalanced(plant: Group, s: Group, d: Derivation) -> Wheels:
+    """Return wheels along the columns of `wheel_axes` whose masses are not even about their axes."""
+    balanced = along_any(plant, s, d)
+    off = imbalance(plant, s, balanced.axes, balanced.inertia, tuple(balanced.momenta), d)
+    return dataclasses.replace(balanced, imbalance=off)
 
 
 def spanning(wheels: Wheels) -> Condition:

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reaction wheels along the body axes or any others, balanced or not."""
+
+from .imbalance import accelerations, extra_energy, extra_momentum
+from .sets import FEWEST, MOMENTA, TORQUES, Wheels, along_any, along_axes, spanning, unbalanced
+
+__all__ = [
+    "FEWEST",
+    "MOMENTA",
+    "TORQUES",
+    "Wheels",
+    "accelerations",
+    "along_any",
+    "along_axes",
+    "extra_energy",
+    "extra_momentum",
+    "spanning",
+    "unbalanced",
+]
