@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "7273ef446894d3d57909167971d94611d12f4d02d8b46552e9a1ab71b8674294"
+#define TRIANGLE_HASH "6d7a83cc96313ce4480252b9640b093d448e068dd8a82908b6b419a1285bc1fb"
 
 /* state x */
 enum {

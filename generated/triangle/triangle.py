@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "7273ef446894d3d57909167971d94611d12f4d02d8b46552e9a1ab71b8674294"
+HASH = "6d7a83cc96313ce4480252b9640b093d448e068dd8a82908b6b419a1285bc1fb"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )

@@ -8,7 +8,7 @@ from pathlib import Path
 import sympy as sp
 
 from ..mechanics import rotate
-from ..system import Condition, Coordinates, Derivation, Expr, Function, Group, System, scalar
+from ..system import Condition, Coordinates, Derivation, Expr, Function, Group, ModelError, System, scalar
 from ..tables import read_parameters, read_scenarios
 from .controllers import shifted_state
 from .dynamic.system import dynamic
@@ -37,8 +37,13 @@ from .dynamics import (
 )
 from .geometry import geometry
 from .task import ERRORS, REFERENCES, SOURCE, errors, inequality, laws
+from .tethered.system import tethered
 
-STRUCTURE = {"masses": ("equal", "general"), "model": ("kinematic", "dynamic")}
+STRUCTURE = {
+    "masses": ("equal", "general"),
+    "model": ("kinematic", "dynamic", "tethered"),
+    "rods": ("light", "uniform"),
+}
 """Structural choices and their values; the first is the default."""
 
 _HERE = Path(__file__).parent
@@ -53,22 +58,33 @@ _LIMITS = (
 )
 
 
-def system(masses: str = "equal", model: str = "kinematic") -> System:
+def system(masses: str = "equal", model: str = "kinematic", rods: str = "light") -> System:
     """Derive the triangle.
 
     Parameters
     ----------
     masses : {"equal", "general"}
         One mass for all three, or m1, m2, m3.
-    model : {"kinematic", "dynamic"}
-        Rods that follow their rates exactly, as in the paper, or rods that push the masses.
+    model : {"kinematic", "dynamic", "tethered"}
+        Rods that follow their rates exactly, as in the paper; rods that push the masses; or tethers on reels.
+    rods : {"light", "uniform"}
+        Rods without mass, or with mass spread evenly, for model = dynamic.
 
     Returns
     -------
     System
         Ready for code generation.
+
+    Raises
+    ------
+    ModelError
+        For rods with mass in another model than the dynamic one.
     """
-    return _kinematic(masses) if model == "kinematic" else dynamic(masses)
+    if rods == "uniform" and model != "dynamic":
+        raise ModelError(f"rods = 'uniform' with model = {model!r}: must go with 'dynamic'")
+    if model == "dynamic":
+        return dynamic(masses, rods)
+    return _kinematic(masses) if model == "kinematic" else tethered(masses)
 
 
 def _kinematic(masses: str) -> System:
@@ -96,12 +112,12 @@ def _kinematic(masses: str) -> System:
     shifted = shifted_state(REFERENCES, tables["laws"].area_factor, d)
     coordinates = _coordinates(theta_rate)
     final = target_lengths(lengths, REFERENCES.rho_ref, REFERENCES.phi_ref, REFERENCES.mu_ref, d)
-    controllers = laws(tables, shifted, start[0], d)
+    controllers = laws(tables, shifted, (start[0], REFERENCES.rho_ref), d)
     return System(
         name="triangle",
         title="three planar masses joined by rods of variable length",
         source=SOURCE,
-        structure={"masses": masses, "model": "kinematic"},
+        structure={"masses": masses, "model": "kinematic", "rods": "light"},
         states=_STATES,
         inputs=_INPUTS,
         references=REFERENCES,

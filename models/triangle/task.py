@@ -51,9 +51,11 @@ def errors(shifted: ShiftedState, lengths: Sequence[Expr], final: Sequence[Expr]
     )
 
 
-def laws(tables: Mapping[str, Group], shifted: ShiftedState, start_rho: Expr, d: Derivation) -> tuple[Controller, ...]:
-    """Derive the paper's laws, as rates of zeta and mu."""
-    return tuple(_law(name, title, law, tables, shifted, start_rho, d) for name, (title, law) in _LAWS.items())
+def laws(
+    tables: Mapping[str, Group], shifted: ShiftedState, ends: tuple[Expr, Expr], d: Derivation
+) -> tuple[Controller, ...]:
+    """Derive the paper's laws, as rates of zeta and mu; `ends` are rho at the start and at the target."""
+    return tuple(_law(name, title, law, tables, shifted, ends, d) for name, (title, law) in _LAWS.items())
 
 
 def _law(
@@ -62,7 +64,7 @@ def _law(
     law: Law,
     tables: Mapping[str, Group],
     shifted: ShiftedState,
-    start_rho: Expr,
+    ends: tuple[Expr, Expr],
     d: Derivation,
 ) -> Controller:
     """Derive one law in a section of its own, followed by the law of mu that both share."""
@@ -70,12 +72,12 @@ def _law(
     d.section(f"Law: {title}")
     shape_rate = law(shifted, parameters, d)
     inside = Condition(
-        parameters.R - REFERENCES.rho_ref,
+        parameters.R - ends[1],
         "R = {R:g} must be larger than rho_f, the rho of the final rods "
         "l1_f = {l1_f:g} m, l2_f = {l2_f:g} m, l3_f = {l3_f:g} m",
     )
     begins = Condition(
-        parameters.R - start_rho,
+        parameters.R - ends[0],
         "R = {R:g} must be larger than rho of the initial rods l1_0 = {l1_0:g} m, l2_0 = {l2_0:g} m, l3_0 = {l3_0:g} m",
     )
     command = (*shape_rate, controllers.size_rate(REFERENCES, parameters))

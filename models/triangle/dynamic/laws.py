@@ -17,7 +17,7 @@ from ...system import Controller, Derivation, Expr, Group, Output, Quantity
 from ..dynamics import W3, zeta_rate
 from .motion import Motion
 from .plant import Plant
-from .states import FORCES, INPUTS, MOMENTUM, THRUST, rates
+from .states import MOMENTUM, THRUST, rates
 
 _WANTED = tuple(Quantity(f"u_l{k}_wanted", "m/s", f"rate that the law asks of rod {k}", f"u_{k}^*") for k in (1, 2, 3))
 
@@ -46,6 +46,50 @@ def computed_forces(accelerations: Sequence[Expr], plant: Plant, tag: str, d: De
     return tuple((coupling.adjugate() * missing) / determinant)
 
 
+def wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, what: str, d: Derivation) -> tuple[Expr, ...]:
+    """Return the rates of rods that a law of rates asks for, all scaled by one factor where one is beyond the limit.
+
+    Parameters
+    ----------
+    law : Controller
+        Whose command are the rates of zeta and mu.
+    rod_rates : sequence of Expr
+        Rates of the rods as a function of those.
+    limit : Expr
+        Largest rate of a rod, m/s.
+    what : str
+        What follows these rates, in the title of the section.
+    d : Derivation
+        Receives the steps, in a section of their own.
+    """
+    tag = law.name
+    d.section(f"{what} of the law {tag}")
+    command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
+    asked = [
+        d.define(
+            f"rod_rate{k}_{tag}",
+            rate.xreplace(command),
+            "(22)",
+            f"rate that the law asks of rod {k}",
+            "m/s",
+            f"u_{k}",
+        )
+        for k, rate in enumerate(rod_rates, 1)
+    ]
+    share = d.define(
+        f"share_{tag}",
+        limit / sp.Max(limit, *(sp.Abs(rate) for rate in asked)),
+        title="part of these rates that keeps every rod within its largest rate: the path in shape stays the same",
+        latex="s",
+    )
+    return tuple(share * rate for rate in asked)
+
+
+def reports(wanted: Sequence[Expr]) -> tuple[Output, ...]:
+    """Return what a law says beside its command: the rates that it asks of the rods."""
+    return tuple(Output(q, rate) for q, rate in zip(_WANTED, wanted, strict=True))
+
+
 def with_forces(
     law: Controller,
     rod_rates: Sequence[Expr],
@@ -68,66 +112,43 @@ def with_forces(
     d : Derivation
         Receives the steps, in a section of their own.
     """
-    tag = law.name
-    d.section(f"Forces of the law {tag}")
-    command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
-    asked = [
-        d.define(
-            f"rod_rate{k}_{tag}",
-            rate.xreplace(command),
-            "(22)",
-            f"rate that the law asks of rod {k}",
-            "m/s",
-            f"u_{k}",
-        )
-        for k, rate in enumerate(rod_rates, 1)
-    ]
     parameters = Group("c", (*law.parameters.quantities, *tracking.quantities))
-    limit = parameters.rate_max
-    share = d.define(
-        f"share_{tag}",
-        limit / sp.Max(limit, *(sp.Abs(rate) for rate in asked)),
-        title="part of these rates that keeps every rod within its largest rate: the path in shape stays the same",
-        latex="s",
-    )
-    wanted = [share * rate for rate in asked]
+    wanted = wanted_rates(law, rod_rates, parameters.rate_max, "Forces", d)
     follow = [parameters.k_v * (goal - rate) for goal, rate in zip(wanted, rates, strict=True)]
-    push = computed_forces(follow, plant, tag, d)
+    push = computed_forces(follow, plant, law.name, d)
     return dataclasses.replace(
         law,
         parameters=parameters,
         command=(*push, *(sp.S.Zero for _ in THRUST)),
-        outputs=tuple(Output(q, rate) for q, rate in zip(_WANTED, wanted, strict=True)),
+        outputs=reports(wanted),
     )
 
 
-def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group) -> Controller:
-    """Let thrusters take up the torque of gravity and angular momentum beside the rods.
+def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group, momentum: Expr) -> Controller:
+    """Let thrusters take up the torque of gravity, and bring the angular momentum to a value, beside the rods.
 
-    The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself.
+    The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself. m_i X_i
+    is the sum of m_i m_j/M (X_i - X_j) over its rods, which holds for rods with mass too.
     """
     own = Group("c", (*law.parameters.quantities, *parameters.quantities))
-    torque = -own.k_H * MOMENTUM.symbol - plant.torque
-    turning = (
-        torque / motion.inertia * mass * QUARTER_TURN * place
-        for mass, place in zip(motion.masses, motion.places, strict=True)
-    )
-    command = (*law.command[: len(FORCES)], *(force for pair in turning for force in pair))
+    torque = own.k_H * (momentum - MOMENTUM.symbol) - plant.torque
+    pulled = [mass * rod for mass, rod in zip(motion.bodies.reduced, motion.rods, strict=True)]
+    turning = (torque / motion.inertia * QUARTER_TURN * (pulled[i - 2] - pulled[i - 1]) for i in range(3))
+    command = (*law.command[: -len(THRUST)], *(force for pair in turning for force in pair))
     return dataclasses.replace(
         law, name="path-thrust", title=f"{law.title}, beside thrust that takes up angular momentum", parameters=own,
         command=command,
     )  # fmt: skip
 
 
-def limits(p: Group) -> tuple[Group, tuple[Expr, ...]]:
-    """Return the commanded inputs, and what rods and thrusters make of them."""
+def limits(inputs: Group, bounds: Mapping[str, Expr]) -> tuple[Group, tuple[Expr, ...]]:
+    """Return the commanded inputs, and what becomes of them: the bound of an input goes by its first letter."""
     commanded = Group(
         "u_cmd",
-        tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in INPUTS),
+        tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in inputs),
     )
-    bounds: Mapping[str, Expr] = {"F": p.F_max, "f": p.thrust_max}
     applied = tuple(
-        sp.Max(-bounds[q.name[0]], sp.Min(bounds[q.name[0]], force.symbol))
-        for q, force in zip(INPUTS, commanded, strict=True)
+        sp.Max(-bounds[q.name[0]], sp.Min(bounds[q.name[0]], command.symbol))
+        for q, command in zip(inputs, commanded, strict=True)
     )
     return commanded, applied

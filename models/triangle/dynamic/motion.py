@@ -13,10 +13,8 @@ import sympy as sp
 
 from ...mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
 from ...system import Derivation, Expr
+from .bodies import ENDS, Bodies
 from .states import MOMENTUM, lengths, rates
-
-ENDS = ((1, 2), (2, 0), (0, 1))
-"""Masses at the ends of rod k: D_k = X_j - X_i (14), counted from zero."""
 
 
 @dataclass(frozen=True)
@@ -25,14 +23,12 @@ class Motion:
 
     Attributes
     ----------
-    masses : tuple of Expr
-        m_1, m_2, m_3.
+    bodies : Bodies
+        What has mass.
     places : tuple of Matrix
         X_i from the centre of mass.
     rods : tuple of Matrix
         D_k.
-    reduced : tuple of Expr
-        m_i m_j/M of the masses at the ends of rod k: sums over masses about their centre are sums over rods with these.
     inertia : Expr
         Moment of inertia about the centre of mass.
     turns : tuple of Expr
@@ -41,38 +37,22 @@ class Motion:
         Cosine of the angle at each mass.
     """
 
-    masses: tuple[Expr, ...]
+    bodies: Bodies
     places: tuple[sp.Matrix, ...]
     rods: tuple[sp.Matrix, ...]
-    reduced: tuple[Expr, ...]
     inertia: Expr
     turns: tuple[Expr, ...]
     cosines: tuple[Expr, ...]
 
-    @property
-    def total(self) -> Expr:
-        """The mass of all three."""
-        return sp.Add(*self.masses)
 
-
-def motion(masses: tuple[Expr, ...], d: Derivation) -> Motion:
+def motion(bodies: Bodies, d: Derivation) -> Motion:
     """Place the masses by the lengths of the rods, and turn them by the angular momentum."""
     d.section("Masses in axes along rod 3")
     apex, apex_rate = _apex(d)
     corners = (sp.zeros(2, 1), sp.Matrix([lengths[2], 0]), sp.Matrix(apex))
-    total = sp.Add(*masses)
-    centre = (masses[1] * corners[1] + masses[2] * corners[2]) / total
+    lumps, reduced = bodies.lumps, bodies.reduced
+    centre = (lumps[1] * corners[1] + lumps[2] * corners[2]) / bodies.total
     rods = tuple(corners[j] - corners[i] for i, j in ENDS)
-    reduced = tuple(
-        d.define(
-            f"reduced{k}",
-            masses[i] * masses[j] / total,
-            title=f"reduced mass of the ends of rod {k}",
-            latex=rf"\mu_{{{i + 1}{j + 1}}}",
-            positive=True,
-        )
-        for k, (i, j) in enumerate(ENDS, 1)
-    )
     moving = dict(zip((*apex, lengths[2]), (*apex_rate, rates[2]), strict=True))
     turn = sp.Symbol("turn")
     velocities = [matrix_rate(rod, moving) + turn * QUARTER_TURN * rod for rod in rods]
@@ -98,7 +78,7 @@ def motion(masses: tuple[Expr, ...], d: Derivation) -> Motion:
     )
     cosines = tuple(_cosine(k, rods, d) for k in range(3))
     places = tuple(corner - centre for corner in corners)
-    return Motion(masses, places, rods, reduced, inertia, (*first, omega), cosines)
+    return Motion(bodies, places, rods, inertia, (*first, omega), cosines)
 
 
 def _apex(d: Derivation) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:

@@ -8,14 +8,16 @@ the rods moves the angular momentum only.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ...mechanics import planar_cross
 from ...system import Derivation, Expr, Group
-from .motion import ENDS, Motion
-from .states import ANOMALY, HEADING, forces, lengths, rates, thrust
+from .bodies import ENDS
+from .motion import Motion
+from .states import ANOMALY, HEADING, lengths, rates, thrust
 
 
 @dataclass(frozen=True)
@@ -82,13 +84,25 @@ def gravity(p: Group, d: Derivation) -> Gravity:
     return Gravity(gradient, radial, p.mean_motion * near**2 * sp.sqrt(1 - e**2))
 
 
-def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
-    """Sum up what acts along the rods, and about the centre of mass."""
+def plant(motion: Motion, field: Gravity, push: sp.Matrix, speeds: Sequence[Expr], d: Derivation) -> Plant:
+    """Sum up what acts along the rods, and about the centre of mass.
+
+    Parameters
+    ----------
+    motion, field
+        Where the masses are, and gravity there.
+    push : Matrix
+        Forces along the rods, positive where they push.
+    speeds : sequence of Expr
+        Rates at which the drives of the rods work with these forces.
+    d : Derivation
+        Receives the steps.
+    """
     d.section("Forces")
     coupling = _coupling(motion, d)
     free = tuple(_free(k, motion, field, d) for k in range(3))
     pushed = tuple(_pushed(k, motion) for k in range(3))
-    accelerations = coupling * forces + sp.Matrix(free) + sp.Matrix(pushed)
+    accelerations = coupling * push + sp.Matrix(free) + sp.Matrix(pushed)
     cosine, sine = sp.cos(HEADING.symbol), sp.sin(HEADING.symbol)
     fx, fy = sum(thrust[1:], thrust[0])
     torque = d.define(
@@ -101,9 +115,9 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
         *accelerations,
         torque + by_thrust,
         field.rate,
-        (cosine * fx - sine * fy) / motion.total,
-        (sine * fx + cosine * fy) / motion.total,
-        sp.Add(*(sp.Abs(force * rate) for force, rate in zip(forces, rates, strict=True))),
+        (cosine * fx - sine * fy) / motion.bodies.total,
+        (sine * fx + cosine * fy) / motion.bodies.total,
+        sp.Add(*(sp.Abs(force * speed) for force, speed in zip(push, speeds, strict=True))),
         sp.Add(*(sp.Abs(force) for pair in thrust for force in pair)),
     )
     return Plant(coupling, free, torque, rhs)
@@ -111,7 +125,7 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
 
 def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
     """Return how a force in one rod moves the ends of each along it: E M^-1 E^T with E = dl/dX."""
-    m = motion.masses
+    m = motion.bodies.masses
     matrix = sp.zeros(3, 3)
     for k, (i, j) in enumerate(ENDS):
         matrix[k, k] = d.define(
@@ -141,9 +155,11 @@ def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
 
 
 def _pushed(k: int, motion: Motion) -> Expr:
-    """Return l'' of a rod by the thrust on its ends."""
+    """Return l'' of a rod by the thrust on its ends, less what moves the centre of mass."""
     i, j = ENDS[k]
-    difference = thrust[j] / motion.masses[j] - thrust[i] / motion.masses[i]
+    bodies, whole = motion.bodies, sum(thrust[1:], thrust[0])
+    moved = [(thrust[n] - bodies.lumps[n] / bodies.total * whole) / bodies.masses[n] for n in range(3)]
+    difference = (moved[j] - moved[i]).applyfunc(sp.expand)
     return motion.rods[k].dot(difference) / lengths[k]
 
 
@@ -151,7 +167,7 @@ def _torque(motion: Motion, field: Gravity) -> Expr:
     """Return sum X_i x f_i of gravity, as a sum over rods."""
     each = (
         mass * planar_cross(rod, field.radial) * rod.dot(field.radial)
-        for mass, rod in zip(motion.reduced, motion.rods, strict=True)
+        for mass, rod in zip(motion.bodies.reduced, motion.rods, strict=True)
     )
     return 3 * field.gradient * sp.Add(*each)
 
@@ -161,16 +177,16 @@ def kinetic(motion: Motion, drift: tuple[Expr, Expr]) -> Expr:
     about = sp.Add(
         *(
             mass * (rate**2 + (length * turn) ** 2)
-            for mass, rate, length, turn in zip(motion.reduced, rates, lengths, motion.turns, strict=True)
+            for mass, rate, length, turn in zip(motion.bodies.reduced, rates, lengths, motion.turns, strict=True)
         )
     )
-    return (about + motion.total * (drift[0] ** 2 + drift[1] ** 2)) / 2
+    return (about + motion.bodies.total * (drift[0] ** 2 + drift[1] ** 2)) / 2
 
 
 def potential(motion: Motion, field: Gravity) -> Expr:
     """Return the potential energy in the gravity gradient."""
     each = (
         mass * (3 * rod.dot(field.radial) ** 2 - length**2)
-        for mass, rod, length in zip(motion.reduced, motion.rods, lengths, strict=True)
+        for mass, rod, length in zip(motion.bodies.reduced, motion.rods, lengths, strict=True)
     )
     return -field.gradient * sp.Add(*each) / 2

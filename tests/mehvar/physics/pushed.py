@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the triangle whose rods push: Newton's law for three masses in Cartesian coordinates."""
+"""Which physics holds for the triangle that forces move: Newton's law for its bodies in Cartesian coordinates.
+
+Rods push, or tethers pull; rods may have mass, and then velocities of the corners have a mass matrix.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +10,28 @@ import numpy as np
 
 from mehvar.physics.gates import Gate, balance, identity
 from mehvar.physics.machine import Array, Machine, Points
-from tests.mehvar.physics import triangle
+from tests.mehvar.physics import tethers, triangle
 
 _ENDS = ((1, 2), (2, 0), (0, 1))
 
 
-def gates_of(_: Machine) -> list[Gate]:
+def gates_of(subject: Machine) -> list[Gate]:
     """Return what must hold."""
+    own = tethers.gates(begun) if _on_tethers(subject) else [identity("computed forces", _accelerated, _wanted)]
     return [
+        *own,
         identity("lengths, rates and momentum are those of the masses", lambda at: at.along(_flat), _relative),
         balance("Newton's law", _velocities, _accelerations),
         balance("energy", lambda at: at.result("energy", "kinetic")[:, 0], _power),
         identity("kinetic energy", lambda at: at.result("energy", "kinetic")[:, 0], _kinetic),
-        balance("Jacobi's integral on a circular orbit", _jacobi, lambda at: np.zeros(len(at["H"])), where=_free),
+        balance("Jacobi's integral on a circular orbit", _jacobi, _drives, where=_free),
         identity("Kepler's energy", _orbit, lambda at: -(at["mean_motion"] ** 2) / 2),
         identity("Kepler's momentum", _areal, lambda at: at["mean_motion"] * np.sqrt(1 - at["eccentricity"] ** 2)),
         identity("costs", lambda at: at.result("rhs", "work", "impulse"), _costs),
         identity("shape and attitude place the masses", _by_shape, lambda at: _places(at).reshape(-1, 6)),
         balance("the paper's attitude rate", lambda at: at.result("outputs", "theta"), _turning),
-        identity("computed forces", _accelerated, lambda at: at["l1_0"][:, None] * _WANTED),
         identity("limits", _limited, _clipped),
-        identity("start", lambda at: triangle.distances(_places(_begun(at))), lambda at: _rods(at, "0")),
+        identity("start", lambda at: triangle.distances(_places(begun(at))), lambda at: _rods(at, "0")),
         identity("state at the start", _first, _scenario),
         identity("target", _target_rods, lambda at: _rods(at, "f")),
         identity("target's attitude, masses in their order", _target_attitude, lambda at: _aligned(at["theta_f"])),
@@ -36,7 +40,19 @@ def gates_of(_: Machine) -> list[Gate]:
     ]
 
 
-_WANTED = np.array([1.0, -2.0, 3.0])
+def _on_tethers(subject: Machine) -> bool:
+    return subject.system.structure["model"] == "tethered"
+
+
+def _push(at: Points) -> Array:
+    """Return the forces along the rods, positive where they push."""
+    return -tethers.tensions(at) if _on_tethers(at.machine) else at.vector("F1", "F2", "F3")
+
+
+def _centred(at: Points, X: Array) -> Array:
+    lumps = triangle.mass_matrix(at).sum(axis=2)
+    centre = np.sum(lumps[..., None] * X, axis=1) / lumps.sum(axis=1)[:, None]
+    return np.asarray(X - centre[:, None])
 
 
 def _places(at: Points) -> Array:
@@ -45,8 +61,7 @@ def _places(at: Points) -> Array:
     angle = np.arccos((l2**2 + l3**2 - l1**2) / (2 * l2 * l3))
     ahead, up = (np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (at["psi"], at["psi"] + angle))
     X = np.stack([0 * ahead, l3[:, None] * ahead, l2[:, None] * up], axis=1)
-    m = triangle.masses(at)
-    return X - np.sum(m[..., None] * X, axis=1, keepdims=True) / m.sum(axis=1)[:, None, None]
+    return _centred(at, X)
 
 
 def _flat(at: Points) -> Array:
@@ -55,14 +70,15 @@ def _flat(at: Points) -> Array:
 
 def _relative(at: Points) -> Array:
     """Solve rates of rods, momentum and a centre at rest for the velocities."""
-    X, m = _places(at), triangle.masses(at)
+    X, m = _places(at), triangle.mass_matrix(at)
+    moments, lumps = m @ X, m.sum(axis=2)
     left = np.zeros((len(X), 6, 6))
     for k, (i, j) in enumerate(_ENDS):
         along = (X[:, j] - X[:, i]) / np.linalg.norm(X[:, j] - X[:, i], axis=1)[:, None]
         left[:, k, 2 * j : 2 * j + 2], left[:, k, 2 * i : 2 * i + 2] = along, -along
     for i in range(3):
-        left[:, 3, 2 * i], left[:, 3, 2 * i + 1] = -m[:, i] * X[:, i, 1], m[:, i] * X[:, i, 0]
-        left[:, 4, 2 * i] = left[:, 5, 2 * i + 1] = m[:, i]
+        left[:, 3, 2 * i], left[:, 3, 2 * i + 1] = -moments[:, i, 1], moments[:, i, 0]
+        left[:, 4, 2 * i] = left[:, 5, 2 * i + 1] = lumps[:, i]
     right = np.column_stack([at.vector("u_l1", "u_l2", "u_l3", "H"), np.zeros((len(X), 2))])
     return np.asarray(np.linalg.solve(left, right[..., None])[..., 0])
 
@@ -79,12 +95,12 @@ def _thrust(at: Points) -> Array:
 
 
 def _accelerations(at: Points) -> Array:
-    X, force = _places(at), _thrust(at)
+    X, force, along_rods = _places(at), _thrust(at), _push(at)
     for k, (i, j) in enumerate(_ENDS):
-        push = at[f"F{k + 1}"][:, None] * (X[:, j] - X[:, i]) / np.linalg.norm(X[:, j] - X[:, i], axis=1)[:, None]
+        push = along_rods[:, k, None] * (X[:, j] - X[:, i]) / np.linalg.norm(X[:, j] - X[:, i], axis=1)[:, None]
         force[:, j] += push
         force[:, i] -= push
-    return np.asarray((force / triangle.masses(at)[..., None] + _gravity(at)).reshape(-1, 6))
+    return np.asarray((np.linalg.solve(triangle.mass_matrix(at), force) + _gravity(at)).reshape(-1, 6))
 
 
 def _distance(at: Points) -> Array:
@@ -101,13 +117,18 @@ def _gravity(at: Points) -> Array:
 
 def _power(at: Points) -> Array:
     V = _velocities(at).reshape(-1, 3, 2)
-    weight = triangle.masses(at)[..., None] * _gravity(at)
-    rods = np.sum(at.vector("F1", "F2", "F3") * at.vector("u_l1", "u_l2", "u_l3"), axis=1)
-    return np.asarray(rods + np.sum((_thrust(at) + weight) * V, axis=(1, 2)))
+    weight = triangle.mass_matrix(at) @ _gravity(at)
+    return np.asarray(_drives(at) + np.sum((_thrust(at) + weight) * V, axis=(1, 2)))
+
+
+def _drives(at: Points) -> Array:
+    """Return the power of the forces along the rods."""
+    return np.asarray(np.sum(_push(at) * at.vector("u_l1", "u_l2", "u_l3"), axis=1))
 
 
 def _kinetic(at: Points) -> Array:
-    return np.asarray(np.sum(triangle.masses(at)[..., None] * _velocities(at).reshape(-1, 3, 2) ** 2, axis=(1, 2)) / 2)
+    V = _velocities(at).reshape(-1, 3, 2)
+    return np.asarray(np.sum(V * (triangle.mass_matrix(at) @ V), axis=(1, 2)) / 2)
 
 
 def _free(at: Points) -> Points:
@@ -115,7 +136,7 @@ def _free(at: Points) -> Points:
 
 
 def _jacobi(at: Points) -> Array:
-    return np.asarray(at.call("energy").sum(axis=1) - at["mean_motion"] * at["H"])
+    return np.asarray(at.result("energy", "kinetic", "potential").sum(axis=1) - at["mean_motion"] * at["H"])
 
 
 def _orbit(at: Points) -> Array:
@@ -130,13 +151,14 @@ def _areal(at: Points) -> Array:
 
 
 def _costs(at: Points) -> Array:
-    drives = np.abs(at.vector("F1", "F2", "F3") * at.vector("u_l1", "u_l2", "u_l3")).sum(axis=1)
+    speeds = tethers.leaving(at) if _on_tethers(at.machine) else at.vector("u_l1", "u_l2", "u_l3")
+    drives = np.abs(_push(at) * speeds).sum(axis=1)
     own = at.vector(*(f"f{i}{axis}" for i in (1, 2, 3) for axis in "xy"))
     return np.column_stack([drives, np.abs(own).sum(axis=1)])
 
 
 def _by_shape(at: Points) -> Array:
-    return triangle.placed(at, *at.result("outputs", "rho", "phi", "mu", "theta").T).reshape(-1, 6)
+    return _centred(at, triangle.placed(at, *at.result("outputs", "rho", "phi", "mu", "theta").T)).reshape(-1, 6)
 
 
 def _zeta(at: Points) -> Array:
@@ -146,13 +168,16 @@ def _zeta(at: Points) -> Array:
 
 def _turning(at: Points) -> Array:
     """Return (21) with what momentum adds."""
-    inertia = triangle.masses(at).mean(axis=1)[:, None] * at.result("outputs", "mu") / 3
+    inertia = triangle.alike(at).mean(axis=1)[:, None] * at.result("outputs", "mu") / 3
     return np.imag(np.conj(_zeta(at)) * at.along(_zeta)) + at["H"][:, None] / inertia
 
 
+def _wanted(at: Points) -> Array:
+    return np.asarray(at["l1_0"][:, None] * [1.0, -2.0, 3.0])
+
+
 def _accelerated(at: Points) -> Array:
-    wanted = at["l1_0"][:, None] * _WANTED
-    push = at.machine("forces", at.values["x"], wanted, at.values["p"])
+    push = at.machine("forces", at.values["x"], _wanted(at), at.values["p"])
     still = {f"f{i}{axis}": 0.0 for i in (1, 2, 3) for axis in "xy"}
     there = at.moved(**{f"F{k + 1}": push[:, k] for k in range(3)}, **still)
     return there.result("rhs", "u_l1", "u_l2", "u_l3")
@@ -163,11 +188,13 @@ def _limited(at: Points) -> Array:
 
 
 def _clipped(at: Points) -> Array:
-    limit = at.vector(*["F_max"] * 3, *["thrust_max"] * 6)
+    drives = "reel_max" if _on_tethers(at.machine) else "F_max"
+    limit = at.vector(*[drives] * 3, *["thrust_max"] * 6)
     return np.clip(2 * at.values["u"], -limit, limit)
 
 
-def _begun(at: Points) -> Points:
+def begun(at: Points) -> Points:
+    """Return the points at the start of their scenario."""
     return at.at(x=at.call("initial"))
 
 
@@ -176,24 +203,26 @@ def _rods(at: Points, end: str) -> Array:
 
 
 def _first(at: Points) -> Array:
-    begun = _begun(at)
-    states = [q.name for q in at.machine.system.states if q.name != "psi"]
-    return np.column_stack([begun.result("outputs", "theta"), begun.vector(*states)])
+    first = begun(at)
+    states = ("l1", "l2", "l3", "u_l1", "u_l2", "u_l3", "H", "nu", "vx", "vy", "work", "impulse")
+    return np.column_stack([first.result("outputs", "theta"), first.vector(*states)])
 
 
 def _scenario(at: Points) -> Array:
-    named = at.vector("theta_0", "l1_0", "l2_0", "l3_0", "u_l1_0", "u_l2_0", "u_l3_0", "H_0", "nu_0")
-    return np.column_stack([named, np.zeros((len(named), 4))])
+    named = at.vector("theta_0", "l1_0", "l2_0", "l3_0", "u_l1_0", "u_l2_0", "u_l3_0")
+    momentum = at["H_0"] + (at.call("reference")[:, 4] if _on_tethers(at.machine) else 0)
+    return np.column_stack([named, momentum, at["nu_0"], np.zeros((len(named), 4))])
 
 
 def _target_rods(at: Points) -> Array:
-    rho, phi, mu, theta = at.call("reference").T
+    rho, phi, mu, theta = at.call("reference")[:, :4].T
     return triangle.distances(triangle.placed(at, rho, phi, mu, theta))
 
 
 def _target_attitude(at: Points) -> Array:
-    rho, phi, mu, theta = at.call("reference").T
-    return np.column_stack([theta, triangle.sense(triangle.placed(at, rho, phi, mu, theta))])
+    rho, phi, mu, theta = at.call("reference")[:, :4].T
+    turned = at["spin"] * at["t"] if _on_tethers(at.machine) else 0
+    return np.column_stack([theta - turned, triangle.sense(triangle.placed(at, rho, phi, mu, theta))])
 
 
 def _aligned(theta: Array) -> Array:

@@ -86,6 +86,32 @@ def masses(at: Points) -> Array:
     return at.vector("mass", "mass", "mass") if equal else at.vector("m1", "m2", "m3")
 
 
+def mass_matrix(at: Points) -> Array:
+    """Return the mass matrix of the corners, shape (n, 3, 3): uniform rods summed up along themselves."""
+    total = masses(at)[..., None] * np.eye(3)
+    if at.machine.system.structure["rods"] == "light":
+        return total
+    equal = at.machine.system.structure["masses"] == "equal"
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1)), 1):
+        beam = at["rod_mass" if equal else f"rod_mass{k}"]
+        for node, weight in zip(nodes, weights, strict=True):
+            part = np.zeros(3)
+            part[[i, j]] = (1 - node) / 2, (1 + node) / 2
+            total = total + beam[:, None, None] * weight / 2 * np.outer(part, part)
+    return total
+
+
+def alike(at: Points) -> Array:
+    """Return the masses of three points that have the kinetic energy of all bodies about their centre."""
+    matrix = mass_matrix(at)
+    lumps = matrix.sum(axis=2)
+    about = lumps[:, :, None] * lumps[:, None, :] / lumps.sum(axis=1)[:, None, None] - matrix
+    across = np.stack([about[:, 1, 2], about[:, 2, 0], about[:, 0, 1]], axis=1)
+    pairs = across[:, 0] * across[:, 1] + across[:, 1] * across[:, 2] + across[:, 2] * across[:, 0]
+    return np.asarray(pairs[:, None] / across)
+
+
 def positions(at: Points) -> Array:
     """Return the masses' places about their centre, shape (n, 3, 2)."""
     return placed(at, *at.vector("rho", "phi", "mu", "theta").T)
@@ -93,7 +119,7 @@ def positions(at: Points) -> Array:
 
 def placed(at: Points, rho: Array, phi: Array, mu: Array, theta: Array) -> Array:
     """Return the places Q S x_i of a shape and an attitude, shape (n, 3, 2)."""
-    base = np.stack([_base(*m) for m in masses(at)])
+    base = np.stack([_base(*m) for m in alike(at)])
     z1, z2 = rho * np.cos(phi), rho * np.sin(phi)
     n = np.sqrt(1 - rho**2)
     stretch = np.sqrt(mu / 3) * np.array([[n + z1, -z2], [-z2, n - z1]])
@@ -127,7 +153,12 @@ def distances(X: Array) -> Array:
 
 
 def _inertia(at: Points) -> Array:
-    return np.sum(masses(at) * np.sum(positions(at) ** 2, axis=2), axis=1)
+    return inertia(at, positions(at))
+
+
+def inertia(at: Points, X: Array) -> Array:
+    """Return the moment of inertia of masses at places about their centre, shape (n, 3, 2)."""
+    return np.sum(masses(at) * np.sum(X**2, axis=2), axis=1)
 
 
 def _coasting(at: Points) -> Points:

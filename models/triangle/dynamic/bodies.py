@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What has mass: three points, alone or with rods between them.
+
+A uniform rod that stretches evenly moves linearly from end to end, so that its kinetic energy is
+m (v_i.v_i + v_i.v_j + v_j.v_j)/6. With half of each rod at either end that is (m/2)(v_i.v_i + v_j.v_j)/2 less
+m |v_j - v_i|^2/12: about the centre of mass all sums over bodies are sums over rods with mu_ij = m_i m_j/M - m/6. These
+are those of three points of other masses, sum of products of the mu over the mu across. So a triangle of rods with mass
+moves as one of points does, and the paper's kinematics hold in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...system import Condition, Derivation, Expr, Group
+
+ENDS = ((1, 2), (2, 0), (0, 1))
+"""Masses at the ends of rod k: D_k = X_j - X_i (14), counted from zero."""
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Masses by which the triangle moves.
+
+    Attributes
+    ----------
+    masses : tuple of Expr
+        Of three points that move about their centre as the triangle does.
+    lumps : tuple of Expr
+        Mass at each corner with half of its rods: these have the triangle's centre of mass.
+    reduced : tuple of Expr
+        mu_ij of the ends of rod k: sums over bodies about their centre are sums over rods with these.
+    """
+
+    masses: tuple[Expr, ...]
+    lumps: tuple[Expr, ...]
+    reduced: tuple[Expr, ...]
+
+    @property
+    def total(self) -> Expr:
+        """The mass of all."""
+        return sp.Add(*self.lumps)
+
+
+def bodies(p: Group, masses: str, rods: str, d: Derivation) -> Bodies:
+    """Return what has mass.
+
+    Parameters
+    ----------
+    p : Group
+        The plant's parameters.
+    masses : {"equal", "general"}
+        One mass for all three, or m1, m2, m3; so the rods.
+    rods : {"light", "uniform"}
+        Without mass or with.
+    d : Derivation
+        Receives the steps.
+    """
+    d.section("Bodies")
+    points = (p.mass,) * 3 if masses == "equal" else (p.m1, p.m2, p.m3)
+    if rods == "light":
+        return Bodies(points, points, _reduced(points, (sp.S.Zero,) * 3, d))
+    beams = (p.rod_mass,) * 3 if masses == "equal" else (p.rod_mass1, p.rod_mass2, p.rod_mass3)
+    if masses == "equal":
+        lumps = (points[0] + beams[0],) * 3
+        return Bodies((points[0] + beams[0] / 2,) * 3, lumps, _reduced(lumps, beams, d))
+    lumps = tuple(
+        d.define(
+            f"lump{i + 1}",
+            points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2,
+            title=f"mass at corner {i + 1} with half of its rods",
+            unit="kg",
+            latex=rf"\tilde m_{i + 1}",
+            positive=True,
+        )
+        for i in range(3)
+    )
+    reduced = _reduced(lumps, beams, d)
+    a, b, c = reduced
+    pairs = d.define(
+        "pairs", a * b + b * c + c * a, title="sum of the products of two reduced masses", latex=r"q", positive=True
+    )
+    alike = tuple(
+        d.define(
+            f"point{i + 1}",
+            pairs / reduced[i],
+            title=f"mass {i + 1} of the points that move as the triangle does",
+            unit="kg",
+            latex=rf"\hat m_{i + 1}",
+            positive=True,
+        )
+        for i in range(3)
+    )
+    return Bodies(alike, lumps, reduced)
+
+
+def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tuple[Expr, ...]:
+    total = sp.Add(*lumps)
+    return tuple(
+        d.define(
+            f"reduced{k}",
+            lumps[i] * lumps[j] / total - beams[k - 1] / 6,
+            title=f"reduced mass of the ends of rod {k}",
+            unit="kg",
+            latex=rf"\mu_{{{i + 1}{j + 1}}}",
+            positive=True,
+        )
+        for k, (i, j) in enumerate(ENDS, 1)
+    )
+
+
+def not_too_heavy(p: Group) -> Condition:
+    """Return that rods of a triangle with any masses have reduced masses: there are points that move as it does."""
+    points, beams = (p.m1, p.m2, p.m3), (p.rod_mass1, p.rod_mass2, p.rod_mass3)
+    lumps = [points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2 for i in range(3)]
+    margins = [6 * lumps[i] * lumps[j] - beams[k] * sp.Add(*lumps) for k, (i, j) in enumerate(ENDS)]
+    return Condition(
+        sp.Min(*margins),
+        "rods of {rod_mass1:g}, {rod_mass2:g}, {rod_mass3:g} kg with masses of {m1:g}, {m2:g}, {m3:g} kg: one is "
+        "heavier than six times the reduced mass of its ends, each with half of its rods",
+    )
