@@ -87,7 +87,8 @@ class Problem:
     def ours(self, options: Mapping[str, Any]) -> Callable[[int], Array]:
         """Compile our kernel; what is returned integrates the first n runs."""
         case = self.case
-        kernel = compile_kernel(self.model, case.law, options=RunOptions(**_hold(case, self.model), **options))
+        held = {} if case.sample else {"hold": case.t_end}
+        kernel = compile_kernel(self.model, case.law, options=RunOptions(**held, **options))
         functions = self.model.functions
         charted = case.sample and "to_coordinates" in functions
 
@@ -110,10 +111,9 @@ class Problem:
 
 def problem(case: Case, scratch: Path) -> Problem:
     """Make a problem: dispersed runs, the held input or the law's loop, the equations, the reference."""
-    model = _load(case, scratch)
-    p, c, s, x0 = dispersed(model, case.law, case.scenario, _hold(case, model), RUNS)
-    if not case.sample and (period := _period(case, model)):
-        p[:, model.parameter_names.index(period)] = case.t_end
+    model = loaded(case, scratch)
+    held = {} if case.sample else {"hold": case.t_end}
+    p, c, s, x0 = dispersed(model, case.law, case.scenario, held, RUNS)
     equations, functions = Equations(case.model, case.structure), model.functions
     known = {"p": p, "c": c}
     if case.sample:
@@ -122,7 +122,7 @@ def problem(case: Case, scratch: Path) -> Problem:
         start = np.array(functions["to_coordinates"](x0)) if "to_coordinates" in functions else x0
     else:
         name, state, start = "rhs", "x", x0
-        known["u"] = _first_input(case, model, p, c, s, x0)
+        known["u"] = first_input(case, model, p, c, s, x0)
     for part in equations.parts(name):
         given = [known[argument] for argument, _ in part.arguments]
         known[part.results[0][0]] = np.array(functions[part.name](*given))
@@ -133,24 +133,15 @@ def problem(case: Case, scratch: Path) -> Problem:
     return replace(found, reference=exact(CHECKED))
 
 
-def _first_input(case: Case, model: Model, *vectors: Array) -> Array:
+def first_input(case: Case, model: Model, *vectors: Array) -> Array:
     """Return the input that our kernel holds in each run."""
-    kernel = compile_kernel(model, case.law, options=RunOptions(**_hold(case, model)))
+    kernel = compile_kernel(model, case.law, options=RunOptions(hold=case.t_end))
     block = kernel.run(0, *vectors, seed=0, t_end=case.t_end, dt=case.t_end, save_every=case.t_end)
     assert block is not None
     return np.ascontiguousarray(block.series[:, 0, [kernel.variables.index(f"u_{u}") for u in model.input_names]])
 
 
-def _hold(case: Case, model: Model) -> dict[str, float]:
-    """Return the option that holds a continuous law's first input to the end; a sampled law's period does it."""
-    return {} if case.sample or _period(case, model) else {"hold": case.t_end}
-
-
-def _period(case: Case, model: Model) -> str | None:
-    return model.manifest.controllers[case.law].period
-
-
-def _load(case: Case, scratch: Path) -> Model:
+def loaded(case: Case, scratch: Path) -> Model:
     if not case.structure:
         return load(case.model, backend="c")
     folder = scratch / "-".join([case.model, *case.structure.values()])
@@ -162,12 +153,13 @@ def dispersed(
     model: Model, law: str, scenario: str | None, options: Mapping[str, Any], runs: int
 ) -> tuple[Array, Array, Array, Array]:
     """Return parameters of plant, law and scenario and the initial states of all runs."""
-    nominal = simulate(model, law, scenario, t_end=1.0, dt_out=1.0, **{k: min(v, 1.0) for k, v in options.items()})
+    period = model.manifest.controller(law).period
+    short = {} if period is not None else {k: min(v, 1.0) for k, v in options.items()}
+    resolved = simulate(model, law, scenario, t_end=1.0, dt_out=1.0, **short).parameters
     generator = np.random.Generator(np.random.Philox(1))
-    resolved, period = nominal.parameters, nominal.controller.period
     vectors = (resolved.p, resolved.c, resolved.s)
     p, c, s = (v * (1 + SPREAD * generator.uniform(-1, 1, (runs, v.size))) for v in vectors)
     if period is not None:
         column = model.parameter_names.index(period)
-        p[:, column] = resolved.p[column]
+        p[:, column] = options.get("hold", resolved.p[column])
     return p, c, s, np.array(model.functions["initial"](p, s))

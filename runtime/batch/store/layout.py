@@ -85,15 +85,21 @@ class Layout:
         """Write it into a folder or a store of Zarr's."""
         import zarr
 
+        from zarr.core.group import ConsolidatedMetadata, GroupMetadata
+
         names = [variable.name for variable in self.variables]
         attributes = {**dict(zip(NAMES, (FORMAT, names), strict=True)), **self.attributes, **self.identity}
-        group = zarr.create_group(target, zarr_format=3, attributes=attributes)
-        for variable in self.variables:
-            _array(group, variable, self.n, self.chunk)
+        arrays = {variable.name: _array(variable, self.n, self.chunk) for variable in self.variables}
+        arrays |= {name: _coordinate(name, coordinate) for name, coordinate in self.coordinates.items()}
+        # all at once: one array after the other is written, and read again for the group's copy, in eight times as long
+        listed = ConsolidatedMetadata(metadata=dict(sorted(arrays.items())))
+        group = GroupMetadata(attributes=attributes, zarr_format=3, consolidated_metadata=listed)
+        store = zarr.storage.LocalStore(target) if isinstance(target, Path) else target
+        nodes = dict(zarr.create_hierarchy(store=store, nodes={"": group, **arrays}))
         for name, coordinate in self.coordinates.items():
-            _coordinate(group, name, coordinate)
-        consolidate(group)
-        return group
+            nodes[name][:] = _values(coordinate)
+        made: zarr.Group = nodes[""]
+        return made
 
     def build_files(self, folder: Path) -> None:
         """Write it into an empty folder, with the record of the store."""
@@ -120,37 +126,63 @@ def consolidate(group: zarr.Group) -> None:
         zarr.consolidate_metadata(group.store, zarr_format=3)
 
 
-def _array(group: zarr.Group, variable: Variable, n: int, chunk: int) -> None:
-    from zarr.codecs import ZstdCodec
-
+def _array(variable: Variable, n: int, chunk: int) -> Any:
+    """Return the metadata of a variable."""
     second = (variable.size,) if variable.dimension else ()
     width = np.dtype(variable.dtype).itemsize
     piece = second
     if variable.dimension == "t":
         piece = (max(1, min(variable.size, _LARGEST_CHUNK // (chunk * width))),)
-    group.create_array(
-        variable.name,
-        shape=(n, *second),
-        chunks=(chunk, *piece),
-        dtype=variable.dtype,
-        fill_value=np.nan if variable.dtype.startswith("float") else NOT_RUN if variable.name == STATUS else 0,
-        compressors=[ZstdCodec(level=1, checksum=True)],
+    fill: str | int = NOT_RUN if variable.name == STATUS else 0
+    return _metadata(
+        (n, *second),
+        (chunk, *piece),
+        variable.dtype,
+        fill_value="NaN" if variable.dtype.startswith("float") else fill,
+        codecs=[
+            _bytes(variable.dtype),
+            {"name": "zstd", "configuration": {"level": 1, "checksum": True}},
+        ],
         dimension_names=["run", *([variable.dimension] if variable.dimension else [])],
         attributes=dict(variable.attributes),
     )
 
 
-def _coordinate(group: zarr.Group, name: str, coordinate: Coordinate) -> None:
-    text = not isinstance(coordinate.values, np.ndarray)
-    values = np.array(coordinate.values, dtype=object if text else np.float64)
-    array = group.create_array(
-        name,
-        shape=values.shape,
-        chunks=values.shape,
-        dtype="string" if text else "float64",
-        fill_value="" if text else np.nan,
-        compressors=None,
+def _coordinate(name: str, coordinate: Coordinate) -> Any:
+    """Return the metadata of a coordinate, which is one chunk."""
+    values = _values(coordinate)
+    text = values.dtype == object
+    return _metadata(
+        values.shape,
+        values.shape,
+        "string" if text else "float64",
+        fill_value="" if text else "NaN",
+        codecs=[{"name": "vlen-utf8"} if text else _bytes("float64")],
         dimension_names=[name],
         attributes=dict(coordinate.attributes),
     )
-    array[:] = values
+
+
+def _values(coordinate: Coordinate) -> NDArray[Any]:
+    text = not isinstance(coordinate.values, np.ndarray)
+    return np.array(coordinate.values, dtype=object if text else np.float64)
+
+
+def _bytes(dtype: str) -> dict[str, Any]:
+    """Return the codec of numbers: one byte has no order."""
+    wide = np.dtype(dtype).itemsize > 1
+    return {"name": "bytes", **({"configuration": {"endian": "little"}} if wide else {})}
+
+
+def _metadata(shape: Sequence[int], chunks: Sequence[int], dtype: str, **more: Any) -> Any:
+    """Return metadata as the Zarr core specification, version 3, has them."""
+    from zarr.core.metadata.v3 import ArrayV3Metadata
+
+    return ArrayV3Metadata.from_dict(
+        {
+            **{"zarr_format": 3, "node_type": "array", "shape": tuple(shape), "data_type": dtype},
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": tuple(chunks)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            **more,
+        }
+    )

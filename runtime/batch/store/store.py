@@ -407,7 +407,8 @@ def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
     from .chunks import Chunks
 
     chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
-    return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=False), chunks
+    # to be written, it was made or mended by this process: the group's own copy of the metadata is good
+    return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=mode == "r+"), chunks
 
 
 def _arrays(group: Any) -> dict[str, Any]:

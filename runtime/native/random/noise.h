@@ -21,6 +21,18 @@ static inline void mv_normal_pair(const mv_bits word[2], real *first, real *seco
     *second = radius * s;
 }
 
+/* the lower bits of words: of floats a half */
+static inline mv_bits mv_lower(mv_words words)
+{
+#if defined MEHVAR_FLOAT && MEHVAR_LANES > 1
+    mv_bits bits;
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) bits[lane] = (mv_word)words[lane];
+    return bits;
+#else
+    return (mv_bits)words;
+#endif
+}
+
 /* What the numbers are for: each has counters of its own. */
 enum mv_stream { MV_OF_MEASUREMENTS, MV_OF_WIENER_PROCESSES, MV_OF_RANDOM_STEPS };
 
@@ -28,13 +40,13 @@ enum mv_stream { MV_OF_MEASUREMENTS, MV_OF_WIENER_PROCESSES, MV_OF_RANDOM_STEPS 
 static inline void mv_noise(uint64_t seed, const uint64_t *run, enum mv_stream stream, uint64_t sample, int size, real *e)
 {
     const int blocks = (size + 3) / 4;
+    mv_words key;
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) ((uint64_t *)&key)[lane] = run[lane];
     for (int j = 0; j < blocks; j++) {
+        mv_words own[4];
         mv_bits words[4];
-        for (int lane = 0; lane < MEHVAR_LANES; lane++) {
-            uint64_t own[4];
-            mv_philox_of(seed, run[lane], stream, 1 + sample * (uint64_t)blocks + (uint64_t)j, own);
-            for (int i = 0; i < 4; i++) ((mv_word *)&words[i])[lane] = own[i];
-        }
+        mv_philox_of(seed, key, stream, 1 + sample * (uint64_t)blocks + (uint64_t)j, own);
+        for (int i = 0; i < 4; i++) words[i] = mv_lower(own[i]);
         real pair[4];
         mv_normal_pair(words, &pair[0], &pair[1]);
         mv_normal_pair(words + 2, &pair[2], &pair[3]);

@@ -6,23 +6,32 @@
 
 #include <stdint.h>
 
-/* By halves: not every compiler has integers of 128 bits. */
-static inline uint64_t mv_high_product(uint64_t a, uint64_t b, uint64_t *low)
+/* one word a lane: keys differ from run to run, so blocks of lanes are made at once */
+#if defined MEHVAR_LANES && MEHVAR_LANES > 1
+typedef uint64_t mv_words __attribute__((vector_size(MEHVAR_LANES * 8)));
+#else
+typedef uint64_t mv_words;
+#endif
+
+/* By halves: not every compiler has integers of 128 bits, and no vector has. */
+static inline mv_words mv_high_product(uint64_t a, mv_words b, mv_words *low)
 {
-    const uint64_t half = 0xFFFFFFFFu, a0 = a & half, a1 = a >> 32, b0 = b & half, b1 = b >> 32;
-    const uint64_t cross = a1 * b0 + (a0 * b0 >> 32); /* at most (2^32 - 1)^2 + 2^32 - 1, below 2^64 */
-    const uint64_t other = a0 * b1 + (cross & half);
+    const uint64_t half = 0xFFFFFFFFu, a0 = a & half, a1 = a >> 32;
+    const mv_words b0 = b & half, b1 = b >> 32;
+    const mv_words cross = a1 * b0 + (a0 * b0 >> 32); /* at most (2^32 - 1)^2 + 2^32 - 1, below 2^64 */
+    const mv_words other = a0 * b1 + (cross & half);
     *low = a * b;
     return a1 * b1 + (cross >> 32) + (other >> 32);
 }
 
-static inline void mv_philox_of(uint64_t key0, uint64_t key1, uint64_t stream, uint64_t counter, uint64_t words[4])
+static inline void mv_philox_of(uint64_t key0, mv_words key1, uint64_t stream, uint64_t counter, mv_words words[4])
 {
-    uint64_t a = counter, b = stream, c = 0, d = 0;
+    const mv_words zero = {0};
+    mv_words a = zero + counter, b = zero + stream, c = zero, d = zero;
     for (int round = 0; round < 10; round++) {
-        uint64_t low_a, low_c;
-        const uint64_t high_a = mv_high_product(0xD2E7470EE14C6C93u, a, &low_a);
-        const uint64_t high_c = mv_high_product(0xCA5A826395121157u, c, &low_c);
+        mv_words low_a, low_c;
+        const mv_words high_a = mv_high_product(0xD2E7470EE14C6C93u, a, &low_a);
+        const mv_words high_c = mv_high_product(0xCA5A826395121157u, c, &low_c);
         a = high_c ^ b ^ key0;
         b = low_c;
         c = high_a ^ d ^ key1;
@@ -36,7 +45,7 @@ static inline void mv_philox_of(uint64_t key0, uint64_t key1, uint64_t stream, u
     words[3] = d;
 }
 
-static inline void mv_philox(uint64_t key0, uint64_t key1, uint64_t counter, uint64_t words[4])
+static inline void mv_philox(uint64_t key0, mv_words key1, uint64_t counter, mv_words words[4])
 {
     mv_philox_of(key0, key1, 0, counter, words);
 }

@@ -26,15 +26,19 @@
 static inline void mv_dense_slopes(mv_loop *l, real h);
 static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ]);
 
-/* Which of `lanes` have good coordinates within the step q -> y of length h; `ratio` grows to the error of these. Of each
- * of the last two terms, where it is largest: were there one more, it would be to the last as that is to the one before. */
-static mask mv_between_good(mv_loop *l, real h, mask lanes, real *ratio)
+/* Which of `lanes` have good coordinates within the step q -> y of length h; `ratio` grows to the error of these, and the
+ * sums of the step are there for those that keep it. Of each of the last two terms, where it is largest: were there one
+ * more, it would be to the last as that is to the one before. */
+static mask mv_between_good(mv_loop *l, real h, mask lanes, real *ratio, real (*sums)[NQ])
 {
-    real sums[DENSE + !DENSE][NQ];
-    if (!mv_any(lanes)) return mv_all();
+    if (!mv_any(lanes)) { /* nobody looks between the ends of a step that comes to a tick and passes over none */
+        for (int j = 0; j < DENSE; j++)
+            for (int i = 0; i < NQ; i++) sums[j][i] = SPLAT(0);
+        return mv_all();
+    }
     mv_dense_slopes(l, h);
-    if (!THIRD) return mv_all();
     mv_dense_sums(l, sums);
+    if (!THIRD) return mv_all();
     const real before = mv_scaled_rms(l, sums[DENSE - 2], l->y) * K(LAST_BUT_ONE);
     const real last = mv_scaled_rms(l, sums[DENSE - 1], l->y) * K(LAST);
     const real error = SELECT(EQ(last, SPLAT(0)), SPLAT(0), K(TERMS_WEIGHT) * h * last * last / before);
@@ -43,10 +47,8 @@ static mask mv_between_good(mv_loop *l, real h, mask lanes, real *ratio)
 }
 
 /* Coordinates before and after a step, then the terms f0 ... */
-static inline void mv_terms(mv_loop *l, real h, real (*terms)[NQ])
+static inline void mv_terms(const mv_loop *l, real h, real (*sums)[NQ], real (*terms)[NQ])
 {
-    real sums[DENSE + !DENSE][NQ];
-    mv_dense_sums(l, sums);
     for (int i = 0; i < NQ; i++) {
         const real change = l->y[i] - l->q[i];
         terms[0][i] = l->q[i];
@@ -61,11 +63,11 @@ static inline void mv_terms(mv_loop *l, real h, real (*terms)[NQ])
 }
 
 /* Keep the step q -> y of length h to the instant `after` in `lanes`, which took it; its slopes are still there. */
-static void mv_keep_step(mv_loop *l, real h, real after, mask lanes)
+static void mv_keep_step(mv_loop *l, real h, real after, mask lanes, real (*sums)[NQ])
 {
     const real moved = SELECT0(lanes, SPLAT(1));
     real terms[ROWS_KEPT][NQ];
-    mv_terms(l, h, terms);
+    mv_terms(l, h, sums, terms);
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
         if (!AT(moved, lane)) continue;
         real *const slot = l->kept + l->made[lane]++ % KEPT * KEPT_SIZE;

@@ -19,6 +19,7 @@ static void mv_begin(mv_loop *l, mask alive)
     l->t = l->begin = l->end = SPLAT(l->schedule->t[0]);
     l->span = SPLAT(1);
     for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1, l->made[lane] = 0;
+    l->coming = SPLAT(l->schedule->ticks > 1 ? l->schedule->t[1] : MV_INFINITY);
     l->waiting = l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);

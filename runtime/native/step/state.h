@@ -64,7 +64,8 @@ typedef struct {
     mask alive;
     mask bounded;              /* the last trial was refused */
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
-    int64_t next[MEHVAR_LANES]; /* the first tick after t */
+    int64_t next[MEHVAR_LANES]; /* the first tick after t, */
+    real coming;               /* and its instant; infinite after the last one */
     real t;                    /* of q; beyond `tick` where steps pass over ticks */
     real h;                    /* the step that the error control would take */
     real reserve;              /* of the last accepted step, see control.h */
@@ -114,9 +115,9 @@ static inline int mv_any(mask m)
 #if MEHVAR_LANES == 1
     return m;
 #else
-    int any = 0;
-    for (int lane = 0; lane < MEHVAR_LANES; lane++) any |= m[lane] != 0;
-    return any;
+    mv_word any = 0; /* the words of a mask are ones or zeros: none is looked at on its own */
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) any |= (mv_word)m[lane];
+    return any != 0;
 #endif
 }
 

@@ -20,29 +20,19 @@ static inline void mv_stages(mv_loop *l, real h);
  * quotient is rounded to 2e-16, so that a half or twice changes nothing. */
 #define SLACK 1e-12
 
-/* Which lanes have a tick before the instant `after`. */
-static mask mv_over(const mv_loop *l, real after)
-{
-    const mv_schedule *s = l->schedule;
-    real tick = SPLAT(MV_INFINITY);
-    for (int lane = 0; lane < MEHVAR_LANES; lane++)
-        if (l->next[lane] < s->ticks) AT(tick, lane) = s->t[l->next[lane]];
-    return LT(tick, after);
-}
-
 /* Which of `lanes` pass over a tick, or come to one, with a step to the instant `after`. */
 static mask mv_ticked(mv_loop *l, mask lanes, real after)
 {
     const mv_schedule *s = l->schedule;
-    const real moving = SELECT0(lanes, SPLAT(1));
-    real ticked = SPLAT(0);
+    const mask ticked = AND(lanes, LE(l->coming, after));
+    if (!mv_any(ticked)) return ticked;
+    const real moving = SELECT0(ticked, SPLAT(1));
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
         if (!AT(moving, lane)) continue;
-        const int64_t first = l->next[lane];
         while (l->next[lane] < s->ticks && s->t[l->next[lane]] <= AT(after, lane)) l->next[lane]++;
-        AT(ticked, lane) = l->next[lane] > first;
+        AT(l->coming, lane) = l->next[lane] < s->ticks ? s->t[l->next[lane]] : MV_INFINITY;
     }
-    return TRUTH(ticked);
+    return ticked;
 }
 
 /* One trial step of the lanes `open`; `last` are those that reach the target with it. Returns those that took it. */
@@ -76,10 +66,11 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     const real after = SELECT(last, target, l->t + h);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
-        taken = AND(taken, mv_between_good(l, h, AND(taken, mv_over(l, after)), ratio));
+        real sums[DENSE + !DENSE][NQ];
+        taken = AND(taken, mv_between_good(l, h, AND(taken, LT(l->coming, after)), ratio, sums));
         const mask ticked = mv_ticked(l, taken, after);
         l->trials = SELECT(ticked, SPLAT(0), l->trials);
-        if (mv_any(ticked)) mv_keep_step(l, h, after, ticked);
+        if (mv_any(ticked)) mv_keep_step(l, h, after, ticked, sums);
     }
     if (STIFF_TEST) mv_test_stiffness(l, h, last_stage, AND(taken, goes_on), after);
     l->t = SELECT(taken, after, l->t);
