@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -16,10 +16,16 @@ from mehvar.names import identifier
 from ..functions.function import FunctionGraph
 from ..templates import text_environment
 from .labels import PLAIN, Labels, Names, names_of
+from .loops import loops
+from .members import Tags, in_order, members
+from .rolled import rolled
 from .spelling import PYTHON, C, Language, statements
 from .split import split
-from .tape import Tape, tape
+from .tape import Tape, arranged, tape
 
+Signature = tuple[tuple[str, int | None], ...]
+Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
+"""For vectors, which member of a family each element belongs to, and what members call it."""
 _TEMPLATES = Path(__file__).parent / "templates"
 _TITLES: dict[Part, str] = {
     "": "",
@@ -42,6 +48,7 @@ class PrintedFunction:
     part: Part
     tape: Tape
     labels: Labels = PLAIN
+    families: Families = field(default_factory=dict)
 
     @property
     def operations(self) -> int:
@@ -68,12 +75,20 @@ class PrintedFunction:
     @property
     def c_lines(self) -> list[str]:
         """Body of the C function."""
+        several = loops(self.tape, self.tags)
+        if several is not None:
+            return rolled(self.tape, self.arguments, self.results, self.labels, several)
         lines, results = self._statements(C)
         for (name, _), elements in zip(self.results, results, strict=True):
             constants = self.labels.constants.get(name)
             for k, value in enumerate(elements):
                 lines += f"{name}[{constants[k] if constants else k}] = {value};".split("\n")
         return lines
+
+    @cached_property
+    def tags(self) -> Tags:
+        """The elements of arguments that members of a family have."""
+        return tags_of(self.arguments, self.families)
 
     @property
     def python_arguments(self) -> str:
@@ -114,6 +129,15 @@ class PrintedFunction:
             return vector
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
+    def result_families(self, result: int) -> tuple[tuple[Hashable, int], ...]:
+        """Return which member has each element of a result, and what members call it."""
+        found = members(self.tape, self.tags)
+        if found is None:
+            return ()
+        return tuple(
+            (found.kind.get(k, ""), found.owner[k] if k in found.kind else 0) for k in self.tape.results[result]
+        )
+
     def names_of(self, result: int) -> tuple[str, ...]:
         """Return what the text calls the elements of a result, or would if each had a statement."""
         values = self.tape.results[result]
@@ -124,13 +148,28 @@ class PrintedFunction:
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
     whole = [
-        PrintedFunction(
-            f.name, f.description, f.arguments, f.results, f.part, tape(f.graph, f.parameters, f.derivation), _labels(f)
-        )
+        PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
         for f in functions
     ]
     parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(whole, functions, strict=True))
     return [*whole, *(part for several in parts for part in several)]
+
+
+def _tape(f: FunctionGraph) -> Tape:
+    """Read a graph; sums over a long family go along its members, so that a loop can."""
+    plain, tags = tape(f.graph, f.parameters, f.derivation), tags_of(f.arguments, f.families)
+    ordered = in_order(plain, tags, f.parameters)
+    return plain if ordered is plain else arranged(ordered, f.derivation)
+
+
+def tags_of(arguments: Signature, families: Families) -> Tags:
+    """Return the elements of arguments that members of a family have."""
+    return {
+        (place, k): tag
+        for place, (name, _) in enumerate(arguments)
+        for k, tag in enumerate(families.get(name, ()))
+        if tag[1]
+    }
 
 
 def _labels(f: FunctionGraph) -> Labels:
@@ -151,10 +190,13 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         if halves is None:
             continue
         once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
-        part = PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare, rest.labels)
+        part = PrintedFunction(
+            f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare, rest.labels, rest.families
+        )
         labels = _with_part(rest.labels, f"{f.name}_{vector}", vector, part.names_of(0))
         parts.append(replace(part, labels=labels))
-        rest = replace(rest, arguments=halves.second, tape=halves.prepared, labels=labels)
+        families = {**rest.families, vector: part.result_families(0)}
+        rest = replace(rest, arguments=halves.second, tape=halves.prepared, labels=labels, families=families)
         constant |= {vector}
     if not parts:
         return []

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 from mehvar.names import identifier
 
-from .tape import COMMUTATIVE, MASKS, Instruction, Tape
+from .tape import COMMUTATIVE, MASKS, Instruction, Tape, is_sum
 
 Element = tuple[int, int]
 """Place of an argument, and of an element in it."""
@@ -160,11 +160,6 @@ def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
         return False
     user = tape.instructions[users[k]]
     return not (is_sum(tape.instructions[k]) and is_sum(user) and user.args[0] == k)
-
-
-def is_sum(instruction: Instruction) -> bool:
-    """Whether a value is a sum or a difference."""
-    return instruction.op in ("add", "sub")
 
 
 def sincos_pairs(tape: Tape) -> dict[int, int]:

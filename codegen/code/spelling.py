@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .labels import PLAIN, Labels, Names, long_sums, names_of, sincos_pairs
+from .labels import PLAIN, Element, Labels, Names, long_sums, names_of, sincos_pairs
 from .tape import MASKS, Instruction, Tape
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -178,10 +178,12 @@ def statements(
     results : list of list of str
         An expression for each element of each result, of several lines if it is a long sum.
     """
-    return _Printer(tape, arguments, language, labels, names or names_of(tape, arguments, labels)).print()
+    return Printer(tape, arguments, language, labels, names or names_of(tape, arguments, labels)).print()
 
 
-class _Printer:
+class Printer:
+    """Prints a tape, value by value."""
+
     def __init__(
         self,
         tape: Tape,
@@ -198,6 +200,7 @@ class _Printer:
         self._partner, self._long = sincos_pairs(tape), long_sums(tape, names.lined)
 
     def print(self) -> tuple[list[str], list[list[str]]]:
+        """Return assignments, and an expression for each element of each result."""
         self._load()
         for k, instruction in enumerate(self._tape.instructions):
             if k not in self._text:
@@ -206,7 +209,7 @@ class _Printer:
 
     def _load(self) -> None:
         """Name what is read of the vectors."""
-        read = {i.args for i in self._tape.instructions if i.op == "input"}
+        read = self._read()
         for place, (vector, size) in enumerate(self._arguments):
             if vector in self._labels.parts and self._language.unpack and any(a == place for a, _ in read):
                 names = "".join(f"    {self._elements[place, k]},\n" for k in range(size or 0))
@@ -216,6 +219,10 @@ class _Printer:
                 constants = self._labels.constants.get(vector)
                 name, where = self._elements[place, k], constants[k] if constants else k
                 self._add(self._language.load.format(name=name, vector=vector, place=where, index=k))
+
+    def _read(self) -> set[Element]:
+        """Return the elements that the text reads."""
+        return {(i.args[0], i.args[1]) for i in self._tape.instructions if i.op == "input"}
 
     def _add(self, statement: str) -> None:
         self._lines += statement.split("\n")

@@ -123,10 +123,10 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), deriva
     """
     plain = _read(function)
     named = plain if derivation is None else _named(plain, derivation)
-    return _arranged(_share_reciprocals(_fuse_selects(named), parameters), derivation)
+    return arranged(_share_reciprocals(_fuse_selects(named), parameters), derivation)
 
 
-class _Builder:
+class Builder:
     """Appends instructions, each distinct one once."""
 
     def __init__(self) -> None:
@@ -134,6 +134,7 @@ class _Builder:
         self._known: dict[tuple[str, tuple[int, ...], str], int] = {}
 
     def add(self, op: str, *args: int, value: float = 0.0) -> int:
+        """Return the position of an operation, which is appended unless it is there."""
         # repr tells -0.0 from 0.0, which compare equal
         position = self._known.setdefault((op, args, repr(value) if op == "const" else ""), len(self.instructions))
         if position == len(self.instructions):
@@ -165,7 +166,7 @@ class _Builder:
 
 
 def _read(function: ca.Function) -> Tape:
-    builder, register = _Builder(), dict[int, int]()
+    builder, register = Builder(), dict[int, int]()
     results = [[0] * function.nnz_out(i) for i in range(function.n_out())]
     for k in range(function.n_instructions()):
         op = function.instruction_id(k)
@@ -184,7 +185,7 @@ def _read(function: ca.Function) -> Tape:
     return Tape(tuple(builder.instructions), tuple(tuple(r) for r in results))
 
 
-def _operation(builder: _Builder, op: int, operands: list[int], function: ca.Function) -> int:
+def _operation(builder: Builder, op: int, operands: list[int], function: ca.Function) -> int:
     if op not in _NAMES:
         raise TapeError(f"{function.name()}: CasADi operation number {op} has no counterpart in generated code")
     name = _NAMES[op]
@@ -258,6 +259,11 @@ def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
     return constant
 
 
+def is_sum(instruction: Instruction) -> bool:
+    """Whether a value is a sum or a difference."""
+    return instruction.op in ("add", "sub")
+
+
 def keeps_place(instruction: Instruction) -> bool:
     """Tell whether computing a value again is as cheap as having it, or it is no number that could be kept."""
     return instruction.op in _FREE or instruction.op in MASKS
@@ -273,7 +279,7 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
         for above, below in quotients
         if constant[below] and not constant[above] and tape_.instructions[below].op != "const"
     )
-    builder, moved, inverse = _Builder(), {}, {}
+    builder, moved, inverse = Builder(), {}, {}
     for k, instruction in enumerate(tape_.instructions):
         if instruction.op in ("input", "const"):
             moved[k] = builder.add(instruction.op, *instruction.args, value=instruction.value)
@@ -293,7 +299,7 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
     return Tape(tuple(builder.instructions), results)
 
 
-def _arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
+def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
     """Put each value before its first use and drop what no result needs.
 
     Calls come first, in the order in which what follows takes them, then definitions in that of the derivation, then

@@ -51,6 +51,8 @@ class FunctionGraph:
         The arguments that stay the same from one sample of a law to the next.
     elements : mapping of str to tuple of str
         Names of the elements of each vector that it receives.
+    families : mapping of str to tuple of (str, int)
+        Of each vector the family of every element and its number there; an empty name where it is of none.
     derivation : NamedSteps, optional
         The named steps between arguments and results.
     """
@@ -65,4 +67,5 @@ class FunctionGraph:
     parameters: frozenset[int] = frozenset()
     held: frozenset[int] = frozenset()
     elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    families: Mapping[str, tuple[tuple[str, int], ...]] = field(default_factory=dict)
     derivation: NamedSteps | None = None

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a tape does the same for each member of a family: loops over the members, and what stands between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .labels import sincos_pairs
+from .members import Members, Tags, members
+from .tape import Tape
+
+
+@dataclass(frozen=True)
+class Sum:
+    """A sum over the members, of which a loop adds a member's terms.
+
+    Attributes
+    ----------
+    root, base : int
+        The sum, and what it starts from.
+    terms : list of (bool, int)
+        Of the first member: whether subtracted, and the value.
+    """
+
+    root: int
+    base: int
+    terms: list[tuple[bool, int]]
+
+
+@dataclass(frozen=True)
+class Store:
+    """Elements of a result that are members' values.
+
+    Attributes
+    ----------
+    result : int
+        Which result.
+    elements : list of int
+        Of each member.
+    value : int
+        The first member's.
+    """
+
+    result: int
+    elements: list[int]
+    value: int
+
+
+@dataclass(frozen=True)
+class Block:
+    """Statements, and the loop behind them.
+
+    Attributes
+    ----------
+    values : list of int
+        What all members share, one after the other.
+    own : list of int
+        The first member's values, which stand for every member's.
+    sums : list of Sum
+        Over what the loop computes.
+    """
+
+    values: list[int]
+    own: list[int]
+    sums: list[Sum]
+
+
+@dataclass(frozen=True)
+class Loops:
+    """A tape as statements and loops.
+
+    Attributes
+    ----------
+    members : Members
+        Whose values the loops compute.
+    blocks : list of Block
+        In order.
+    stores : list of list of Store
+        What the loop of each block gives as results.
+    apart : list of (int, int)
+        Results and their elements that no loop gives.
+    kept : set of int
+        The first member's values that another block needs, or a statement behind all: arrays.
+    read : set of int
+        The inputs that a text names.
+    """
+
+    members: Members
+    blocks: list[Block]
+    stores: list[list[Store]]
+    apart: list[tuple[int, int]]
+    kept: set[int]
+    read: set[int]
+
+
+def loops(tape: Tape, tags: Tags) -> Loops | None:
+    """Find the loops of a tape; None where no family is long enough."""
+    found = members(tape, tags)
+    if found is None:
+        return None
+    sums, hidden = _sums(tape, found)
+    phase = _phases(tape, found, sums, hidden)
+    blocks = [Block([], [], []) for _ in range(max(phase) + 1)]
+    for k, i in enumerate(tape.instructions):
+        if k in sums:
+            blocks[phase[k] - 1].sums.append(sums[k])
+        elif k in found.kind:
+            if found.first(k) == k and i.op != "input":
+                blocks[phase[k]].own.append(k)
+        elif k not in hidden:
+            blocks[phase[k]].values.append(k)
+    stores, apart = _stores(tape, found, phase)
+    used = _used(tape, found, sums, hidden, phase) | {tape.results[r][e] for r, e in apart}
+    inputs = {k for k, i in enumerate(tape.instructions) if i.op == "input"}
+    kept = {found.first(k) for k in used if k in found.kind} - inputs
+    pairs = sincos_pairs(tape)
+    kept |= {pairs[k] for k in kept if k in pairs and pairs[k] in found.kind}
+    read = {k for k in inputs if k in used or k not in found.kind or found.first(k) == k}
+    return Loops(found, blocks, stores, apart, kept, read)
+
+
+def _stores(tape: Tape, found: Members, phase: Sequence[int]) -> tuple[list[list[Store]], list[tuple[int, int]]]:
+    """Return what loops give as results, and what they do not."""
+    stores: list[list[Store]] = [[] for _ in range(max(phase) + 1)]
+    apart: list[tuple[int, int]] = []
+    for r, result in enumerate(tape.results):
+        places: dict[int, dict[int, int]] = {}
+        for e, k in enumerate(result):
+            if k in found.kind and found.owner[k] not in places.setdefault(found.kind[k], {}):
+                places[found.kind[k]][found.owner[k]] = e
+            else:
+                apart.append((r, e))
+        for kind, elements in places.items():
+            value = found.kinds[kind][0]
+            if len(elements) == len(found.numbers):
+                stores[phase[value]].append(Store(r, [elements[number] for number in found.numbers], value))
+            else:
+                apart += [(r, e) for e in elements.values()]
+    return stores, sorted(apart)
+
+
+def _sums(tape: Tape, found: Members) -> tuple[dict[int, Sum], set[int]]:
+    """Return the sums that a loop can do, and the partial sums in them."""
+    sums: dict[int, Sum] = {}
+    hidden = set[int]()
+    roots = list(found.sums)
+    while roots:
+        root = roots.pop()
+        terms, nodes, node = list[tuple[bool, int]](), list[int](), root
+        while node == root or node in found.inside:
+            i = tape.instructions[node]
+            term = i.args[1]
+            if term not in found.kind or (terms and found.owner[term] > found.owner[terms[-1][1]]):
+                break
+            terms.append((i.op == "sub", term))
+            nodes.append(node)
+            node = i.args[0]
+        terms.reverse()
+        if terms and node not in found.kind and found.alike(terms):
+            sums[root] = Sum(root, node, terms[: len(terms) // len(found.numbers)])
+            hidden.update(nodes[1:])
+        node = node if terms else tape.instructions[root].args[0]
+        if node in found.inside:
+            roots.append(node)
+    return sums, hidden
+
+
+def _phases(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int]) -> list[int]:
+    """Return for each value the block that computes it; the block behind the loop for a sum over the members."""
+    phase: list[int] = []
+    for k, i in enumerate(tape.instructions):
+        if k in sums:
+            terms = [*(a for _, a in sums[k].terms), sums[k].base]
+            phase.append(max(phase[a] for a in terms) + 1)
+        elif k in hidden:
+            phase.append(0)
+        elif k in found.kind:
+            phase.append(max((phase[a] for a in i.operands), default=0))
+        else:
+            phase.append(max((phase[a] + (a in found.kind and _made(tape, a)) for a in i.operands), default=0))
+    return phase
+
+
+def _made(tape: Tape, k: int) -> bool:
+    return tape.instructions[k].op != "input"
+
+
+def _used(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int], phase: Sequence[int]) -> set[int]:
+    """Return the members' values that a statement or another loop needs."""
+    used = set[int]()
+    for k, i in enumerate(tape.instructions):
+        if k in sums:
+            used |= {a for _, a in sums[k].terms if _made(tape, a) and phase[a] != phase[k] - 1}
+        elif k in found.kind:
+            used |= {a for a in i.operands if a in found.kind and _made(tape, a) and phase[k] != phase[a]}
+        elif k not in hidden:
+            used |= {a for a in i.operands if a in found.kind}
+    return used
