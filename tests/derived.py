@@ -7,19 +7,15 @@ Nothing is derived while tests are collected: every process of a run collects al
 from __future__ import annotations
 
 import functools
-import itertools
-import json
 from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from mehvar import cache
-from mehvar.codegen.generate import derive, installed_tree, system_of
+from mehvar.codegen.generate import installed_tree, system_of
 from mehvar.codegen.ledger.ledger import Ledger
+from mehvar.codegen.structures import structure_folder
 from mehvar.ledger.judging import judged
 from mehvar.models.system import System
-
-_FILE = "texts.json"
 
 
 @functools.cache
@@ -35,16 +31,8 @@ def generated(model: str) -> Path:
 
 def variant(model: str, /, **structure: str) -> dict[str, str]:
     """Return the texts of a structural variant."""
-    tree = installed_tree()
-    choices = itertools.chain(*sorted(structure.items()))
-    key = cache.key(*choices, *itertools.chain(*tree.sources(model).items()))
-
-    def fill(folder: Path) -> None:
-        (folder / _FILE).write_text(json.dumps(derive(tree, model, structure)), encoding="utf-8")
-
-    path = cache.entry("variants", f"{model}-{key}", fill) / _FILE
-    texts: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
-    return texts
+    folder = structure_folder(installed_tree(), model, structure)
+    return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if not path.name.startswith(".")}
 
 
 @functools.cache

@@ -26,6 +26,8 @@ from mehvar.web.export import export_web
 from mehvar.web.module import zig_available
 
 if TYPE_CHECKING:
+    from mehvar.manifest import Manifest
+    from mehvar.papers.claims import Claim
     from mehvar.report.content import PaperReport
 
 _LIVE = "live"
@@ -45,7 +47,7 @@ def command(
 
 
 def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
-    """Compute every figure and claim of every paper, a batch and the boards of each system; write the report.
+    """Compute every figure and claim of every paper and beyond it, a batch and boards of each system; write the report.
 
     Everything is computed before anything is written.
 
@@ -53,7 +55,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     ----------
     out : Path
         Folder of the report, made if it does not exist: index.html and a page for each paper, which need nothing
-        else; claims.json; figures/; with zig, live/, the pages on which each system runs.
+        else; claims.json and beyond.json, what became of the papers' claims and of those beyond them; figures/; with
+        zig, live/, the pages on which each system runs.
     advance : callable, optional
         Called with what is done, the total, both in papers, and what is being done.
 
@@ -72,12 +75,16 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     """
     require_matplotlib()
     check_folder(out)
-    from mehvar.report.content import paper_report
+    from mehvar.report.content import beyond_folders, paper_report
     from mehvar.report.papers import paper_pages
 
     started, models = time.perf_counter(), paper_models()
     ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
-    reports = [paper_report(name, ledgers.get(name), _part(advance, i, len(models))) for i, name in enumerate(models)]
+    folders = beyond_folders(models)
+    reports = [
+        paper_report(name, ledgers.get(name), folders[name], _part(advance, i, len(models)))
+        for i, name in enumerate(models)
+    ]
     live = {name: f"{_LIVE}/{name}.html" for name in models} if zig_available() else {}
     _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started), live), live)
     if advance is not None:
@@ -88,6 +95,9 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
 def _failures(reports: Sequence[PaperReport]) -> list[str]:
     kinds: dict[str, Callable[[PaperReport], Iterable[str]]] = {
         "claims that do not hold": lambda report: (c.number for c in report.claims if c.verdict is ClaimVerdict.FAILS),
+        "claims beyond the papers that do not hold": lambda report: (
+            c.number for c in report.beyond.claims if c.verdict is ClaimVerdict.FAILS
+        ),
         "laws that differ between board and host": lambda report: (b.law for b in report.boards.laws if not b.same),
         "functions that differ from CasADi's own C": lambda report: (
             report.agreement.different if report.agreement else ()
@@ -115,17 +125,21 @@ def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], 
         for report in reports:
             for figure, picture in zip(report.paper.figures, report.pictures, strict=True):
                 (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
-        (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
+            for picture in report.beyond.pictures:
+                (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
+        (folder / "claims.json").write_text(_claims_text((r.manifest, r.claims) for r in reports), encoding="utf-8")
+        beyond = ((report.beyond.manifest, report.beyond.claims) for report in reports)
+        (folder / "beyond.json").write_text(_claims_text(beyond), encoding="utf-8")
         for name, text in pages.items():
             (folder / name).write_text(text, encoding="utf-8")
 
 
-def _claims_text(reports: Sequence[PaperReport]) -> str:
+def _claims_text(decided: Iterable[tuple[Manifest, Sequence[Claim]]]) -> str:
     fields = ("number", "text", "expected", "measured", "verdict", "note", "outcome")
     entries = [
-        {"model": report.manifest.model, **{field: getattr(claim, field) for field in fields}}
-        for report in reports
-        for claim in report.claims
+        {"model": manifest.model, **{field: getattr(claim, field) for field in fields}}
+        for manifest, claims in decided
+        for claim in claims
     ]
     return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"
 

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
-import signal
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from mehvar import cache
 from mehvar.codegen.generate import Tree, system_of
+from mehvar.codegen.processes import in_processes
 from mehvar.errors import InputError, unknown_name
 
 Ledger = dict[str, Any]
@@ -39,13 +37,7 @@ def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
     chosen = [name for name in with_paper if model in (None, name)]
     if not chosen:
         raise InputError(f"no published equations for {model or tree.root}: there are some for {', '.join(with_paper)}")
-    workers = min(len(chosen), os.cpu_count() or 1)
-    ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
-    with (
-        ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as processes,
-        ThreadPoolExecutor(len(chosen)) as threads,
-    ):
-        return list(threads.map(lambda name: _ledger(tree, name, processes), chosen))
+    return in_processes(lambda name, processes: _ledger(tree, name, processes), chosen)
 
 
 def _has_paper(tree: Tree, model: str) -> bool:

@@ -205,6 +205,11 @@ def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
     return Check(what, f"< {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured < bound)
 
 
+def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
+    """Return the check that a number is above a bound."""
+    return Check(what, f"> {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured > bound)
+
+
 def beside(check: Check) -> Check:
     """Return a check that the claim does not depend on."""
     return replace(check, essential=False)

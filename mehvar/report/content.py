@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from PIL import Image
 
+from mehvar.codegen.generate import installed_tree
+from mehvar.codegen.structures import structure_folders
 from mehvar.errors import MissingError
 from mehvar.ledger.text import standing
+from mehvar.papers.beyond import BeyondWords, Difference, differences, load_beyond
 from mehvar.papers.claims import Claim
 from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
@@ -32,6 +35,8 @@ from .eigenvalues import LoopSpectrum, loop_spectra
 from .series import track
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.figure import Figure
 
     from mehvar.ledger.judging import Ledger
@@ -63,6 +68,22 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class BeyondReport:
+    """What the page says about the structure beyond a paper, whose claims are not the paper's."""
+
+    words: BeyondWords
+    manifest: Manifest
+    claims: Sequence[Claim]
+    pictures: Sequence[Picture]
+    differences: Sequence[Difference]
+
+    @property
+    def unpictured(self) -> list[Claim]:
+        """Return the claims that no figure shows."""
+        return _unpictured(self.pictures, self.claims)
+
+
+@dataclass(frozen=True)
 class PaperReport:
     """What the page says about one paper; `seconds` by what they were needed for."""
 
@@ -81,6 +102,7 @@ class PaperReport:
     board_pictures: Sequence[Picture]
     agreement: Agreement | None
     spectra: Sequence[LoopSpectrum]
+    beyond: BeyondReport
     loops: int
     seconds: Mapping[str, float]
 
@@ -98,8 +120,7 @@ class PaperReport:
     @property
     def unpictured(self) -> list[Claim]:
         """Return the claims that no figure shows."""
-        shown = {claim.number for picture in self.pictures for claim in picture.claims}
-        return [claim for claim in self.claims if claim.number not in shown]
+        return _unpictured(self.pictures, self.claims)
 
     @property
     def rows(self) -> list[tuple[tuple[str, str], list[Deviation]]]:
@@ -107,7 +128,17 @@ class PaperReport:
         return by_run(self.deviations)
 
 
-def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperReport:
+def _unpictured(pictures: Sequence[Picture], claims: Sequence[Claim]) -> list[Claim]:
+    shown = {claim.number for picture in pictures for claim in picture.claims}
+    return [claim for claim in claims if claim.number not in shown]
+
+
+def beyond_folders(names: Sequence[str]) -> dict[str, Path]:
+    """Return the generated folder of the structure beyond each model's paper, derived where the cache has none."""
+    return structure_folders(installed_tree(), {name: load_beyond(name).words.structure for name in names})
+
+
+def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advance) -> PaperReport:
     """Run everything that the page says about a paper.
 
     Parameters
@@ -116,6 +147,8 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
         The model.
     ledger : Ledger, optional
         The paper's equations against the derived ones.
+    beyond : Path
+        Folder of the structure beyond the paper.
     advance : callable
         Called with what is done, 1, and what is being done.
     """
@@ -144,12 +177,26 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     advance(0.95, 1.0, f"{name}: board")
     boards = run_boards(runs)
     clock.note("board")
+    advance(0.97, 1.0, f"{name}: beyond the paper")
+    further = _beyond(name, runs, Runs(load(beyond)))
+    clock.note("beyond the paper")
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         boards, [_static(f"{name}-board-{law.law}", law.law, law.figure) for law in boards.laws], texts,
-        loop_spectra(runs, dict(by_run(numbers))), len(runs), clock.seconds,
+        loop_spectra(runs, dict(by_run(numbers))), further, len(runs), clock.seconds,
     )  # fmt: skip
+
+
+def _beyond(name: str, paper: Runs, runs: Runs) -> BeyondReport:
+    """Run what lies beyond a paper, beside the paper's runs."""
+    beyond, old, new = load_beyond(name), paper.model.manifest, runs.model.manifest
+    claims = beyond.claims(paper, runs)
+    pictures = [
+        replace(_figure(f"{name}-beyond-{f.number}", f, claims, runs), heading=f"Figure B{f.number}")
+        for f in beyond.figures(paper)
+    ]
+    return BeyondReport(beyond.words, new, claims, pictures, differences(old, new))
 
 
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
@@ -195,17 +242,19 @@ def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
 
 
 def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: int) -> Picture:
+    beyond = figure.number > printed
+    heading = f"Beyond the paper, {figure.number}" if beyond else figure.label or f"Figure {figure.number}"
+    return replace(_figure(f"{name}-figure-{figure.number}", figure, claims, runs), heading=heading)
+
+
+def _figure(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs) -> Picture:
     shown = [claim for number in figure.claims for claim in claims if claim.number == number]
     with style():
         try:
             canvas = figure.draw(runs)
         except MissingError as error:
             canvas = text_figure(f"Not drawn: {error}.")
-    beyond = figure.number > printed
-    heading = f"Beyond the paper, {figure.number}" if beyond else figure.label or f"Figure {figure.number}"
-    return replace(
-        picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown), heading=heading
-    )
+    return picture(name, figure.title, figure.caption, canvas, shown)
 
 
 class _Clock:

@@ -13,7 +13,8 @@ import pytest
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
 from mehvar.errors import InputError
-from mehvar.papers.claims import Check, Claim
+from mehvar.papers.beyond import Beyond, BeyondWords, load_beyond
+from mehvar.papers.claims import Check, Claim, ClaimText
 from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import PrintedCounts, Statements
@@ -24,9 +25,11 @@ from mehvar.report.backends import Agreement, FunctionAgreement
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
+from tests.derived import generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
 from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
 
+NOTHING = Beyond(BeyondWords("", {}, (), (), ()), {}, {})
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
 
@@ -128,6 +131,7 @@ def test_pages_need_nothing_else(report):
 def test_figures_on_the_pages_are_the_files_beside_them(report):
     files = sorted((report.out / "figures").iterdir())
     wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_reproduction(m).figures]
+    wanted += [f"{m}-beyond-{figure.number}.png" for m in paper_models() for figure in load_beyond(m).words.figure]
     assert [file.name for file in files] == sorted(wanted)
     embedded = {base64.b64decode(s.split(",")[1]) for page in report.pages.values() for s in page.sources}
     assert {file.read_bytes() for file in files} <= embedded
@@ -179,6 +183,24 @@ def test_page_shows_all_claims_captions_and_the_model(report):
     assert "does not settle" in text
 
 
+def test_what_lies_beyond_the_papers_is_shown_and_counted_apart(report):
+    beyond = json.loads((report.out / "beyond.json").read_text(encoding="utf-8"))
+    for name in paper_models():
+        page, words = report.pages[name], load_beyond(name).words
+        ours = [claim for claim in beyond if claim["model"] == name]
+        assert [claim["number"] for claim in ours] == [text.number for text in words.claim]
+        assert {claim["verdict"] for claim in ours} == {"holds"}
+        assert {f"{name}-claim-{claim['number']}" for claim in ours} <= set(page.ids)
+        assert {f"{name}-beyond-{figure.number}" for figure in words.figure} | {f"{name}-beyond"} <= set(page.ids)
+        said = " ".join(page.text.split())
+        assert all(typeset(text).striptags() in said for text in words.text)
+        assert all(f"--structure {choice}={value}" in page.text for choice, value in words.structure.items())
+        assert "operations of the rates" in page.text
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    assert not {claim["number"] for claim in claims} & {claim["number"] for claim in beyond}
+    assert f"{len(claims)} claims" in report.pages["index"].text
+
+
 def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     for name in paper_models():
@@ -221,6 +243,8 @@ def _only_claims(monkeypatch, claims):
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
+    monkeypatch.setattr(content, "load_beyond", lambda name: NOTHING)
+    monkeypatch.setattr(content, "structure_folders", lambda tree, models: {name: generated(name) for name in models})
 
 
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
@@ -244,11 +268,15 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     _only_claims(monkeypatch, lambda runs: [])
     different = Agreement([FunctionAgreement("rhs", 500, 0.0), FunctionAgreement("jac_x", 500, 1e-9)], [])
     monkeypatch.setattr(content, "agreement", lambda runs: different)
+    words = replace(NOTHING.words, claim=(ClaimText("B1", "it is light"),))
+    failing = Beyond(words, {}, {"B1": lambda *given: [Check("m", "1", "2", False)]})
+    monkeypatch.setattr(content, "load_beyond", lambda name: failing)
     board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
-    functions, laws = (", ".join(f"{name} {what}" for name in paper_models()) for what in ("jac_x", "pd"))
+    functions, laws, claims = (", ".join(f"{name} {what}" for name in paper_models()) for what in ("jac_x", "pd", "B1"))
     assert capsys.readouterr().out.splitlines()[1:] == [
+        f"claims beyond the papers that do not hold: {claims}; see the report",
         f"laws that differ between board and host: {laws}; see the report",
         f"functions that differ from CasADi's own C: {functions}; see the report",
     ]

@@ -27,9 +27,9 @@ def gates_of(subject: Machine) -> list[Gate]:
     if inertia == "hinge":
         found.append(symmetric(same_bob(count)))
     if inertia == "ball":
-        found += [*_constraints(count), identity("outputs: angles of the bobs", _directions, _arms)]
+        found += [*_constraints(count), identity("outputs: angles of the bobs", directions, _arms)]
     if structure["attitude"] == "quaternion":
-        found.append(identity("outputs: attitude angles", _turned_by_outputs, turned))
+        found.append(identity("outputs: attitude angles", turned_by_outputs, turned))
     return found
 
 
@@ -82,7 +82,7 @@ def _outputs() -> list[Gate]:
         identity("lateral thrust", lambda at: at.result("outputs", "lateral")[:, 0], lateral),
         identity("inputs from accelerations and back", lambda at: at.call("outputs")[:, :5], _there_and_back),
         identity("turning beyond the thrust", lambda at: _demand(at)[:, 2:], _turned_beyond_thrust),
-        identity("initial state", lambda at: at.call("initial"), _initial),
+        identity("initial state", lambda at: at.call("initial"), initial),
     ]
 
 
@@ -96,7 +96,7 @@ def _turned_beyond_thrust(at: Points) -> Array:
     return at.at(u=u).call("outputs")[:, 2:5]
 
 
-def _initial(at: Points) -> Array:
+def initial(at: Points) -> Array:
     """Return the state that a scenario describes."""
     inertia, count = at.machine.system.structure["inertia"], len(_numbers(at))
     start = {q.name: at[f"{q.name}_0"] for q in (*VELOCITY, *RATE)}
@@ -112,10 +112,10 @@ def _initial(at: Points) -> Array:
             start |= {f"sigma{k}{axis}": sigma[:, i] for i, axis in enumerate("xyz")}
         else:
             start |= {name: at[f"{name}_0"] for name in own}
-    return np.column_stack([start[q.name] for q in at.machine.system.states])
+    return np.column_stack([start[q.name] for q in at.machine.system.states if q.name in start])
 
 
-def _directions(at: Points) -> Array:
+def directions(at: Points) -> Array:
     """Return the directions of the bobs at the angles that are put out."""
     angles = [at.result("outputs", f"phi{k}", f"theta{k}").T for k in _numbers(at)]
     return np.hstack([bodies.direction(phi, 0 * phi, theta, 0 * phi)[0] for phi, theta in angles])
@@ -125,7 +125,7 @@ def _arms(at: Points) -> Array:
     return np.hstack([bodies.arm(at, k)[0] for k in _numbers(at)])
 
 
-def _turned_by_outputs(at: Points) -> Array:
+def turned_by_outputs(at: Points) -> Array:
     return rotations.of_angles(at.result("outputs", "att1", "att2", "att3"))
 
 

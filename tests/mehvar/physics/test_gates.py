@@ -21,6 +21,8 @@ from tests.sampling import RANGES
 
 PURE_NUMBERS = {"mrac", "mrac_literal"}
 """Laws whose first covariance is a number that stands for 1/(N m)^2 too: units of torque must stay as they are."""
+MATRICES = {"regulator"}
+"""Laws whose gains are matrices of numbers in SI, the entries of one matrix in several units."""
 PICTURES = {"geometry"}
 """What is only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
 BETWEEN = [case for case in CASES if dict(case[1]).get("pendulums") == "3" and dict(case[1]).get("inertia") != "hinge"]
@@ -48,7 +50,7 @@ def test_every_parameter_matters(case):
 @up_to_two_pendulums
 def test_units_can_be_changed(case):
     subject = subject_of(case)
-    names = [request.name for request in requests(subject.system) if request.name not in PICTURES]
+    names = [request.name for request in requests(subject.system) if request.name not in PICTURES | MATRICES]
     scales = {name: SAME_TORQUE if name in PURE_NUMBERS else SCALES for name in names}
     failed = {name: error for name in names if not (error := misfit(subject, name, scales[name])) <= TOLERANCE}
     assert not failed

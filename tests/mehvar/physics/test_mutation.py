@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.physics.machine import Machine, points
 from mehvar.physics.mutation import run, weighted
-from tests.mehvar.physics.declared import CRAFT, SHAKEN, gates_of, title
+from tests.mehvar.physics.declared import CRAFT, DRAINING, SHAKEN, gates_of, title
 from tests.mehvar.physics.installed import machine
 
 SAMPLE = 60
@@ -23,6 +23,7 @@ CASES = (
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
     ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),
+    DRAINING,
 )
 
 

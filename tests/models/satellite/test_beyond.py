@@ -130,6 +130,61 @@ def test_the_space_stations_tensor_as_jeod_logged_it():
         np.testing.assert_allclose(column(craft().rhs(x, u, p), *W), row["a"], atol=1e-13 * largest, rtol=0)
 
 
+def posed(inertia: np.ndarray, **values: float) -> np.ndarray:
+    """Return the plant's parameters for a body with this tensor, wheels that weigh nothing and no field."""
+    tensor = {f"I_{i + 1}_{j + 1}": inertia[i, j] for i in range(3) for j in range(i, 3)}
+    wheels = {f"wheel_inertia_{k}": 1e-12 for k in range(1, 5)}
+    return np.asarray(craft().parameters(field_moment=0.0, **tensor, **wheels, **values))
+
+
+def pulled(inertia: np.ndarray, nadir: np.ndarray, radius: float, w: np.ndarray) -> np.ndarray:
+    """Return the angular acceleration at a place on an ellipse of e = 0.3 that is so far from the Earth."""
+    e, anomaly = 0.3, 1.0
+    p = posed(inertia, mu=JEOD["mu"], eccentricity=e, semi_major_axis=radius * (1 + e * np.cos(anomaly)) / (1 - e**2))
+    turn, _ = Rotation.align_vectors([[0, 0, 1]], [nadir])
+    x = state(anomaly=anomaly, **dict(zip((*Q, *W), (*turn.as_quat(scalar_first=True), *w), strict=True)))
+    return column(craft().rhs(x, np.zeros(7), p), *W)
+
+
+def test_a_cylinder_on_an_ellipse_as_jeod_logged_it():
+    """Runs 10A and 10D; the bound is that of tests/validation/against_jeod.py, for the same rows on a circle."""
+    data = JEOD["gradient"]
+    largest = np.abs([row["a"] for row in data["rows"]]).max()
+    for row in data["rows"]:
+        place, turn = np.array(row["r"]), np.array(row["T"])
+        radius = np.linalg.norm(place)
+        a = pulled(np.diag(data["inertia"]), turn @ -place / radius, radius, row["w"])
+        np.testing.assert_allclose(a, row["a"], atol=3.7e-13 * largest, rtol=0)
+
+
+def test_gravity_on_three_masses_as_jeod_has_it():
+    """A full tensor in the gradient; the bound is how far JEOD's harmonics are from its own point masses."""
+    data = JEOD["table"]
+    masses, places = np.array(data["masses"]), np.array(data["places"])
+    inertia = np.einsum("i,ijk", masses, np.einsum("ij,ij,kl->ikl", places, places, np.eye(3)))
+    inertia -= np.einsum("i,ij,ik", masses, places, places)
+    body = Rotation.from_euler("YZX", np.radians(data["pitch_yaw_roll_deg"])).as_matrix().T
+    for row in data["rows"]:
+        lat, lon = np.radians([row["lat"], row["lon"]])
+        up = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+        torque = inertia @ pulled(inertia, body @ -up, data["radius"], np.zeros(3))
+        np.testing.assert_allclose(torque, row["harmonic"], atol=2.1e-6 * np.abs(row["harmonic"]).max(), rtol=0)
+
+
+def test_five_free_minutes_of_the_space_station_as_jeod_logged_them():
+    """Run 9B after its torque: rates and attitude by the tensor in body axes, without an orbit."""
+    rows = [row for row in JEOD["torque"]["rows"] if not row["torque"]]
+    p = posed(np.array(JEOD["torque"]["inertia"]), mu=1e-30)
+    turns = [Rotation.from_quat([q[0], *(-np.array(q[1:]))], scalar_first=True) for q in (r["q"] for r in rows)]
+    x = state(**dict(zip((*Q, *W), (*turns[0].as_quat(scalar_first=True), *rows[0]["w"]), strict=True)))
+    run = motion(x, np.zeros(7), p, np.array([float(row["t"]) for row in rows]))
+    size = np.linalg.norm(rows[0]["w"])
+    for y, row, turn in zip(run, rows, turns, strict=True):
+        np.testing.assert_allclose(column(y, *W), row["w"], atol=1.1e-12 * size, rtol=0)
+        here = Rotation.from_quat(column(y, *Q), scalar_first=True)
+        np.testing.assert_allclose(here.as_matrix(), turn.as_matrix(), atol=1.1e-12)
+
+
 def test_wheels_turn_the_body_and_the_whole_keeps_its_momentum():
     p = craft().parameters(mu=1e-30, field_moment=0.0)
     x = state(q0=0.5, q1=0.5, q2=-0.5, q3=0.5, wx=0.02, wy=-0.01, wz=0.03, h1=0.2, h2=-0.1, h4=0.3)
