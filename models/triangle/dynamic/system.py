@@ -92,7 +92,7 @@ def dynamic(masses: str, rods: str) -> System:
     d.section("Shifted coordinates")
     shifted = shifted_state(REFERENCES, tables["laws"].area_factor, d)
     final = target_lengths(from_shape, REFERENCES.rho_ref, REFERENCES.phi_ref, REFERENCES.mu_ref, d)
-    controllers = _forceful(laws(tables, shifted, (start[0], REFERENCES.rho_ref), d), asked, acting, moving, own, d)
+    controllers = _forceful(laws(tables, shifted, (start[0], goal[0]), d), asked, acting, moving, own, d)
     functions = _functions(p, moving, field, acting, d)
     commanded, applied = limits(INPUTS, {"F": p.F_max, "f": p.thrust_max})
     scenarios, metrics = _runs(masses)

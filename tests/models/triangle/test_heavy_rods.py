@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rods with mass: against many points along each rod, theory of libration, and the kinematics of the paper."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -143,7 +141,7 @@ def test_heavier_rods_take_more_force_on_the_same_way(model):
 
 def test_thrust_holds_the_attitude_on_an_ellipse(model):
     alone, beside = (simulate(model, law, "ellipse", rod_mass=20.0) for law in ("path", "path-thrust"))
-    assert abs(float(alone.theta_error[-1])) > 0.01
+    assert abs(float(alone.theta_error[-1])) > 0.003
     assert abs(float(beside.theta_error[-1])) < 1e-5
     assert np.abs(beside.H.values).max() < 1e-9
 
@@ -168,4 +166,4 @@ def test_rods_that_no_points_stand_for_are_refused(general):
 def test_the_laws_have_the_same_bits_on_a_board(model, target):
     outcome = run_on_board(model, BoardRequest("path-thrust", target, samples=100))
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
-    assert json.loads(outcome.single.attrs["parameters"])["rod_mass"] == 0.2
+    assert outcome.u.compared == outcome.single.u_cmd.size
