@@ -84,7 +84,6 @@ class Layout:
     def build(self, target: Any) -> zarr.Group:
         """Write it into a folder or a store of Zarr's."""
         import zarr
-
         from zarr.core.group import ConsolidatedMetadata, GroupMetadata
 
         names = [variable.name for variable in self.variables]
@@ -95,7 +94,7 @@ class Layout:
         listed = ConsolidatedMetadata(metadata=dict(sorted(arrays.items())))
         group = GroupMetadata(attributes=attributes, zarr_format=3, consolidated_metadata=listed)
         store = zarr.storage.LocalStore(target) if isinstance(target, Path) else target
-        nodes = dict(zarr.create_hierarchy(store=store, nodes={"": group, **arrays}))
+        nodes: dict[str, Any] = dict(zarr.create_hierarchy(store=store, nodes={"": group, **arrays}))
         for name, coordinate in self.coordinates.items():
             nodes[name][:] = _values(coordinate)
         made: zarr.Group = nodes[""]
