@@ -34,6 +34,7 @@ _SETTINGS = {
     "mutation.md": "six points a gate; a user's default is 12",
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "matrix.md": "with a user's defaults",
+    "bare.md": "tolerances as the table says, a held input and one sample; a user's default is 1e-11",
     "fixed_costs.md": "tolerance 1e-6, one sample; a user's default is 1e-11",
     "precision.md": "whole scenarios at tolerances as the table says; a user's default is 1e-11",
     "own_law.md": "100 s of the satellite, own laws sampled every 0.5 s; a user's defaults are 800 s and continuous",
