@@ -6,10 +6,10 @@
 #include "mehvar/private/arithmetic.h"
 #include "philox.h"
 
-/* the upper 52 bits as a fraction in [0, 1) */
+/* the upper 52 bits, of a float 23, as a fraction in [0, 1) */
 static inline real mv_fraction(mv_bits word)
 {
-    return mv_from_bits((word >> (64 - MV_DIGITS)) | mv_to_bits(SPLAT(1))) - K(1);
+    return mv_from_bits((word >> (8 * MV_BYTES - MV_DIGITS)) | mv_to_bits(SPLAT(1))) - K(1);
 }
 
 static inline void mv_normal_pair(const mv_bits word[2], real *first, real *second)
