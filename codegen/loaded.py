@@ -53,11 +53,15 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
         Name of the model's package, whose imports count even where they were executed before.
     """
     before, original = set(sys.modules), builtins.__import__
+    known = set[tuple[object, ...]]()
 
     def imported(name: str, *arguments: Any, **keywords: Any) -> Any:
         module = original(name, *arguments, **keywords)
         importer = (arguments[0] or {}).get("__name__", "") if arguments else ""
-        _IMPORTS[importer] |= _names(module, name, *arguments[2:4])
+        statement = (importer, name, *map(str, arguments[2:4]))
+        if statement not in known:  # SymPy has imports in functions, of which a derivation executes 100 000
+            known.add(statement)
+            _IMPORTS[importer] |= _names(module, name, *arguments[2:4])
         return module
 
     builtins.__import__ = imported

@@ -102,7 +102,7 @@ class _Rolled(Printer):
         for s in block.sums:
             name = self._names[s.root]
             terms = "".join(f" {'-' if negative else '+'} {self._operand(a, 2)}" for negative, a in s.terms)
-            self._add(f"{name} = {name}{terms};")
+            self._add(f"{name} = {name}{terms};{self._remark(self._tape.instructions[s.root])}")
         for store in stores:
             place = self._along(self._place_of(store.result, store.elements[0]), store.elements)
             self._add(f"{place} = {self._result(store.value)};")
@@ -117,7 +117,7 @@ class _Rolled(Printer):
             return
         text = self._expression(k, instruction)
         self._keep(k, "mask" if instruction.op in MASKS else "real")
-        self._add(f"{self._text[k]} = {text};")
+        self._add(f"{self._text[k]} = {text};{self._remark(instruction)}")
 
     def _fused(self, k: int, instruction: Instruction) -> None:
         pair = (k, self._partner[k]) if instruction.op == "sin" else (self._partner[k], k)

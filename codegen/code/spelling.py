@@ -261,10 +261,13 @@ class Printer:
             return
         kind = "mask" if instruction.op in MASKS else "real"
         self._text[k] = self._names[k]
-        number = self._labels.numbers.get(instruction.name, "")
-        remark = self._language.comment.format(number) if number else ""
         value = self._language.broken.format(text) if "\n" in text else text
-        self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + remark)
+        self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + self._remark(instruction))
+
+    def _remark(self, instruction: Instruction) -> str:
+        """Return the number of a definition's equation, as a comment."""
+        number = self._labels.numbers.get(instruction.name, "")
+        return self._language.comment.format(number) if number else ""
 
     def _expression(self, k: int, instruction: Instruction) -> str:
         if instruction.op in _INFIX:

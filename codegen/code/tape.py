@@ -224,9 +224,14 @@ def _identities(tape_: Tape, known: dict[tuple[object, ...], int]) -> list[int]:
     """Give values of several tapes numbers, the same ones wherever the same operations make them."""
     numbers: list[int] = []
     for i in tape_.instructions:
-        operands = i.args if i.op == "input" else tuple(numbers[a] for a in i.args)
-        operands = tuple(sorted(operands)) if i.op in COMMUTATIVE else operands
-        numbers.append(known.setdefault((i.op, repr(i.value), *operands), len(known)))
+        if i.op == "input":
+            content: tuple[object, ...] = (i.op, *i.args)
+        elif i.op == "const":
+            content = (i.op, repr(i.value))
+        else:
+            operands = [numbers[a] for a in i.args]
+            content = (i.op, *(sorted(operands) if i.op in COMMUTATIVE else operands))
+        numbers.append(known.setdefault(content, len(known)))
     return numbers
 
 
@@ -306,7 +311,7 @@ def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
     results. So the place of a value depends on what uses it, not on how many values there are elsewhere.
     """
     results = [v for result in tape_.results for v in result]
-    place = {tape_.instructions[k].name: k for k in _order(tape_, results)}
+    place = {tape_.instructions[k].name: k for k in _needed(tape_)}
     names = derivation.numbers if derivation else ()
     roots = [*(place[name] for name in names if name in place), *results]
     calls = [k for k in _order(tape_, roots) if tape_.instructions[k].op in _CALLS]
@@ -315,7 +320,20 @@ def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
 
 def prune(tape_: Tape) -> Tape:
     """Drop what no result needs and renumber."""
-    return _reordered(tape_, sorted(_order(tape_, [v for result in tape_.results for v in result])))
+    return _reordered(tape_, _needed(tape_))
+
+
+def _needed(tape_: Tape) -> list[int]:
+    """Return the values that results need, in order."""
+    needed = [False] * len(tape_.instructions)
+    for result in tape_.results:
+        for v in result:
+            needed[v] = True
+    for k in range(len(needed) - 1, -1, -1):
+        if needed[k]:
+            for a in tape_.instructions[k].operands:
+                needed[a] = True
+    return [k for k, wanted in enumerate(needed) if wanted]
 
 
 def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:

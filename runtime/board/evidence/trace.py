@@ -22,7 +22,7 @@ from ..emulator.profile import line_table
 from ..image.elf import Elf
 from .flow import instructions
 
-_STATEMENT = re.compile(r"    (?:const (?:real|mask) )?([A-Za-z_]\w*(?:\[\d+\])?) = ")
+_STATEMENT = re.compile(r" {4,}(?:const (?:real|mask) )?([A-Za-z_]\w*(?:\[\w+\])?) = ")
 _NUMBER = re.compile(r"/\* (\([^)]*\)[^*]*?) \*/\s*$")
 
 
