@@ -227,6 +227,20 @@ def test_a_tensor_and_a_pyramid_of_wheels_on_an_ellipse(torque: float) -> None:
     )  # fmt: skip
 
 
+def test_the_same_about_an_oblate_earth() -> None:
+    """Mean rates of node, perigee and anomaly against the bulge itself, which moves the place to and fro besides."""
+    span, errors, oblate = 600.0, [], {**ORBIT, "J2": 1.08262668e-3}
+    sizes = np.concatenate([SIZES, np.full(4, 100.0), np.full(3, 1e7)])
+    latus = oblate["semi_major_axis"] * (1 - oblate["eccentricity"] ** 2)
+    for motion in start(100.0, 8e-4, 1e-3, orbit=oblate):
+        errors.append((ours(motion, span) - basilisk(motion, span, 0.1)) / sizes)
+    record(
+        f"satellite beyond: tensor and pyramid on an ellipse about an oblate Earth, torques, {span:.0f} s",
+        "Basilisk", version("bsk"), errors, oblate["J2"] * (oblate["earth_radius"] / latus) ** 2,
+        "of 1, 0.02 rad/s, 100 rad/s, 1e7 m", "J2 (R/p)^2, the size of the short periods that mean rates leave out",
+    )  # fmt: skip
+
+
 WHEELS = {
     "of data sheets": (5e-6, 1e-6, 300.0),
     "large": (2e-3, 2e-4, 60.0),
