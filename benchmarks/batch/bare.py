@@ -235,8 +235,8 @@ def _limit() -> list[str]:
         f"instructions at {ISSUED} a cycle; sums and products, and quotients and roots, at the rates that loops of",
         "nothing else reach on this processor. `share` is the largest bound over what was measured with everything in",
         "the first cache; what it lacks is probably waiting for results, which was not measured apart: most of an",
-        "expression depends on what stands before it. `of the bare loop` is how much of its time at the tighter tolerance such slopes make up; the rest are the",
-        "sums of the stages, the error and the control.",
+        "expression depends on what stands before it. `of the bare loop` is how much of its time at the tighter",
+        "tolerance such slopes make up; the rest are the sums of the stages, the error and the control.",
     ]
 
 
