@@ -19,6 +19,7 @@ from ..system import (
     Function,
     Group,
     Metric,
+    ModelError,
     Quantity,
     Scenario,
     System,
@@ -55,7 +56,7 @@ from .laws.gyro import Rate, without_bias
 from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
 from .orbit import LATITUDE, Orbit, circular, keplerian
-from .wheels import Wheels, along_any, along_axes, spanning, unbalanced
+from .wheels import Wheels, along_any, along_axes, has_lengths, spanning, unbalanced
 
 _HERE = Path(__file__).parent
 _SOURCE = (
@@ -128,7 +129,17 @@ def system(
     -------
     System
         Ready for code generation.
+
+    Raises
+    ------
+    ModelError
+        For instruments without the laws that read them.
     """
+    if sensors == "instruments" and (torquers, laws) != ("three", "more"):
+        raise ModelError(
+            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: must go with 'three', which "
+            "read the magnetometer, and 'more', which take out the gyro's bias"
+        )
     choices = {
         "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,
         "laws": laws,
@@ -396,8 +407,17 @@ def _constraints(craft: _Craft) -> tuple[Condition, ...]:
         s.half_period - plant.Ts,
         "half_period = {half_period:g} s is not longer than a sample, Ts = {Ts:g} s: the law cannot see the reference",
     )
-    spread = (spanning(craft.wheels),) if craft.choices["wheels"] != "axes" else ()
-    return (*_body(craft), slow, *spread, *_balance(craft))
+    return (*_needs(craft), *_body(craft), slow, *_balance(craft))
+
+
+def _needs(craft: _Craft) -> Iterator[Condition]:
+    """Yield what a choice divides by: lengths of the wheels' axes, the volume they span, the field."""
+    if craft.choices["wheels"] != "axes":
+        yield has_lengths(craft.p)
+        yield spanning(craft.wheels)
+    if craft.choices["torquers"] == "three":
+        message = "field_moment = {field_moment:g} Wb m: magnetic torquers need a field, so more than zero"
+        yield Condition(craft.p.field_moment, message)
 
 
 def _balance(craft: _Craft) -> Iterator[Condition]:

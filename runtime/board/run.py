@@ -385,7 +385,9 @@ def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
     """
     a, b, apart = np.asarray(values), np.asarray(expected), ulps(values, expected)
     rows = len(apart)
-    size = np.abs(np.asarray(values[:rows], np.float64) - np.asarray(expected[:rows], np.float64))
+    one, other = (np.asarray(series[:rows], np.float64) for series in (values, expected))
+    # a number on one side only is infinitely far from the other, not as near as what can be compared
+    size = np.where(np.isnan(one) != np.isnan(other), np.inf, np.abs(one - other))
     differing = np.flatnonzero(apart.reshape(rows, -1).any(axis=1)) if rows else np.empty(0, int)
     first = int(differing[0]) if differing.size else rows if len(a) != len(b) else None
     largest = float(np.nanmax(size, initial=0.0))

@@ -89,6 +89,8 @@ def _print_outcome(outcome: BoardRun) -> None:
             "largest difference of an input",
         ],
     ]
+    if outcome.single.status is not outcome.board.status:
+        rows += [["the loop on this machine", outcome.single.reason, "in float; it ended otherwise than on the board"]]
     if numbers["instructions_per_step"] is not None:
         rows += [
             ["instructions of a step", str(numbers["instructions_per_step"]), "exact, the most of all samples"],

@@ -2,7 +2,7 @@
 """Reaction wheels along the body axes or any others, balanced or not."""
 
 from .imbalance import accelerations, extra_energy, extra_momentum
-from .sets import FEWEST, MOMENTA, TORQUES, Wheels, along_any, along_axes, spanning, unbalanced
+from .sets import FEWEST, MOMENTA, TORQUES, Wheels, along_any, along_axes, has_lengths, spanning, unbalanced
 
 __all__ = [
     "FEWEST",
@@ -14,6 +14,7 @@ __all__ = [
     "along_axes",
     "extra_energy",
     "extra_momentum",
+    "has_lengths",
     "spanning",
     "unbalanced",
 ]

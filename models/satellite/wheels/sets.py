@@ -119,6 +119,13 @@ def unbalanced(plant: Group, s: Group, d: Derivation) -> Wheels:
     return dataclasses.replace(balanced, imbalance=off)
 
 
+def has_lengths(plant: Group) -> Condition:
+    """Return that no wheel's axis is zero, which has no direction."""
+    columns = (plant.wheel_axes[:, k] for k in range(plant.wheel_axes.cols))
+    squares = (sp.Add(*(entry**2 for entry in column)) for column in columns)
+    return Condition(sp.Min(*squares), "a column of wheel_axes is zero: a wheel needs an axis")
+
+
 def spanning(wheels: Wheels) -> Condition:
     """Return that the wheels' axes span all directions: the volumes of three at a time, squared and added."""
     gram = wheels.axes * wheels.axes.T

@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
 
 import mehvar
+from mehvar.models.satellite.system import system
+from mehvar.models.system import ModelError
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from tests.models.satellite.beyond import MU, Newton, body_axes, column, craft, motion, names, place, state
 from tests.models.satellite.loop import satellite
@@ -361,3 +363,21 @@ def test_an_emulated_processor_computes_the_same_bits():
     outcome = run_on_board(craft(), request)
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
     assert outcome.stats["stack_used"] <= outcome.bound.bytes
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ({"field_moment": 0.0}, "torquers need a field"),
+        ({f"wheel_axes_{i}_1": 0.0 for i in (1, 2, 3)}, "a wheel needs an axis"),
+        ({f"wheel_axes_3_{k}": 0.0 for k in (1, 2, 3, 4)}, "lie in a plane"),
+    ],
+)
+def test_what_a_choice_divides_by_is_named_where_it_is_zero(values: dict[str, float], text: str) -> None:
+    with pytest.raises(mehvar.InputError, match=text):
+        mehvar.simulate(craft(), "quaternion", t_end=1.0, **values)
+
+
+def test_instruments_are_refused_without_the_laws_that_read_them() -> None:
+    with pytest.raises(ModelError, match=r"sensors = 'instruments' .* must go with 'three'"):
+        system(sensors="instruments", torquers="three")

@@ -218,6 +218,7 @@ def test_a_difference_is_found():
     b[0, 0] = np.float32(-1)
     assert difference(a, b).ulp > 10**9
     assert difference(a[:1], a).ulp == 1
+    assert difference(a, np.nan_to_num(a)).size == np.inf
 
 
 def test_what_cannot_be_run_is_refused():

@@ -16,6 +16,7 @@ from mehvar.runtime import InputError, Run, load, simulate
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.results import to_dataset
 from tests.models.edits import POSITIVE, parameter, quantity
 from tests.models.test_clock import pushed
@@ -80,6 +81,7 @@ def test_a_batch_decides_for_each_run_as_the_run_alone(folder: Path, tmp_path: P
     store = run_batch(folder, campaign, tmp_path / "runs.zarr", threads=2)
     stiff = np.isfinite(store.read("t_stiff", [0]))
     assert 3 < stiff.sum() < 18
+    store = open_store(tmp_path / "runs.zarr")
     plan = plan_of(store, folder)
     for number in range(21):
         run = repeat_run(plan, store, number)
