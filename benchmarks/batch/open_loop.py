@@ -161,7 +161,6 @@ def _head() -> list[str]:
         "- heyoka: one object for all batches; compiling it without compact mode is its fastest way, and its set-up",
         "  the longest. scipy and casadi are called once for each run. Set-up, which includes compiling, is not in the",
         "  times; it is what the process itself spent, without the C compiler's.",
-        "- AVX2: the processor has no AVX-512, so nothing was measured with it.",
     ]
 
 
