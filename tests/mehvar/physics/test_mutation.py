@@ -19,7 +19,7 @@ CASES = (
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("satellite", (("chart", "quaternion"),)),
     CRAFT,
-    SHAKEN,
+    pytest.param(SHAKEN, marks=pytest.mark.soak),
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
     ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),
