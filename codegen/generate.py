@@ -175,7 +175,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
 def _few_collections() -> Iterator[None]:
     """Look for cycles of objects after many new ones: a derivation makes few cycles.
 
-    With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without; 2 MB more.
+    With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
     """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], 100_000) if before[0] else 0, *before[1:])
