@@ -8,7 +8,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs validate mutants soak matrix peers compare sceptic lint farm setup clean
+.PHONY: run test docs validate mutants soak matrix peers compare sceptic lint setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -16,7 +16,7 @@ test: setup lint
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
 
-docs: setup farm
+docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
 
@@ -62,17 +62,11 @@ sceptic:
 	.venv-sceptic/bin/python -m pip install --quiet --disable-pip-version-check -c benchmarks/peers/requirements.txt -e . heyoka
 	.venv-sceptic/bin/python -m benchmarks.sceptic
 
-lint: setup farm
+lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	cd build/farm && ../../$(BIN)/mypy --config-file ../../pyproject.toml
-	cd build/farm && ../../$(BIN)/lint-imports --config ../../pyproject.toml
-
-# links to the files under their one import name, which checkers that do not import look for; see decision 0015
-farm:
-	rm -rf build/farm && mkdir -p build/farm
-	cp -rs "$(CURDIR)/mehvar" build/farm/mehvar
-	cp -rs $(addprefix "$(CURDIR)"/,models codegen generated runtime) build/farm/mehvar
+	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 setup: $(VENV)/installed
 

@@ -23,7 +23,7 @@ from mehvar.errors import MehvarError, unknown_name
 from mehvar.manifest import FILE
 from mehvar.project import project_root
 
-_TOOL = Path(__file__).parent
+_TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
 """What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
@@ -155,7 +155,7 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     prefer_vocabulary(tree)
     with own_text(folder):
         package = importlib.import_module(f"mehvar.models.{model}")
-    if not Path(package.__file__ or "").is_relative_to(tree.root):
+    if not Path(package.__file__ or "").resolve().is_relative_to(tree.root.resolve()):
         raise GenerateError(
             f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
         )
@@ -186,7 +186,7 @@ def _last_place(error: BaseException, folder: Path) -> tuple[str, int]:
     if isinstance(error, SyntaxError) and error.filename:
         return error.filename, error.lineno or 1
     frames = traceback.extract_tb(error.__traceback__)
-    inside = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    inside = [frame for frame in frames if Path(frame.filename).resolve().is_relative_to(folder.resolve())]
     return (inside[-1].filename, inside[-1].lineno or 1) if inside else (str(folder / "__init__.py"), 1)
 
 

@@ -7,14 +7,9 @@ Importing and running generated models needs numpy and scipy; SymPy and CasADi a
 from __future__ import annotations
 
 import importlib
-import os
-import sys
-from importlib.util import spec_from_file_location
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from importlib.machinery import ModuleSpec
-
     from mehvar.api import batch as batch
     from mehvar.api import simulate as simulate
     from mehvar.codegen.functions.lower import to_casadi as to_casadi
@@ -90,27 +85,6 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 _RESULTS = ("batch", "open_result", "simulate")
 __all__ = sorted(_HOME)
-
-_ROOMS = {f"mehvar.{room}": room for room in ("models", "codegen", "generated", "runtime")}
-_HERE = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 - pathlib costs more than this package
-
-
-class _Checkout:
-    """Finds the rooms that stand beside this folder in a checkout; a wheel has them inside. See decision 0015.
-
-    A finder of `sys.meta_path` without the base class, whose module imports half of what this import costs.
-    """
-
-    def find_spec(self, fullname: str, *_: object) -> ModuleSpec | None:
-        if fullname not in _ROOMS:
-            return None
-        room = os.path.join(os.path.dirname(_HERE), _ROOMS[fullname])  # noqa: PTH118, PTH120
-        file = os.path.join(room, "__init__.py")  # noqa: PTH118
-        return spec_from_file_location(fullname, file, submodule_search_locations=[room])
-
-
-if not os.path.isdir(os.path.join(_HERE, "models")):  # noqa: PTH112, PTH118
-    sys.meta_path.append(_Checkout())
 
 
 def __getattr__(name: str) -> Any:

@@ -40,7 +40,7 @@ def list_models() -> list[str]:
 @functools.cache
 def _shipped_roots() -> tuple[Path, ...]:
     spec = importlib.util.find_spec("mehvar.generated")
-    return tuple(map(Path, spec.submodule_search_locations or [])) if spec else ()
+    return tuple(Path(folder).resolve() for folder in spec.submodule_search_locations or []) if spec else ()
 
 
 def _project_roots() -> tuple[Path, ...]:

@@ -39,7 +39,6 @@ return faults.slice(0, 5);
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site")
-    subprocess.run(["make", "farm"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     build = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(folder)],
         cwd=ROOT,
