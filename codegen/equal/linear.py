@@ -7,10 +7,11 @@ Terms count as unknowns of their own, and unknowns are eliminated one by one, ex
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from .intervals import Bounds
+from .intervals import RANGES, Bounds
 from .pool import Pool
 
 Form = dict[int, Fraction]
@@ -77,7 +78,17 @@ def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
         below = [] if low is None else [_sum([itself, {_ONE: -low}])]
         above = [] if high is None else [_sum([{_ONE: high}, _scaled(itself, Fraction(-1))])]
         return [(form, False) for form in below + above]
+    if operation in RANGES:
+        sides = zip(RANGES[operation], (1, -1), strict=True)
+        ends = [(Fraction(side), Fraction(sign)) for side, sign in sides if math.isfinite(side)]
+        return [(_sum([_scaled(itself, sign), {_ONE: -side * sign}]), False) for side, sign in ends]
     forms = [_form(pool, operand) for operand in pool.operands(node)]
+    if operation in ("floor", "ceiling"):
+        sign = Fraction(1 if operation == "floor" else -1)
+        gap = _sum([_scaled(forms[0], sign), _scaled(itself, -sign)])
+        return [(gap, False), (_sum([{_ONE: Fraction(1)}, _scaled(gap, Fraction(-1))]), True)]
+    if operation == "mod" and forms[1].keys() == {_ONE} and forms[1][_ONE] > 0:
+        return [(itself, False), (_sum([forms[1], _scaled(itself, Fraction(-1))]), True)]
     if operation in ("max", "min"):
         sign = Fraction(1 if operation == "max" else -1)
         return [(_sum([_scaled(itself, sign), _scaled(form, -sign)]), False) for form in forms]
