@@ -34,6 +34,7 @@ from .branches import (
     counted,
     either,
     every,
+    implied,
     requirements,
     smooth,
     ways_of,
@@ -165,6 +166,7 @@ class Cells:
         self._pairs: set[tuple[Way, Way]] = set()
         self._needed: dict[int, list[list[tuple[Atom, ...]] | None]] = {}
         self._company: dict[Way, frozenset[int]] = {}
+        self._follows: dict[Way, dict[int, int]] = {}
         self._doubtful: list[tuple[Way, ...]] = []
         self._states: set[State] = set()
         self._forms: dict[tuple[int, int], bool | None] = {}
@@ -544,13 +546,16 @@ class Cells:
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Whether one of two nodes does not count where the other goes its way."""
-        return len(ways) == 2 and any(b[0] not in self._beside(a) for a, b in (ways, ways[::-1]))
+        """Whether one of two nodes does not count where the other goes its way, or goes another one there."""
+        return len(ways) == 2 and any(
+            b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
+        )
 
     def _beside(self, way: Way) -> frozenset[int]:
         """Return the branching nodes that may count where a node goes a way."""
         if way not in self._company:
-            counting = (counted(self.pool, root, dict([way])) for root in self._roots)
+            self._follows[way] = implied(self.pool, way)
+            counting = (counted(self.pool, root, self._follows[way]) for root in self._roots)
             self._company[way] = frozenset(itertools.chain(*counting))
         return self._company[way]
 

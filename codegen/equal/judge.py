@@ -42,6 +42,8 @@ unseen in one of 10^8 cases. Each further node doubles the joint ways and the po
 _MOST_SIGNED = 512
 """Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
 to the reals, and doubling the points, seconds for a law, would add one node."""
+_ARCS = frozenset(("asin", "acos", "atan", "atan2"))
+"""Functions whose angle the field knows by a root: that of acos(cos(a)) is a or -a by chance."""
 _FEW_PARTS = 5
 """Branching parts that two sides do not share, whose joint states are all compared without looking for equal parts."""
 _LOOKS, _LOOK_DIGITS = 8, 12
@@ -182,7 +184,7 @@ class Judge:
         if operation == "sym":
             target = meaning.targets(operands[0])
             return target is not None and self._is_rooted(*target)
-        if any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
+        if operation in _ARCS or any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
             return True
         exponent = self.pool.constant(operands[1]) if operation == "pow" else None
         if exponent is None or exponent.denominator % 2:
@@ -370,8 +372,17 @@ class Judge:
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
 
     def never_zero(self, expression: Expression) -> bool:
-        """Whether intervals prove that an expression has no zero within the bounds of its names."""
-        return intervals.impossible(self.pool, [(self.written_out(expression), 0)], self._bounds())
+        """Whether its form, or intervals, prove that an expression has no zero within the bounds of its names."""
+        stack = [self.written_out(expression)]
+        while stack:
+            operation, *operands = self.pool.nodes[node := stack.pop()]
+            if operation == "mul":
+                stack += operands
+            elif operation == "pow":
+                stack.append(operands[0])
+            elif operation != "exp" and not intervals.impossible(self.pool, [(node, 0)], self._bounds()):
+                return False
+        return True
 
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
         """Return the bounds of every free name; what is positive is not zero."""

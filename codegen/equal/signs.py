@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import isqrt
 
-from .branches import Atom, either, every
+from .branches import Atom, difference, either, every
 from .intervals import Bounds
 from .pool import Pool
 
@@ -91,6 +91,9 @@ class Signs:
                 return self._of_extremum(parts, (operation != "min") == (factor > 0), sign)
             if operation == "pow" and self.pool.constant(operands[1]) == Fraction(1, 2):
                 return self._of_root(operands[0], factor, self.pool.many("add", others), sign)
+            if operation == "log":
+                limit = self.pool.intern("exp", self._times(self.pool.many("add", others), -1 / factor))
+                return self((difference(self.pool, operands[0], limit), sign if factor > 0 else -sign))
         return self._of_squares(terms, sign) or [((node, sign),)]
 
     def _of_root(self, square: int, factor: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
