@@ -78,6 +78,9 @@ _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PATTERNS = 4000
 """Ways in which branching nodes go together that are looked at with 50 digits."""
+_MOST_STEPS = 128
+"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary points.
+Each costs a comparison in the field."""
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _TOLD = 64
@@ -171,6 +174,7 @@ class Cells:
         self._states: set[State] = set()
         self._forms: dict[tuple[int, int], bool | None] = {}
         self._patterns: Counter[bytes] = Counter()
+        self._numbers_seen: Counter[bytes] = Counter()
         self._cell: dict[bytes, State] = {}
         self._insides: dict[State, _Inside] = {}
         self._walked: set[State] = set()
@@ -360,8 +364,7 @@ class Cells:
         members = []
         for k in np.nonzero(defined)[0]:
             pattern = table[k].tobytes()
-            if pattern not in self._cell and self._patterns[pattern] < _BURNT and len(self._patterns) < _MOST_PATTERNS:
-                self._patterns[pattern] += 1
+            if pattern not in self._cell and self._is_wanted(pattern):
                 if outcome := self._judge(_row(point, k), pattern):
                     return outcome
             if inside is not None and self._cell.get(pattern) == inside:
@@ -372,6 +375,16 @@ class Cells:
             if outcome := self._judge(here):
                 return outcome
         return None
+
+    def _is_wanted(self, pattern: bytes) -> bool:
+        """Whether a point is looked at because nodes go together there as they do, and count it."""
+        without = pattern[8 * len(self._steps) :]
+        seen = len(self._patterns), self._patterns[pattern], self._numbers_seen[without]
+        if seen[0] >= _MOST_PATTERNS or seen[1] >= _BURNT or (self._steps and seen[2] >= _MOST_STEPS):
+            return False
+        self._patterns[pattern] += 1
+        self._numbers_seen[without] += 1
+        return True
 
     def _judge(self, here: Point, pattern: bytes = b"") -> Outcome | None:
         """Compare both sides at a point with 50 digits, and in its cell exactly."""

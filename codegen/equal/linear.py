@@ -59,7 +59,7 @@ def _cases(pool: Pool, node: int) -> list[Form]:
 
 def _is_contradiction(rows: list[Row]) -> bool:
     """Whether no numbers satisfy inequalities; `False` where there are too many of them to tell."""
-    while len(rows) <= _MOST:
+    while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
         unknowns = {node for form, _ in rows for node in form if node != _ONE}
@@ -67,6 +67,19 @@ def _is_contradiction(rows: list[Row]) -> bool:
             return False
         rows = _without(rows, min(unknowns, key=lambda node: (_count(rows, node), node)))
     return False
+
+
+def _tightest(rows: Sequence[Row]) -> list[Row]:
+    """Return of all rows that bound the same multiple of the same form the one that bounds it most."""
+    best: dict[frozenset[tuple[int, Fraction]], tuple[Fraction, bool]] = {}
+    for form, strict in rows:
+        lead = next((abs(form[node]) for node in sorted(form) if node != _ONE), Fraction(1))
+        key = frozenset((node, value / lead) for node, value in form.items() if node != _ONE)
+        bound = form.get(_ONE, Fraction(0)) / lead, not strict
+        best[key] = min(best.get(key, bound), bound)
+    return [
+        ({**dict(key), **({_ONE: value} if value else {})}, not weak) for key, (value, weak) in best.items()
+    ]
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
