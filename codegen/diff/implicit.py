@@ -31,8 +31,9 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
 
 
 def _scale(versions: Versions, old: Item, new: Item) -> str:
-    before = versions.judge.values(versions.before, old.root)
-    after = versions.judge.values(versions.across, new.root)
+    count = versions.judge.count((versions.before, old.root), (versions.across, new.root))
+    before = versions.judge.values(versions.before, old.root, count)
+    after = versions.judge.values(versions.across, new.root, count)
     if None in (*before, *after) or 0 in before:
         return ""
     ratio = tuple(field.mul(b, field.inverse(a)) for a, b in zip(before, after, strict=True))
@@ -42,7 +43,7 @@ def _scale(versions: Versions, old: Item, new: Item) -> str:
     for name in versions.before.free(old.root):
         if not versions.judge.positive(name):
             continue
-        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name))
+        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name), count)
         for exponent in (1, -1, 2, -2):
             power = tuple(field.power(v, exponent) for v in values)
             number = rational(tuple(field.mul(r, field.inverse(p)) for r, p in zip(ratio, power, strict=True)))
@@ -57,7 +58,7 @@ def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
         for node in meaning.cone(root):
             operation = versions.pool.nodes[node][0]
-            values = versions.judge.values(meaning, node) if operation in _PARTS else (None,)
+            values = versions.judge.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
             if None in values or 0 in values or not versions.judge.never_zero((meaning, node)):
                 continue
             if values == ratio:
@@ -71,7 +72,7 @@ def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     """Say whether an equation was multiplied by several factors, none of which is ever zero."""
     for meaning, root in ((versions.across, new.root), (versions.before, old.root)):
         for factor in _common(versions.pool, root):
-            values = versions.judge.values(meaning, factor)
+            values = versions.judge.values(meaning, factor, len(ratio))
             if None not in values and 0 not in values and versions.judge.never_zero((meaning, factor)):
                 inverse = tuple(map(field.inverse, values)) if meaning is versions.across else values
                 ratio = tuple(map(field.mul, ratio, inverse))
