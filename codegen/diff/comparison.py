@@ -148,8 +148,8 @@ class _Verdicts:
         decision = versions.judge.decide(*pair)
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
-            if by_text.equal is False:
-                return Verdict(False, f"{by_text.how}, names in it taken as free")
+            if by_text.equal is False:  # which names may never show, such as those of a root for what is negative
+                return replace(decision, how=f"{decision.how}; they differ where names in it are taken as free")
         return decision
 
     def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:

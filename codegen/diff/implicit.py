@@ -7,21 +7,33 @@ from collections.abc import Mapping, Sequence
 
 from ..equal import field
 from ..equal.field import Element, Undefined
+from ..equal.judge import Verdict
 from ..equal.meaning import Meaning
+from ..equal.pool import Pool
 from .changes import Values, rational
 from .versions import Item, Versions
 
 _POINTS = 3
 """Of the field, as many as for any equality; see `codegen.equal.judge`."""
+_PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
+"""Operations whose values may never be zero, in words."""
 
 
 def scale(versions: Versions, old: Item, new: Item) -> str:
     """Return by what an implicit equation was multiplied, in words; empty if it was not.
 
-    A number, or a power of a positive name times a number, never makes more zeros.
+    A number, or a power of a positive name times a number, never makes more zeros; neither does what is never zero, where
+    it has a value.
     """
-    before = versions.judge.values(versions.before, old.root)
-    after = versions.judge.values(versions.across, new.root)
+    words = _scale(versions, old, new)
+    sides = (versions.before, old.root), (versions.across, new.root)
+    return words if words and versions.judge.where_defined(Verdict(True, words), *sides).equal else ""
+
+
+def _scale(versions: Versions, old: Item, new: Item) -> str:
+    count = versions.judge.count((versions.before, old.root), (versions.across, new.root))
+    before = versions.judge.values(versions.before, old.root, count)
+    after = versions.judge.values(versions.across, new.root, count)
     if None in (*before, *after) or 0 in before:
         return ""
     ratio = tuple(field.mul(b, field.inverse(a)) for a, b in zip(before, after, strict=True))
@@ -31,28 +43,50 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
     for name in versions.before.free(old.root):
         if not versions.judge.positive(name):
             continue
-        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name))
+        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name), count)
         for exponent in (1, -1, 2, -2):
             power = tuple(field.power(v, exponent) for v in values)
             number = rational(tuple(field.mul(r, field.inverse(p)) for r, p in zip(ratio, power, strict=True)))
             if number:
                 factor = name if exponent == 1 else f"{name}^{exponent}"
                 return f"multiplied by {factor}" if number == 1 else f"multiplied by {number} {factor}"
-    return _part(versions, old, new, ratio)
+    return _part(versions, old, new, ratio) or _factors(versions, old, new, ratio)
 
 
 def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
-    """Return the sum that an equation was multiplied or divided by, where intervals prove that it is not zero."""
+    """Return the part that an equation was multiplied or divided by, where intervals prove that it is not zero."""
     for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
         for node in meaning.cone(root):
-            values = versions.judge.values(meaning, node) if versions.pool.nodes[node][0] == "add" else (None,)
+            operation = versions.pool.nodes[node][0]
+            values = versions.judge.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
             if None in values or 0 in values or not versions.judge.never_zero((meaning, node)):
                 continue
             if values == ratio:
-                return "multiplied by a sum that is never zero"
+                return f"multiplied by a {_PARTS[operation]} that is never zero"
             if tuple(map(field.inverse, values)) == ratio:
-                return "divided by a sum that is never zero"
+                return f"divided by a {_PARTS[operation]} that is never zero"
     return ""
+
+
+def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
+    """Say whether an equation was multiplied by several factors, none of which is ever zero."""
+    for meaning, root in ((versions.across, new.root), (versions.before, old.root)):
+        for factor in _common(versions.pool, root):
+            values = versions.judge.values(meaning, factor, len(ratio))
+            if None not in values and 0 not in values and versions.judge.never_zero((meaning, factor)):
+                inverse = tuple(map(field.inverse, values)) if meaning is versions.across else values
+                ratio = tuple(map(field.mul, ratio, inverse))
+    return "multiplied by factors that are never zero" if rational(ratio) else ""
+
+
+def _common(pool: Pool, root: int) -> Sequence[int]:
+    """Return the factors of a product, or those that all terms of a sum have."""
+    if pool.nodes[root][0] == "mul":
+        return [factor for part in pool.operands(root) for factor in _common(pool, part)]
+    if pool.nodes[root][0] != "add":
+        return [root]
+    first, *others = (_common(pool, term) for term in pool.operands(root))
+    return [factor for factor in first if all(factor in other for other in others)] or [root]
 
 
 def recombined(versions: Versions) -> bool:

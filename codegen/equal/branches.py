@@ -75,8 +75,39 @@ def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
         node = stack.pop()
         if node not in seen:
             seen.add(node)
-            stack += live(pool, node, taken.get(node) if pool.nodes[node][0] not in STEPS | COMPARISONS else None)
+            way = taken.get(node) if pool.nodes[node][0] not in STEPS | COMPARISONS else None
+            stack += _open(pool, node, taken) if way is None else live(pool, node, way)
     return {node for node in seen if pool.nodes[node][0] in BRANCHING}
+
+
+def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
+    """Return the operands that may count for a value, of a case distinction those that its conditions leave."""
+    operands = pool.operands(node)
+    if pool.nodes[node][0] != "piecewise":
+        return operands
+    left: list[int] = []
+    for value, condition in map(pool.operands, operands):
+        known = _known(pool, condition, taken)
+        left += [condition, *(() if known is False else (value,))]
+        if known:
+            break
+    return left
+
+
+def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
+    """Return the truth of a condition whose comparisons go given ways; None where others tell it."""
+    operation, *operands = pool.nodes[node]
+    if operation == "const":
+        return bool(operands[0] == "True")
+    if operation in COMPARISONS:
+        return bool(taken[node]) if node in taken else None
+    parts = [_known(pool, operand, taken) for operand in pool.operands(node)]
+    if operation == "not":
+        return None if parts[0] is None else not parts[0]
+    if operation not in ("and", "or"):
+        return None
+    deciding = operation == "or"
+    return deciding if deciding in parts else None if None in parts else not deciding
 
 
 def _taken(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
@@ -126,6 +157,28 @@ def atoms(pool: Pool, node: int) -> list[int]:
     if operation in ("max", "min"):
         return [difference(pool, a, b) for a, b in itertools.combinations(operands, 2)]
     return [difference(pool, *operands)] if operation in COMPARISONS else []
+
+
+def implied(pool: Pool, way: Way) -> dict[int, int]:
+    """Return the ways that comparisons go because a node goes a way, with that way itself."""
+    node, number = way
+    if pool.nodes[node][0] != "piecewise":
+        return {node: number}
+    ways: dict[int, int] = {node: number}
+    for k, pair in enumerate(pool.operands(node)[: number + 1]):
+        ways |= _implied(pool, pool.operands(pair)[1], k == number)
+    return ways
+
+
+def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
+    operation = pool.nodes[node][0]
+    if operation in COMPARISONS:
+        return {node: int(wanted)}
+    if operation == "not":
+        return _implied(pool, pool.operands(node)[0], not wanted)
+    if operation == ("and" if wanted else "or"):
+        return {k: way for part in pool.operands(node) for k, way in _implied(pool, part, wanted).items()}
+    return {}
 
 
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:

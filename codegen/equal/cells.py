@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import itertools
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -33,6 +34,7 @@ from .branches import (
     counted,
     either,
     every,
+    implied,
     requirements,
     smooth,
     ways_of,
@@ -40,8 +42,10 @@ from .branches import (
 from .doubles import Array
 from .pool import Pool
 from .reals import PointSampler, RealWorld
+from .signs import Signs, splits
 
 Point = dict[str, float]
+State = frozenset[Way]
 _LINES = 3
 """Through each name, from where the line before it led and every third time from an ordinary point again: a state that
 takes two names is met when one line leads into it from another. Fewer leave more to be looked for on purpose, more cost
@@ -72,11 +76,29 @@ _GRID = tuple(
 """Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
+_MOST_PATTERNS = 4000
+"""Ways in which branching nodes go together that are looked at with 50 digits."""
+_MOST_STEPS = 128
+"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary points.
+Each costs a comparison in the field."""
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
+_TOLD = 64
+"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there are
+ordinary ones, see `_BRANCHED` in `judge`."""
+_OF_A_LINE = 4
+"""Of these points on one line at most, so that they lie on sixteen lines or more."""
+_MOST_INSIDE = 12
+"""Lines for each one needed: one in some leads back into a cell after another name was drawn anew."""
+_INNER = 3
+"""Points between two places of a line inside a cell."""
+_BURNT = 3
+"""Points of one pattern that are looked at with 50 digits until the way of each node is clear there."""
+_ARCS = frozenset(("asin", "acos", "atan2"))
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
-_LIT = Fraction(1, 10**20)
-"""A sign counts where a value is larger than this part of what it was computed from: 20 of 50 digits."""
+_LIT = Fraction(1, 10**30)
+"""A sign counts where a value is larger than this part of what it was computed from: 30 of 50 digits. The square of a
+window of 1e-9 has 18; an arc beside one keeps half of the 90 digits that are computed."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +108,15 @@ class Outcome:
     equal: bool | None
     how: str
     point: Mapping[str, Fraction] | None = None
+
+
+@dataclass
+class _Inside:
+    """A joint state whose two sides the field cannot tell to be equal: where it was met, and where both sides agreed."""
+
+    at: Point
+    lines: set[int] = field(default_factory=set)
+    points: int = 0
 
 
 class Cells:
@@ -122,6 +153,8 @@ class Cells:
         self._same = same
         self._never_has = never_has
         self._bounds = bounds
+        self._split = Signs(pool, bounds)
+        self._impossible: dict[tuple[Atom, ...], bool] = {}
 
     def walk(self, old: int, new: int) -> Outcome | None:
         """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
@@ -136,10 +169,16 @@ class Cells:
         self._pairs: set[tuple[Way, Way]] = set()
         self._needed: dict[int, list[list[tuple[Atom, ...]] | None]] = {}
         self._company: dict[Way, frozenset[int]] = {}
+        self._follows: dict[Way, dict[int, int]] = {}
         self._doubtful: list[tuple[Way, ...]] = []
-        self._states: set[frozenset[Way]] = set()
-        self._forms: dict[tuple[int, int], bool] = {}
-        self._patterns: set[bytes] = set()
+        self._states: set[State] = set()
+        self._forms: dict[tuple[int, int], bool | None] = {}
+        self._patterns: Counter[bytes] = Counter()
+        self._numbers_seen: Counter[bytes] = Counter()
+        self._cell: dict[bytes, State] = {}
+        self._insides: dict[State, _Inside] = {}
+        self._walked: set[State] = set()
+        self._line_number = 0
         self._left = _WORK
         self._points = 0
         self._draw = random.Random(1)
@@ -174,7 +213,17 @@ class Cells:
         rooted = any(self._is_root(node) for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
         self._signed = [k for k in sorted(first ^ second) if rooted and self.pool.nodes[k][0] in kinds]
-        return self._signed
+        arcs = (k for k in sorted(first | second) if self.pool.nodes[k][0] in _ARCS)
+        turns = (turn for arc in arcs for turn in self._turns(arc))
+        parts = (part for atom in self._atoms for part in sorted(self._split.parts(atom)))
+        self._turning = [node for node in dict.fromkeys([*turns, *parts]) if node not in self._atoms]
+        return [*self._signed, *self._turning]
+
+    def _turns(self, arc: int) -> list[int]:
+        """Return what is zero where an arc goes over to another branch of what it undoes."""
+        operands = self.pool.operands(arc)
+        other = {"sin": "cos", "cos": "sin"}.get(self.pool.nodes[operands[0]][0])
+        return [*operands, *([self.pool.intern(other, *self.pool.operands(operands[0]))] if other else [])]
 
     def _is_root(self, node: int) -> bool:
         operation, *operands = self.pool.nodes[node]
@@ -195,7 +244,7 @@ class Cells:
         lines = [name for name in self._names for _ in range(_LINES)]
         if len(lines) > _MOST_LINES:
             lines = self._draw.sample(lines, _MOST_LINES)
-        here: Point = {name: float(column[0]) for name, column in starts.items()}
+        here = _row(starts, 0)
         for number, name in enumerate(lines):
             if self._left < 0:
                 break
@@ -204,11 +253,14 @@ class Cells:
                 return outcome
             base = starts if number % _LINES == _LINES - 1 else line
             k = self._draw.randrange(len(base[name])) if len(base[name]) else 0
-            here = {other: float(column[k]) for other, column in base.items()} if len(base[name]) else here
-        return None
+            here = _row(base, k) if len(base[name]) else here
+        return self._look_inside()
 
-    def _line(self, base: Point, name: str) -> dict[str, Array]:
-        """Return points along a name: beside every place where a condition changes, and between these places."""
+    def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
+        """Return points along a name: beside every place where a condition changes, and between these places.
+
+        With `inner`, as many more points between two places, and more beyond the last one.
+        """
         grid = self._grid(base, name)
         signs = self._signs(base, name, grid)
         rows, columns = np.nonzero(signs[:, 1:] * signs[:, :-1] < 0)
@@ -221,7 +273,11 @@ class Cells:
         beside = np.concatenate([ends * (1 - _BESIDE) - 1e-300, ends * (1 + _BESIDE) + 1e-300])
         between = (ends[1:] + ends[:-1]) / 2
         outer = np.array([ends[0] - abs(ends[0]) - 1, ends[-1] + abs(ends[-1]) + 1]) if len(ends) else grid[::16]
-        return self._along(base, name, self._allowed(name, np.unique(np.concatenate([ends, beside, between, outer]))))
+        parts = [ends, beside, between, outer]
+        if inner:
+            shares = [self._draw.random() for _ in range(inner)]
+            parts += [grid[self._draw.randrange(8) :: 8], *(ends[:-1] + (ends[1:] - ends[:-1]) * s for s in shares)]
+        return self._along(base, name, self._allowed(name, np.unique(np.concatenate(parts))))
 
     def _grid(self, base: Point, name: str) -> Array:
         turn = _TURN if name in self.sampler.angles else ()
@@ -248,7 +304,7 @@ class Cells:
     def _conditions(self, point: Mapping[str, Array], count: int) -> Array:
         """Return what changes sign where a condition changes; for a floor, half a wave for each whole number."""
         found = self._values(point, count)
-        rows = [found[k] for k in (*self._atoms, *self._signed)]
+        rows = [found[k] for k in (*self._atoms, *self._signed, *self._turning)]
         for node in self._steps:
             operands = self.pool.operands(node)
             with np.errstate(all="ignore"):  # where there is no value, no condition changes
@@ -273,37 +329,66 @@ class Cells:
 
     # Points
 
-    def _visit(self, point: Mapping[str, Array]) -> Outcome | None:
-        """Compare both sides at points, and as smooth expressions in every cell that is new."""
+    def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Outcome | None:
+        """Compare both sides at points, and as smooth expressions in every cell that is new.
+
+        With `inside`, some of the points that lie in this joint state are looked at with 50 digits.
+        """
         count = len(next(iter(point.values()))) if point else 1
         if not count:
             return None
         found = self._values(point, count)
         self._points += count
+        self._line_number += 1
         old, new = (np.broadcast_to(np.asarray(found[root], dtype=float), count) for root in self._roots)
-        defined = np.isfinite(old) & np.isfinite(new)
-        differing = np.nonzero(doubles.apart(old, new)[0])[0]
-        for k in [*differing[:8], *self._fresh(found, count, defined)]:
-            if outcome := self._judge({name: Fraction(float(column[k])) for name, column in point.items()}):
+        sizes = doubles.apart(old, new)[0]
+        worst = np.argsort(sizes)[-8:]
+        for k in worst[sizes[worst] > 0][::-1]:
+            if outcome := self._judge(_row(point, k)):
                 return outcome
-        return None
+        return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
 
-    def _fresh(self, found: Mapping[int, Any], count: int, defined: NDArray[np.bool_]) -> Iterator[np.intp]:
-        """Yield points where both sides are defined and the branching nodes go together as they did at none before."""
+    def _table(self, found: Mapping[int, Any], count: int) -> Array:
+        """Return at each point how the branching nodes go together."""
         rows = [np.broadcast_to(np.asarray(found[node], dtype=float), count) for node in self._steps]
         rows += [
             np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count))
             for node in (*self._atoms, *self._signed)
         ]
-        table = np.array(rows, dtype=float).reshape(-1, count)
-        for k in np.nonzero(defined)[0]:
-            pattern = table[:, k].tobytes()
-            if pattern not in self._patterns and len(self._patterns) < 4000:
-                self._patterns.add(pattern)
-                yield k
+        return np.array(rows, dtype=float).reshape(-1, count).T.copy()
 
-    def _judge(self, point: Mapping[str, Fraction]) -> Outcome | None:
+    def _look_at(
+        self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
+    ) -> Outcome | None:
+        """Judge points at which nodes go together as at none before, and some of those inside a joint state."""
+        members = []
+        for k in np.nonzero(defined)[0]:
+            pattern = table[k].tobytes()
+            if pattern not in self._cell and self._is_wanted(pattern):
+                if outcome := self._judge(_row(point, k), pattern):
+                    return outcome
+            if inside is not None and self._cell.get(pattern) == inside:
+                members.append(k)
+        for k in self._draw.sample(members, min(len(members), _OF_A_LINE)):
+            here = _row(point, k)
+            self._insides[inside].at = here  # type: ignore[index]
+            if outcome := self._judge(here):
+                return outcome
+        return None
+
+    def _is_wanted(self, pattern: bytes) -> bool:
+        """Whether a point is looked at because nodes go together there as they do, and count it."""
+        without = pattern[8 * len(self._steps) :]
+        seen = len(self._patterns), self._patterns[pattern], self._numbers_seen[without]
+        if seen[0] >= _MOST_PATTERNS or seen[1] >= _BURNT or (self._steps and seen[2] >= _MOST_STEPS):
+            return False
+        self._patterns[pattern] += 1
+        self._numbers_seen[without] += 1
+        return True
+
+    def _judge(self, here: Point, pattern: bytes = b"") -> Outcome | None:
         """Compare both sides at a point with 50 digits, and in its cell exactly."""
+        point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
         worlds = iter((world, self._world(point)))
         if any(world.defined(root) is None for root in self._roots):
@@ -314,12 +399,61 @@ class Cells:
         counting = {node for root in self._roots for node in counted(self.pool, root, taken)}
         if not all(self._is_clear(world, node) for node in counting):
             return None
-        if not any(self._is_thin(node, taken[node]) for node in counting) and self._differ(taken):
-            return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
-        ways = sorted((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
-        self._ways |= {*ways}
-        self._pairs |= {*itertools.combinations(ways, 2)}
-        self._states.add(frozenset(ways))
+        same = self._compared(taken)
+        steps = {node for node in counting if self.pool.nodes[node][0] in STEPS}
+        if same and steps and not self._compared({node: way for node, way in taken.items() if node not in steps}):
+            same = None  # equal for these whole numbers, and others have no end
+        if same is False:
+            if not any(self._is_thin(node, taken[node]) for node in counting):
+                return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
+            same = None
+        state = frozenset((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
+        self._cell[pattern] = state
+        if same or self._is_told(state, here):
+            ways = sorted(state)
+            self._ways |= {*ways}
+            self._pairs |= {*itertools.combinations(ways, 2)}
+            self._states.add(state)
+        return None
+
+    def _is_told(self, state: State, here: Point) -> bool:
+        """Note that both sides agree at a point of a joint state; whether they did at enough of them."""
+        inside = self._insides.setdefault(state, _Inside(here))
+        inside.lines.add(self._line_number)
+        inside.points += 1
+        return self._is_enough(inside)
+
+    def _is_enough(self, inside: _Inside) -> bool:
+        return inside.points >= _TOLD and len(inside.lines) >= self._lines_wanted()
+
+    def _lines_wanted(self) -> int:
+        """Return on how many lines a cell is compared that the field cannot tell: each name twice at least."""
+        return max(_TOLD // _OF_A_LINE, min(2 * len(self._names), _MOST_LINES)) if self._names else 1
+
+    def _look_inside(self) -> Outcome | None:
+        """Compare the inside of joint states that the field cannot tell, along lines through points of them.
+
+        Every other line starts where one name was drawn anew, which leaves a cell that other names lead back to.
+        """
+        while state := next((state for state in self._insides if state not in self._walked), None):
+            self._walked.add(state)
+            if outcome := self._along_inside(state):
+                return outcome
+        return None
+
+    def _along_inside(self, state: State) -> Outcome | None:
+        inside = self._insides[state]
+        for number in range(_MOST_INSIDE * self._lines_wanted()):
+            if self._left < 0 or self._is_enough(inside):
+                break
+            base, name = inside.at, self._names[number % len(self._names)]
+            if number // len(self._names) % 2:
+                base = base | {
+                    other: float(column[0])
+                    for other, column in doubles.draw([self._draw.choice(self._names)], self.sampler, 1, number).items()
+                }
+            if outcome := self._visit(self._line(base, name, _INNER), state):
+                return outcome
         return None
 
     def _sides(self, world: RealWorld) -> tuple[reals.Sized, reals.Sized] | None:
@@ -338,11 +472,11 @@ class Cells:
             return int(world.value(node))
         return world.ways[node]
 
-    def _differ(self, taken: Mapping[int, int]) -> bool:
-        """Whether both sides are different functions where the nodes go these ways."""
+    def _compared(self, taken: Mapping[int, int]) -> bool | None:
+        """Whether both sides are the same function where the nodes go these ways; None where the field cannot tell."""
         forms = smooth(self.pool, self._roots[0], taken), smooth(self.pool, self._roots[1], taken)
         if forms not in self._forms:
-            self._forms[forms] = self._same(*forms) is False
+            self._forms[forms] = self._same(*forms)
         return self._forms[forms]
 
     def _is_thin(self, node: int, way: int) -> bool:
@@ -425,13 +559,16 @@ class Cells:
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Whether one of two nodes does not count where the other goes its way."""
-        return len(ways) == 2 and any(b[0] not in self._beside(a) for a, b in (ways, ways[::-1]))
+        """Whether one of two nodes does not count where the other goes its way, or goes another one there."""
+        return len(ways) == 2 and any(
+            b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
+        )
 
     def _beside(self, way: Way) -> frozenset[int]:
         """Return the branching nodes that may count where a node goes a way."""
         if way not in self._company:
-            counting = (counted(self.pool, root, dict([way])) for root in self._roots)
+            self._follows[way] = implied(self.pool, way)
+            counting = (counted(self.pool, root, self._follows[way]) for root in self._roots)
             self._company[way] = frozenset(itertools.chain(*counting))
         return self._company[way]
 
@@ -444,10 +581,17 @@ class Cells:
         """Whether ways are proved to exclude each other."""
         alternatives = self._alternatives(ways)
         return alternatives is not None and all(
-            any(proof(self.pool, required, self._bounds) for proof in _PROOFS)
-            or any(sign and self._never_has(node, sign) for node, sign in required)
+            self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
             for required in alternatives
         )
+
+    def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
+        """Whether signs are proved to exclude each other."""
+        if required not in self._impossible:
+            self._impossible[required] = any(proof(self.pool, required, self._bounds) for proof in _PROOFS) or any(
+                sign and self._never_has(node, sign) for node, sign in required
+            )
+        return self._impossible[required]
 
     def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
         """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
@@ -477,25 +621,29 @@ class Cells:
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
         """Walk towards a point where nodes go wanted ways, one line after the other."""
-        required = [atom for alternative in (self._alternatives(ways) or [])[:1] for atom in alternative]
-        if not required:
+        possible = [
+            required
+            for alternative in self._alternatives(ways) or []
+            for required in splits(self._split, alternative)
+            if required and not self._is_impossible(required)
+        ]
+        if not possible:
             return None
         starts = doubles.draw(self._names, self.sampler, 1, seed=11)
-        here = {name: float(column[0]) for name, column in starts.items()}
+        here = _row(starts, 0)
         for number in range(_TRIES):
             if self._left < 0 or self._is_met(ways):
-                return None
+                break
             name = self._names[number % len(self._names)]
             line = self._line(here, name)
             if outcome := self._visit(line):
                 return outcome
             if not len(line[name]):
                 continue
-            score = self._score(required, line)
+            score = self._score(possible[number // len(self._names) % len(possible)], line)
             best = np.nonzero(score == np.max(score))[0]
-            k = int(best[self._draw.randrange(len(best))])
-            here = {other: float(column[k]) for other, column in line.items()}
-        return None
+            here = _row(line, int(best[self._draw.randrange(len(best))]))
+        return self._look_inside()
 
     def _score(self, required: Sequence[Atom], line: Mapping[str, Array]) -> Array:
         """Count the required signs at points."""
@@ -528,3 +676,8 @@ class Cells:
             True,
             f"{self.points}; each joint state in which they may differ was reached or is excluded",
         )
+
+
+def _row(columns: Mapping[str, Array], k: int) -> Point:
+    """Return one of several points."""
+    return {name: float(column[k]) for name, column in columns.items()}

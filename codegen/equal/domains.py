@@ -30,12 +30,17 @@ class Domains:
         Whether an expression is proved to be positive.
     never_has : callable
         Whether it is proved that an expression never has a sign.
+    shortest : bool
+        Leave out what is proved to be positive almost everywhere, which takes its time.
     """
 
-    def __init__(self, pool: Pool, is_positive: Callable[[int], bool], never_has: Callable[[int, int], bool]) -> None:
+    def __init__(
+        self, pool: Pool, is_positive: Callable[[int], bool], never_has: Callable[[int, int], bool], shortest: bool
+    ) -> None:
         self.pool = pool
         self._is_positive = is_positive
         self._never_has = never_has
+        self._shortest = shortest
         self.positive: dict[int, int] = {}
         """What has to be positive, by the factor that says so."""
         self._memo: dict[int, Factors] = {}
@@ -83,6 +88,8 @@ class Domains:
         value = self.pool.constant(part)
         if value is not None or self.pool.nodes[part][0] == "const":
             return self.pool.number(value is None or value >= 0)
+        if self._shortest and (self._is_positive(part) or self._never_has(part, -1)):
+            return self.pool.number(1)
         zero = self.pool.number(0)
         factor = self._case(self.pool.intern("strictgreaterthan", part, zero), self.pool.number(1), zero)
         self.positive[factor] = part

@@ -7,7 +7,7 @@ Every interval is rounded outward, so that an empty one is a proof. Not finding 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from ..equations.document import reached
@@ -18,14 +18,24 @@ ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
 """Of narrowing: a sign goes one operation up or down in each, so that this is how deep a proof may be."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
-_RANGES: dict[str, Interval] = {
+_QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
+RANGES: dict[str, Interval] = {
     "sin": (-1.0, 1.0), "cos": (-1.0, 1.0), "tanh": (-1.0, 1.0), "sign": (-1.0, 1.0), "exp": (0.0, math.inf),
     "cosh": (1.0, math.inf), "acosh": (0.0, math.inf), "acos": _HALF_TURN, "atan2": (-_HALF_TURN[1], _HALF_TURN[1]),
-    "atan": (-2.0, 2.0), "asin": (-2.0, 2.0),
+    "atan": _QUARTERS, "asin": _QUARTERS,
 }  # fmt: skip
 """Where the values of functions lie, rounded outward."""
 _ODD = frozenset(("sinh", "tanh", "asinh", "atanh", "atan", "asin", "sign"))
 """Functions with the sign of their operand."""
+_RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
+    "exp": (math.exp, ALL), "log": (math.log, (0.0, math.inf)), "atan": (math.atan, ALL), "tanh": (math.tanh, ALL),
+    "asin": (math.asin, (-1.0, 1.0)), "acos": (math.acos, (-1.0, 1.0)), "sinh": (math.sinh, ALL),
+    "asinh": (math.asinh, ALL), "acosh": (math.acosh, (1.0, math.inf)), "atanh": (math.atanh, (-1.0, 1.0)),
+}  # fmt: skip
+"""Functions that rise, but for one that falls, and where they have values."""
+_UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
+_CLOSE = 4
+"""Units in the last place that a function of the system's library is rounded outward; the best ones err by one."""
 _EXACT = 4
 """Powers up to which it is looked at whether rounding was needed; with higher ones numbers get long."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
@@ -109,10 +119,17 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
         return best(low for low, _ in operands), best(high for _, high in operands)
     if operation == "abs":
         return _absolute(operands[0])
+    if operation in ("floor", "ceiling"):
+        return _whole(_both(_rounded(operation, operands[0]), box[node]))
+    if operation == "mod":
+        return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
+    if operation in _RISING:
+        limits = RANGES.get(operation, ALL)
+        return _both(_risen(operation, operands[0]), _odd(operands[0], limits) if operation in _ODD else limits)
     if operation in _ODD:
-        return _odd(operands[0], _RANGES.get(operation, ALL))
-    if operation in _RANGES:
-        return _RANGES[operation]
+        return _odd(operands[0], RANGES.get(operation, ALL))
+    if operation in RANGES:
+        return RANGES[operation]
     if operation == "piecewise":
         pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
         return min(low for low, _ in pieces), max(high for _, high in pieces)
@@ -160,6 +177,12 @@ def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[
         return [(o, (low, math.inf)) for o in operands]
     if operation == "abs":
         return [(operands[0], (-high, high))]
+    if operation in _UNDONE:
+        return [(operands[0], _risen(_UNDONE[operation], (low, high)))]
+    if operation == "floor":
+        return [(operands[0], (low, high + 1))]
+    if operation == "ceiling":
+        return [(operands[0], (low - 1, high))]
     if operation == "pow":
         return _root(operands[0], pool.constant(operands[1]), low, high)
     return []
@@ -168,6 +191,8 @@ def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[
 def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
     if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
         return []
+    if exponent == Fraction(1, 2):
+        return [(base, (_raised(max(low, 0.0), 2)[0], _raised(high, 2)[1]))]
     if exponent.denominator == 2:
         return [(base, (0.0, math.inf))]
     if exponent.denominator == 1 and exponent % 2 == 0 and high >= 0:
@@ -197,7 +222,7 @@ def _product(parts: Sequence[Interval]) -> Interval:
         zero = low == high == 0.0 or a == b == 0.0
         signed = _out(min(corners), max(corners))
         # a product of numbers of known signs has a sign, whatever rounding does; times one is not rounded
-        exact = (a == b and abs(a) == 1.0) or (low == high and abs(low) == 1.0)
+        exact = all(abs(side) in (0.0, 1.0) for side in (a, b)) or all(abs(side) in (0.0, 1.0) for side in (low, high))
         low, high = (
             corner if exact or corner == 0.0 else rounded
             for corner, rounded in zip((min(corners), max(corners)), signed, strict=True)
@@ -217,6 +242,45 @@ def _inverse(a: Interval) -> Interval:
     return math.nextafter(low, -math.inf), min(0.0, math.nextafter(high, math.inf))
 
 
+def _rounded(operation: str, operand: Interval) -> Interval:
+    """Return where the whole numbers below, or above, an interval are."""
+    low, high = operand
+    function = math.floor if operation == "floor" else math.ceil
+    return (
+        float(function(low)) if math.isfinite(low) else low,
+        float(function(high)) if math.isfinite(high) else high,
+    )
+
+
+def _whole(a: Interval) -> Interval:
+    """Return the whole numbers of an interval."""
+    low, high = (float(f(v)) if math.isfinite(v) else v for f, v in zip((math.ceil, math.floor), a, strict=True))
+    if low > high:
+        raise _EmptyError
+    return low, high
+
+
+def _risen(operation: str, operand: Interval) -> Interval:
+    """Return the values of a function that rises, or falls, over an interval."""
+    function, domain = _RISING[operation]
+    low, high = (_at(function, value) for value in _both(operand, domain))
+    if operation == "acos":
+        low, high = high, low
+    for _ in range(_CLOSE):
+        low, high = _out(low, high)
+    return low, high
+
+
+def _at(function: Callable[[float], float], value: float) -> float:
+    """Return the value or the limit of a function; what is too large for a double is infinite."""
+    try:
+        return function(value)
+    except OverflowError:
+        return math.copysign(math.inf, value)
+    except ValueError:  # at the end of a domain
+        return math.copysign(math.inf, value - 0.5)
+
+
 def _absolute(a: Interval) -> Interval:
     low, high = a
     return (0.0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
@@ -232,6 +296,8 @@ def _power(base: Interval, exponent: Fraction | None) -> Interval:
     if exponent is None:
         return ALL
     if exponent.denominator != 1:
+        if exponent == Fraction(1, 2) and high >= 0:
+            return _out(math.sqrt(max(low, 0.0)), 0.0)[0] if low > 0 else 0.0, _out(0.0, math.sqrt(high))[1]
         return (0.0, math.inf) if exponent.denominator % 2 == 0 else ALL
     count = int(exponent)
     if count < 0:

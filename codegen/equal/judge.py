@@ -42,6 +42,8 @@ unseen in one of 10^8 cases. Each further node doubles the joint ways and the po
 _MOST_SIGNED = 512
 """Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
 to the reals, and doubling the points, seconds for a law, would add one node."""
+_ARCS = frozenset(("asin", "acos", "atan", "atan2"))
+"""Functions whose angle the field knows by a root: that of acos(cos(a)) is a or -a by chance."""
 _FEW_PARTS = 5
 """Branching parts that two sides do not share, whose joint states are all compared without looking for equal parts."""
 _LOOKS, _LOOK_DIGITS = 8, 12
@@ -155,17 +157,18 @@ class Judge:
         self._free = Meaning(pool, lambda _: None)
         self._squares: dict[int, bool] = {}
         self.written_out = Flat(pool)
-        self._domain = Domains(pool, self._is_positive, self._never_has)
+        self._domain = Domains(pool, self._is_positive, self._never_has, shortest=False)
+        self._needed = Domains(pool, self._is_positive, self._never_has, shortest=True)
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
-        return f"{self._count(sides)} points of a {field.BITS}-bit field, seed {self.seed}"
+        return f"{self.count(*sides)} points of a {field.BITS}-bit field, seed {self.seed}"
 
     def is_rooted(self, *sides: Expression) -> bool:
         """Whether some expression has even roots whose signs the field takes by chance."""
-        return self._count(sides) == _ROOTED
+        return self.count(*sides) == _ROOTED
 
-    def _count(self, sides: Iterable[Expression]) -> int:
+    def count(self, *sides: Expression) -> int:
         """Return how many points of the field tell whether expressions are equal."""
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
@@ -182,7 +185,7 @@ class Judge:
         if operation == "sym":
             target = meaning.targets(operands[0])
             return target is not None and self._is_rooted(*target)
-        if any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
+        if operation in _ARCS or any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
             return True
         exponent = self.pool.constant(operands[1]) if operation == "pow" else None
         if exponent is None or exponent.denominator % 2:
@@ -203,9 +206,9 @@ class Judge:
             self._plain.append(self.at(len(self._plain)))
         return self._plain[number]
 
-    def values(self, meaning: Meaning, root: int) -> tuple[Any, ...]:
-        """Return the values of an expression at the points of the field, None where it has none."""
-        return tuple(worlds[meaning].defined(root) for worlds in self._plain[:_POINTS])
+    def values(self, meaning: Meaning, root: int, count: int = _POINTS) -> tuple[Any, ...]:
+        """Return the values of an expression at points of the field, None where it has none."""
+        return tuple(self.point(number)[meaning].defined(root) for number in range(count))
 
     def decide(self, old: Expression, new: Expression) -> Verdict:
         """Decide whether two expressions are the same function."""
@@ -215,13 +218,13 @@ class Judge:
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
         """Return a verdict, or another one where only one of two sides has a value."""
-        domains = self._domain(self.written_out(old)), self._domain(self.written_out(new))
-        if verdict.equal is False or domains[0] == domains[1]:
+        roots = self.written_out(old), self.written_out(new)
+        if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
             return verdict
-        first, second = ({factor for factor in domain if not self._is_everywhere(factor)} for domain in domains)
+        first, second = map(self._needed, roots)
         if first == second:
             return verdict
-        outcome = self._by_cells(self._domain.product(first), self._domain.product(second))
+        outcome = self._by_cells(self._needed.product(first), self._needed.product(second))
         if outcome.equal:
             return replace(verdict, how=f"{verdict.how}; both sides exist together at {outcome.how}")
         if verdict.equal is None and outcome.equal is None:
@@ -235,11 +238,6 @@ class Judge:
         """Return values of all names that expressions depend on."""
         point = self.sampler.point(0)
         return {name: point[name] for side in sides for name in side[0].free(side[1])}
-
-    def _is_everywhere(self, factor: int) -> bool:
-        """Whether a factor of a domain is proved to be one at almost every point."""
-        part = self._domain.positive.get(factor)
-        return part is not None and (self._is_positive(part) or self._never_has(part, -1))
 
     def _is_positive(self, node: int) -> bool:
         return intervals.impossible(self.pool, [(node, -1)], self._bounds())
@@ -286,7 +284,7 @@ class Judge:
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
         """Compare values at the first points where both exist; None if there are too few such points."""
         same = self._same_at(old, new, _POINTS)
-        return self._same_at(old, new, _ROOTED) if same and self._count((old, new)) == _ROOTED else same
+        return self._same_at(old, new, _ROOTED) if same and self.count(old, new) == _ROOTED else same
 
     def _same_at(self, old: Expression, new: Expression, count: int) -> bool | None:
         matches = 0
@@ -370,8 +368,17 @@ class Judge:
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
 
     def never_zero(self, expression: Expression) -> bool:
-        """Whether intervals prove that an expression has no zero within the bounds of its names."""
-        return intervals.impossible(self.pool, [(self.written_out(expression), 0)], self._bounds())
+        """Whether its form, or intervals, prove that an expression has no zero within the bounds of its names."""
+        stack = [self.written_out(expression)]
+        while stack:
+            operation, *operands = self.pool.nodes[node := stack.pop()]
+            if operation == "mul":
+                stack += operands
+            elif operation == "pow":
+                stack.append(operands[0])
+            elif operation != "exp" and not intervals.impossible(self.pool, [(node, 0)], self._bounds()):
+                return False
+        return True
 
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
         """Return the bounds of every free name; what is positive is not zero."""

@@ -7,10 +7,11 @@ Terms count as unknowns of their own, and unknowns are eliminated one by one, ex
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from .intervals import Bounds
+from .intervals import RANGES, Bounds
 from .pool import Pool
 
 Form = dict[int, Fraction]
@@ -58,7 +59,7 @@ def _cases(pool: Pool, node: int) -> list[Form]:
 
 def _is_contradiction(rows: list[Row]) -> bool:
     """Whether no numbers satisfy inequalities; `False` where there are too many of them to tell."""
-    while len(rows) <= _MOST:
+    while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
         unknowns = {node for form, _ in rows for node in form if node != _ONE}
@@ -66,6 +67,19 @@ def _is_contradiction(rows: list[Row]) -> bool:
             return False
         rows = _without(rows, min(unknowns, key=lambda node: (_count(rows, node), node)))
     return False
+
+
+def _tightest(rows: Sequence[Row]) -> list[Row]:
+    """Return of all rows that bound the same multiple of the same form the one that bounds it most."""
+    best: dict[frozenset[tuple[int, Fraction]], tuple[Fraction, bool]] = {}
+    for form, strict in rows:
+        lead = next((abs(form[node]) for node in sorted(form) if node != _ONE), Fraction(1))
+        key = frozenset((node, value / lead) for node, value in form.items() if node != _ONE)
+        bound = form.get(_ONE, Fraction(0)) / lead, not strict
+        best[key] = min(best.get(key, bound), bound)
+    return [
+        ({**dict(key), **({_ONE: value} if value else {})}, not weak) for key, (value, weak) in best.items()
+    ]
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
@@ -77,7 +91,17 @@ def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
         below = [] if low is None else [_sum([itself, {_ONE: -low}])]
         above = [] if high is None else [_sum([{_ONE: high}, _scaled(itself, Fraction(-1))])]
         return [(form, False) for form in below + above]
+    if operation in RANGES:
+        sides = zip(RANGES[operation], (1, -1), strict=True)
+        ends = [(Fraction(side), Fraction(sign)) for side, sign in sides if math.isfinite(side)]
+        return [(_sum([_scaled(itself, sign), {_ONE: -side * sign}]), False) for side, sign in ends]
     forms = [_form(pool, operand) for operand in pool.operands(node)]
+    if operation in ("floor", "ceiling"):
+        sign = Fraction(1 if operation == "floor" else -1)
+        gap = _sum([_scaled(forms[0], sign), _scaled(itself, -sign)])
+        return [(gap, False), (_sum([{_ONE: Fraction(1)}, _scaled(gap, Fraction(-1))]), True)]
+    if operation == "mod" and forms[1].keys() == {_ONE} and forms[1][_ONE] > 0:
+        return [(itself, False), (_sum([forms[1], _scaled(itself, Fraction(-1))]), True)]
     if operation in ("max", "min"):
         sign = Fraction(1 if operation == "max" else -1)
         return [(_sum([_scaled(itself, sign), _scaled(form, -sign)]), False) for form in forms]

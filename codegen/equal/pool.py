@@ -25,6 +25,7 @@ class Pool:
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self._number: dict[Node, int] = {}
+        self._operands: list[tuple[int, ...]] = []
 
     def intern(self, operation: str, *operands: Any) -> int:
         """Return the number of a node."""
@@ -32,6 +33,7 @@ class Pool:
         if content not in self._number:
             self._number[content] = len(self.nodes)
             self.nodes.append((operation, *operands))
+            self._operands.append(tuple(o for o in operands if isinstance(o, int)))
         return self._number[content]
 
     def copy(
@@ -58,7 +60,7 @@ class Pool:
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Return the operands of a node."""
-        return tuple(o for o in self.nodes[node][1:] if isinstance(o, int))
+        return self._operands[node]
 
     def number(self, value: Fraction | int) -> int:
         """Return the node of a number."""

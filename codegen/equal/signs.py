@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the sign of an expression says of the signs of its parts.
+
+A product is positive where an even number of its factors is negative, a difference of squares where one of two linear
+factors is, `sqrt(Q) - k` where `k` is negative or `Q - k^2` is positive, a minimum where each of its operands is. What is
+written as one condition on one side, and as several on the other, becomes the same signs.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from math import isqrt
+
+from .branches import Atom, difference, either, every
+from .intervals import Bounds
+from .pool import Pool
+
+_FACTORS = 4
+"""Factors of a product whose signs are told apart: eight alternatives."""
+
+
+class Signs:
+    """Splits signs of expressions into those of their parts.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds them.
+    bounds : mapping
+        Of free names.
+    """
+
+    def __init__(self, pool: Pool, bounds: Bounds) -> None:
+        self.pool = pool
+        self._bounds = bounds
+        self._memo: dict[Atom, list[tuple[Atom, ...]] | None] = {}
+
+    def __call__(self, atom: Atom) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives that give a node its sign, almost everywhere; None if there are too many."""
+        if atom not in self._memo:
+            self._memo[atom] = self._of(*atom)
+        return self._memo[atom]
+
+    def parts(self, node: int) -> set[int]:
+        """Return the nodes whose signs make that of a node."""
+        alternatives = [*(self((node, 1)) or ()), *(self((node, -1)) or ())]
+        return {part for alternative in alternatives for part, _ in alternative}
+
+    def _of(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        value = self.pool.constant(node)
+        if not sign:
+            return [((node, sign),)]
+        if value is not None:
+            return [()] if value * sign > 0 else []
+        if self._is_positive(node):
+            return [()] if sign > 0 else []
+        operation, *operands = self.pool.nodes[node]
+        if operation == "mul":
+            return self._of_product(node, sign)
+        if operation == "pow" and self._is_odd(operands[1]):
+            return self((operands[0], sign))
+        if operation in ("max", "min"):
+            return self._of_extremum(operands, operation == "max", sign)
+        return self._of_sum(node, sign) if operation == "add" else [((node, sign),)]
+
+    def _of_product(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        factors = [factor for factor in self.pool.operands(node) if not self._is_positive(factor)]
+        values = [self.pool.constant(factor) for factor in factors]
+        rest = [factor for factor, value in zip(factors, values, strict=True) if value is None]
+        if any(value is not None and value < 0 for value in values):
+            sign = -sign
+        if len(rest) > _FACTORS:
+            return [((node, sign),)] if len(rest) == len(factors) else [((self.pool.many("mul", rest), sign),)]
+        signs = (row for row in itertools.product((1, -1), repeat=len(rest)) if _product(row) == sign)
+        return either([every([self(atom) for atom in zip(rest, row, strict=True)]) for row in signs])
+
+    def _of_extremum(self, parts: Sequence[int], is_max: bool, sign: int) -> list[tuple[Atom, ...]] | None:
+        return (either if is_max == (sign > 0) else every)([self((part, sign)) for part in parts])
+
+    def _of_sum(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        terms = self.pool.operands(node)
+        for number, term in enumerate(terms):
+            factor, rest = self._split(term)
+            others = [other for k, other in enumerate(terms) if k != number]
+            operation, *operands = self.pool.nodes[rest]
+            if operation in ("max", "min", "abs"):
+                values = [*operands, self._times(operands[0], Fraction(-1))] if operation == "abs" else operands
+                parts = [self.pool.many("add", [self._times(value, factor), *others]) for value in values]
+                return self._of_extremum(parts, (operation != "min") == (factor > 0), sign)
+            if operation == "pow" and self.pool.constant(operands[1]) == Fraction(1, 2):
+                return self._of_root(operands[0], factor, self.pool.many("add", others), sign)
+            if operation == "log":
+                limit = self.pool.intern("exp", self._times(self.pool.many("add", others), -1 / factor))
+                return self((difference(self.pool, operands[0], limit), sign if factor > 0 else -sign))
+        return self._of_squares(terms, sign) or [((node, sign),)]
+
+    def _of_root(self, square: int, factor: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Tell the sign of P + c sqrt(Q): that of c where P has it too or is the smaller one."""
+        own = 1 if factor > 0 else -1
+        margin = self.pool.many("add", [self._times(square, factor**2), self._times(self._square(rest), Fraction(-1))])
+        smaller, larger = self((margin, 1)), self((margin, -1))
+        along, against = self((rest, own)), self((rest, -own))
+        return either([along, smaller]) if sign == own else every([against, larger])
+
+    def _of_squares(self, terms: Sequence[int], sign: int) -> list[tuple[Atom, ...]] | None:
+        """Tell the sign of A^2 - B^2 by A - B and A + B."""
+        roots = [self._root(term) for term in terms]
+        if len(roots) != 2 or None in roots:
+            return None
+        (first, plus), (second, other) = (root for root in roots if root)
+        if plus == other:
+            return None
+        minus = self._times(second, Fraction(-1))
+        product = self.pool.many("mul", [self.pool.many("add", [first, k]) for k in (second, minus)])
+        return self((product, sign * plus))
+
+    def _root(self, term: int) -> tuple[int, int] | None:
+        """Return the root of what a term is a square of, and the sign of the square; None if it is none."""
+        factor, rest = self._split(term)
+        size = _rational_root(abs(factor))
+        if size is None:
+            return None
+        sign = 1 if factor > 0 else -1
+        if self.pool.constant(rest) is not None:
+            return self.pool.number(size), sign
+        operation, *operands = self.pool.nodes[rest]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        if exponent is None or exponent.denominator != 1 or exponent % 2:
+            return None
+        return self._times(self.pool.power(operands[0], exponent / 2), size), sign
+
+    def _split(self, term: int) -> tuple[Fraction, int]:
+        """Return the number of a term, and the rest."""
+        value = self.pool.constant(term)
+        if value is not None:
+            return value, self.pool.number(1)
+        if self.pool.nodes[term][0] != "mul":
+            return Fraction(1), term
+        factors = self.pool.operands(term)
+        number = next((value for value in map(self.pool.constant, factors) if value is not None), Fraction(1))
+        return number, self.pool.many("mul", [factor for factor in factors if self.pool.constant(factor) is None])
+
+    def _times(self, node: int, factor: Fraction) -> int:
+        """Return a multiple of a node, of a sum that of each term, so that terms of two of them meet."""
+        if self.pool.nodes[node][0] == "add":
+            return self.pool.many("add", [self._times(term, factor) for term in self.pool.operands(node)])
+        return self.pool.many("mul", [node, self.pool.number(factor)])
+
+    def _square(self, node: int) -> int:
+        factors = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
+        return self.pool.many("mul", [*map(self._squared, factors)])
+
+    def _squared(self, node: int) -> int:
+        value = self.pool.constant(node)
+        if value is not None:
+            return self.pool.number(value**2)
+        operation, *operands = self.pool.nodes[node]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        if exponent is not None:
+            return self.pool.power(operands[0], 2 * exponent)
+        return self.pool.power(node, Fraction(2))
+
+    def _is_odd(self, exponent: int) -> bool:
+        value = self.pool.constant(exponent)
+        return value is not None and value.denominator == 1 and value % 2 == 1
+
+    def _is_positive(self, node: int) -> bool:
+        """Whether the form of a node says that it is positive almost everywhere."""
+        operation, *operands = self.pool.nodes[node]
+        if operation == "sym":
+            low = self._bounds.get(operands[0], (None, None))[0]
+            return low is not None and low >= 0
+        if operation == "num":
+            return Fraction(operands[0]) > 0
+        if operation == "pow":
+            exponent = self.pool.constant(operands[1])
+            even = exponent is not None and (exponent.denominator % 2 == 0 or exponent % 2 == 0)
+            return even or self._is_positive(operands[0])
+        if operation in ("add", "mul"):
+            return all(map(self._is_positive, operands))
+        return operation in ("exp", "cosh", "abs", "const", "acos", "acosh")
+
+
+def _product(signs: Sequence[int]) -> int:
+    return -1 if signs.count(-1) % 2 else 1
+
+
+def _rational_root(value: Fraction) -> Fraction | None:
+    root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
+    return root if root**2 == value else None
+
+
+def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
+    """Yield the alternatives that give several nodes their signs; the signs themselves if there are too many."""
+    alternatives = every([signs(atom) for atom in atoms])
+    yield from [tuple(atoms)] if alternatives is None else alternatives
