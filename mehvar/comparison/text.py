@@ -44,17 +44,24 @@ _COUNTED = {
 }  # fmt: skip
 
 
-def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
+def lines(
+    model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None, notes: Sequence[str] = ()
+) -> Iterator[Line]:
     """Say what became of a model."""
     style = _STYLES.get(status, "bold red")
     yield 0, Text.assemble((f"{model}: ", "bold"), (HEADLINES[status], style), "   ", counted(comparison))
-    for name, old, new in comparison.structure:
-        yield 2, Text(f"structure {name}: {old} -> {new}")
+    for note in (*notes, *choices(comparison)):
+        yield 2, Text(note)
     yield from _equations(comparison)
     yield from _equivalent(comparison)
     yield from _parameters(telling_parameters(comparison))
     if follows:
         yield from _consequences(follows)
+
+
+def choices(comparison: Comparison) -> list[str]:
+    """Say which structural choices differ."""
+    return [f"structure {name}: {old} -> {new}" for name, old, new in comparison.structure]
 
 
 def counted(comparison: Comparison) -> str:
