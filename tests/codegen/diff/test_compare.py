@@ -343,3 +343,44 @@ def test_a_branch_that_was_not_met_is_named_by_its_expression():
 def test_a_component_of_a_unit_vector_is_known_to_be_within_one(old, new):
     old, new = (text if ":" in text else f"f: {text}" for text in (old, new))
     assert compare(document(old), document(new))["f"].verdict is Fate.REARRANGED
+
+
+WIDENED = {
+    "bounds": ({"bounds": "[0, inf)"}, {"bounds": "(-inf, inf)"}),
+    "sign": ({"bounds": "(0, inf)", "sign": "positive"}, {"bounds": "(-inf, inf)"}),
+    "upper": ({"bounds": "[0, 1]"}, {"bounds": "[-2, 1]"}),
+}
+
+
+def declaring(text, *declarations):
+    """Return a document whose k, which SymPy takes for any number, is declared so."""
+    plain = document(text, k={"sign": "real"})
+    rows = tuple(dataclasses.replace(plain.declared["k"], **row) for row in declarations)
+    return dataclasses.replace(plain, symbols=(*(s for s in plain.symbols if s.name != "k"), *rows))
+
+
+@pytest.mark.parametrize("what", WIDENED)
+@pytest.mark.parametrize("narrow_is", ["old", "new"])
+def test_a_guard_counts_where_either_side_allows_what_it_guards_from(what, narrow_is):
+    narrow, wide = WIDENED[what]
+    guarded, bare = declaring("f: x*Abs(k)", narrow), declaring("f: x*k", wide)
+    comparison = compare(guarded, bare) if narrow_is == "old" else compare(bare, guarded)
+    assert comparison["f"].verdict is Fate.CHANGED
+    assert compare(guarded, declaring("f: x*k", narrow))["f"].verdict is Fate.REARRANGED
+
+
+def test_a_guard_counts_where_a_widened_parameter_got_another_name():
+    narrow, wide = ({"bounds": bounds, "sign": "real", "latex": "s"} for bounds in ("[0, inf)", "(-inf, inf)"))
+    comparison = compare(document("f: x*Abs(spring)", spring=narrow), document("f: x*stiff", stiff=wide))
+    assert comparison["f"].verdict is Fate.CHANGED
+
+
+def test_a_guard_counts_where_one_of_two_laws_has_a_wider_parameter_of_the_name():
+    laws = {"role": "law a", "bounds": "(-inf, inf)"}, {"role": "law b", "bounds": "[0, inf)"}
+    comparison = compare(declaring("f: x*Abs(k)", *laws), declaring("f: x*k", *laws))
+    assert comparison["f"].verdict is Fate.CHANGED
+
+
+def test_an_angle_that_became_a_number_is_drawn_beyond_a_turn():
+    old = document("f: atan2(sin(a), cos(a))", a={"unit": "rad"})
+    assert compare(old, document("f: a", a={"unit": "1"}))["f"].verdict is Fate.CHANGED
