@@ -134,6 +134,7 @@ class Versions:
             if item.key not in self.partner and item.key in left:
                 self.partner[item.key] = left.pop(item.key)
         self._match_local(left)
+        self._match_used(left)
         self.gone = list(left.values())
 
     def _value(self, new: bool, item: Item) -> Any:
@@ -179,6 +180,26 @@ class Versions:
                 ):
                     self.partner[item.key] = left.pop(old.key)
                     break
+
+    def _match_used(self, left: dict[Key, Item]) -> None:
+        """Match definitions with other names and other values that stand in the same places of the same users."""
+        alone = [item for item in self.news if item.key not in self.partner and item.row.kind == "definition"]
+        for item in reversed(alone):  # users come after what they use
+            users = [user for user in self.news if user.key in self.partner and item.name in self._names(user.root)]
+            for old in left.values():
+                if old.row.kind == "definition" and users and all(self._is_in_place(item, old, user) for user in users):
+                    self.partner[item.key] = left.pop(old.key)
+                    break
+
+    def _is_in_place(self, new: Item, old: Item, user: Item) -> bool:
+        """Whether the text of a user is the old one with one name in place of the other."""
+        partner = self.partner[user.key]
+        if old.name not in self._names(partner.root):
+            return False
+        instead = (self.free_old, self.pool.intern("sym", old.name))
+        meaning = Meaning(self.pool, lambda name: instead if name == new.name else self._free(name))
+        values = self.judge.values(meaning, user.root)
+        return _is_enough(values) and bool(values == self.judge.values(self.free_old, partner.root))
 
 
 def _is_enough(values: Sequence[Any]) -> bool:

@@ -75,7 +75,8 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
-    return "  ".join(part for part in (", ".join(names or [equation.name]), about) if part)
+    was = f" (was {equation.old_name})" if equation.old_name not in ("", equation.name) else ""
+    return "  ".join(part for part in (", ".join(names or [equation.name + was]), about) if part)
 
 
 def families(comparison: Comparison) -> dict[str, Story]:

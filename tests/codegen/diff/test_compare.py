@@ -384,3 +384,29 @@ def test_a_guard_counts_where_one_of_two_laws_has_a_wider_parameter_of_the_name(
 def test_an_angle_that_became_a_number_is_drawn_beyond_a_turn():
     old = document("f: atan2(sin(a), cos(a))", a={"unit": "rad"})
     assert compare(old, document("f: a", a={"unit": "1"}))["f"].verdict is Fate.CHANGED
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("s = x*y/2 + z\nf: s*w", "sigma = x*y + z\nf: sigma*w", "coefficient 1/2 became 1"),
+        ("b = x*y/2 + z\nf: a*b*w", "zeta = x*y + z\nf: a*w*zeta", "coefficient 1/2 became 1"),
+        ("s = x*y + z\nf: s*w\ng: s - v", "sigma = x*y - z\nf: sigma*w\ng: sigma - v", "sign flipped: + became -"),
+        ("s = x + z\nt = s*y\nf: t*w", "q = x - z\nr = q*y\nf: r*w", "sign flipped: + became -"),
+        ("s = m*x\nf: w/s", "sigma = m*x**2\nf: w/sigma", "exponent of x: 1 became 2"),
+    ],
+)
+def test_a_definition_that_got_another_name_and_another_value_is_told_by_its_edit(old, new, says):
+    comparison = compare(document(old), document(new, q={}, r={"role": "state"}))
+    (source,) = comparison.sources
+    assert [edit.says for edit in source.edits] == [says]
+    assert source.old_name != source.name
+    assert not comparison.added
+    assert not comparison.removed
+
+
+def test_another_definition_in_the_place_of_one_that_stays_is_not_called_renamed():
+    comparison = compare(document("s = x*y\nf: s*w\ng: s"), document("s = x*y\nt = x + z\nf: t*w\ng: s"))
+    assert comparison["s"].verdict is Fate.SAME
+    assert "t" in {equation.name for equation in comparison.added}
+    assert comparison["f"].verdict is Fate.CHANGED

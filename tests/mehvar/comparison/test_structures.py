@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Structures beside the default one: named where a change may reach them, compared where asked."""
+
+import contextlib
+import json
+import re
+import shutil
+
+import pytest
+
+import mehvar
+from mehvar.codegen.structures import every_structure
+from tests.mehvar.comparison.projects import Project
+
+EDITS = {
+    "STRUCTURE: dict[str, tuple[str, ...]] = {}": 'STRUCTURE = {"kind": ("linear", "cubic"), "wall": ("none", "near")}',
+    "def system() -> System:": 'def system(kind="linear", wall="none") -> System:',
+    "structure={}": 'structure={"kind": kind, "wall": wall}',
+    "Quantity, System": "ModelError, Quantity, System",
+    "    d = Derivation()\n": """    if (kind, wall) == ("linear", "near"):
+        raise ModelError("wall = 'near': must go with 'cubic'")
+    force = -p.k * x - p.d * v
+    if kind == "cubic":
+        force -= p.k * x**3
+    if wall == "near":
+        force += p.d * x * v
+    d = Derivation()
+""",
+    'd.define("spring", -p.k * x - p.d * v,': 'd.define("spring", force,',
+}
+"""The cart gets two choices, of which one value goes with another one only."""
+
+
+@pytest.fixture(scope="module")
+def structured(committed, tmp_path_factory):
+    """The cart with choices, generated and committed."""
+    root = tmp_path_factory.mktemp("structured") / "tree"
+    shutil.copytree(committed, root)
+    project = Project(root)
+    for old, new in EDITS.items():
+        project.edit(old, new)
+    project.generate()
+    project.commit("two choices")
+    return root
+
+
+@pytest.fixture
+def project(structured, tmp_path):
+    """A copy that a test may change."""
+    shutil.copytree(structured, tmp_path / "tree")
+    return Project(tmp_path / "tree")
+
+
+def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_compared(project):
+    project.edit("force -= p.k", "force += p.k")
+    result = project.json(status=1)
+    assert result["status"] == "undecided"
+    (note,) = result["notes"]
+    assert "models/cart/__init__.py changed" in note
+    for form in ("text", "markdown", "html"):
+        assert note in project.diff("--format", form)[1].replace("\\_", "_"), form
+    compared = project.json("--structures", "all", status=1)
+    assert compared["status"] == "same"
+    assert "structures, neither version derives: " in compared["notes"][0]
+    first, *others = compared["structures"]
+    assert (first["variant"], first["status"], others) == ("kind=cubic", "changed", [])
+    assert compared["notes"][1:] == ["structures, changed by the same edits as above: kind=cubic,wall=near"]
+    (edited,) = [e for e in first["equations"] if e["verdict"] == "changed"]
+    assert [edit["kind"] for edit in edited["edits"]] == ["sign"]
+    text = project.diff("--structures", "all")[1]
+    assert "cart kind=cubic: physics CHANGED" in text
+    for form in ("markdown", "html"):
+        assert "cart kind=cubic" in project.diff("--structures", "all", "--format", form)[1]
+
+
+def test_a_structure_that_is_named_is_compared_and_the_rest_stays_undecided(project):
+    project.edit("force += p.d * x * v", "force += p.d * x * v * 2")
+    result = project.json("--structures", "kind=cubic", status=1)
+    assert (result["status"], result["structures"]) == ("undecided", [])
+    assert "structures, the same: kind=cubic" in result["notes"]
+    with contextlib.chdir(project.root):
+        found = mehvar.diff("cart", structures=["kind=cubic,wall=near"])
+    assert [(part.variant, part.status) for part in found.structures] == [("kind=cubic,wall=near", "changed")]
+
+
+def test_a_choice_that_the_model_refuses_alone_comes_with_what_it_needs(project):
+    project.edit("force += p.d * x * v", "force += p.d * x * v * 2")
+    result = project.json("--structures", "wall=near", status=1)
+    assert [part["variant"] for part in result["structures"]] == ["kind=cubic,wall=near"]
+
+
+def test_all_structures_decide_that_a_rearrangement_is_none(project):
+    project.edit("force -= p.k * x**3", "force = force - x * p.k * x**2")
+    assert project.json(status=1)["status"] == "undecided"
+    result = project.json("--structures", "all", status=0)
+    assert (result["status"], result["structures"]) == ("same", [])
+    assert "structures, the same: kind=cubic; kind=cubic,wall=near" in result["notes"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("    d = Derivation()\n", "    # of the motion\n    d = Derivation()\n"),
+        ('"""A cart on a spring: ', '"""One cart on a spring: '),
+        ("force -= p.k * x**3", "force -= (p.k * x**3)"),
+    ],
+)
+def test_comments_layout_and_docstrings_reach_no_structure(project, old, new):
+    project.edit(old, new)
+    assert project.json(status=0)["notes"] == []
+
+
+def test_a_table_that_other_structures_alone_read_is_named(project):
+    (project.source.parent / "walls.toml").write_text("near = 1.0\n")
+    project.generate()
+    project.commit("a table")
+    project.edit("1.0", "2.0", "models/cart/walls.toml")
+    assert "models/cart/walls.toml changed" in project.json(status=1)["notes"][0]
+    project.edit("near = 2.0", "near = 1.0 # m", "models/cart/walls.toml")
+    assert project.json(status=0)["notes"] == []
+
+
+def test_folders_alone_name_the_sources_that_differ(project, tmp_path):
+    before = project.root / "generated" / "cart"
+    before = before.rename(tmp_path / "before")
+    project.edit("force -= p.k", "force += p.k")
+    project.generate()
+    after = (project.root / "generated" / "cart").rename(tmp_path / "after")
+    assert "models/cart/__init__.py changed" in project.json(str(before), str(after), status=1)["notes"][0]
+    refused = project.refused(str(before), str(after), "--structures", "all")
+    assert re.search(r"before has no models/cart", refused)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("kind", "must be NAME=VALUE"),
+        ("king=cubic", "unknown structure 'king'"),
+        ("kind=quartic", "must be one of linear, cubic"),
+    ],
+)
+def test_a_structure_that_does_not_exist_is_refused(project, text, message):
+    assert message in project.refused("--structures", text)
+
+
+def test_too_many_combinations_are_left_to_the_user_and_said():
+    every, complete = every_structure({"a": ("0", "1"), "b": ("0", "1", "2")})
+    assert (len(every), complete) == (5, True)
+    every, complete = every_structure({"n": tuple(map(str, range(32))), "b": ("0", "1")})
+    assert (len(every), complete) == (32, False)
+    assert json.dumps({"b": "1"}) in map(json.dumps, every)
