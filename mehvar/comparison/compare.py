@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 
+import numpy as np
+
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, bad_value, unknown_name
@@ -89,7 +91,10 @@ def compare_folders(old: Path, new: Path) -> ModelDiff:
 def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
     if not model.differs:
         return model
-    with working(f"running {model.name}"):
+    with (
+        working(f"running {model.name}"),
+        np.errstate(all="ignore"),
+    ):  # a run that goes beyond all bounds is told as such
         follows, overlay = consequences(old, new)
     return replace(model, consequences=follows, overlay=overlay)
 
@@ -171,7 +176,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
         if not other.differs:
             named.setdefault("the same", []).append(variant.name)
         elif other.status is not ModelStatus.UNDECIDED and edits <= known:
-            named.setdefault("changed by the same edits as above", []).append(variant.name)
+            named.setdefault("changed by edits that are told here of others", []).append(variant.name)
         else:
             known |= edits
             parts.append(_with_consequences(other, variant.old, variant.new))

@@ -11,7 +11,6 @@ from mehvar.terminal import plain_text
 
 from .result import Diff, ModelDiff
 from .runs import MarginChange, RunChange
-from .status import ModelStatus
 from .text import (
     HEADLINES,
     choices,
@@ -71,7 +70,7 @@ def _model(model: ModelDiff) -> Iterator[str]:
         for line in refused_runs(model.consequences.runs):
             yield from ("", f"{_plain(line[0].upper() + line[1:])}.")
         yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
-    if model.status is not ModelStatus.SAME:
+    if any(equation.verdict is not Fate.SAME for equation in model.comparison) or model.differs:
         yield from _folded("all of it as text", [plain_text(replace(model, structures=()).lines())])
 
 

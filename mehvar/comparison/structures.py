@@ -149,8 +149,12 @@ def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> S
     wanted = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
     unique = list({_name(structure): structure for structure in wanted}.values())
     with working(f"deriving {len(unique)} structures of {model}"), ThreadPoolExecutor(os.cpu_count()) as pool:
-        variants = tuple(pool.map(lambda structure: _variant(model, old, new, structure), unique))
-    return Selection(variants, {*map(_name, every)} <= {*map(_name, unique)} and complete)
+        variants = pool.map(lambda structure: _variant(model, old, new, structure), unique)
+        several = {variant.name: variant for variant in variants}.values()
+    return Selection(
+        tuple(sorted(several, key=lambda variant: variant.name.count(","))),
+        {*map(_name, every)} <= {*map(_name, unique)} and complete,
+    )
 
 
 def _name(structure: Mapping[str, str]) -> str:

@@ -17,8 +17,6 @@ def test_a_revision_whose_sources_alone_were_committed_is_derived_anew(project):
     (note,) = result["notes"]
     assert note.startswith("generated/cart of HEAD (")
     assert note.endswith("is stale, derived anew: models/cart/__init__.py changed")
-    for form in ("text", "markdown", "html"):
-        assert note in project.diff("HEAD~1", "HEAD", "--format", form)[1].replace("\\_", "_"), form
     assert project.json("HEAD", "work", status=0)["notes"] == [note]
     assert project.json("HEAD~1", "HEAD~1", status=0)["notes"] == []
 

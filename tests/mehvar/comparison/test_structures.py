@@ -13,17 +13,17 @@ from mehvar.codegen.structures import every_structure
 from tests.mehvar.comparison.projects import Project
 
 EDITS = {
-    "STRUCTURE: dict[str, tuple[str, ...]] = {}": 'STRUCTURE = {"kind": ("linear", "cubic"), "wall": ("none", "near")}',
+    "STRUCTURE: dict[str, tuple[str, ...]] = {}": 'STRUCTURE = {"kind": ("linear", "firm"), "wall": ("none", "near")}',
     "def system() -> System:": 'def system(kind="linear", wall="none") -> System:',
     "structure={}": 'structure={"kind": kind, "wall": wall}',
     "Quantity, System": "ModelError, Quantity, System",
     "    d = Derivation()\n": """    if (kind, wall) == ("linear", "near"):
-        raise ModelError("wall = 'near': must go with 'cubic'")
+        raise ModelError("wall = 'near': must go with 'firm'")
     force = -p.k * x - p.d * v
-    if kind == "cubic":
-        force -= p.k * x**3
+    if kind == "firm":
+        force -= 3 * p.k * x
     if wall == "near":
-        force += p.d * x * v
+        force += p.d * v / 2
     d = Derivation()
 """,
     'd.define("spring", -p.k * x - p.d * v,': 'd.define("spring", force,',
@@ -44,6 +44,17 @@ def structured(committed, tmp_path_factory):
     return root
 
 
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """What one test has derived the next one finds."""
+    return tmp_path_factory.mktemp("kept")
+
+
+@pytest.fixture(autouse=True)
+def cache(kept, monkeypatch):
+    monkeypatch.setenv("MEHVAR_CACHE", str(kept))
+
+
 @pytest.fixture
 def project(structured, tmp_path):
     """A copy that a test may change."""
@@ -52,49 +63,44 @@ def project(structured, tmp_path):
 
 
 def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_compared(project):
-    project.edit("force -= p.k", "force += p.k")
+    project.edit("force -= 3 * p.k", "force += 3 * p.k")
     result = project.json(status=1)
     assert result["status"] == "undecided"
     (note,) = result["notes"]
     assert "models/cart/__init__.py changed" in note
-    for form in ("text", "markdown", "html"):
-        assert note in project.diff("--format", form)[1].replace("\\_", "_"), form
     compared = project.json("--structures", "all", status=1)
     assert compared["status"] == "same"
-    assert "structures, neither version derives: " in compared["notes"][0]
     first, *others = compared["structures"]
-    assert (first["variant"], first["status"], others) == ("kind=cubic", "changed", [])
-    assert compared["notes"][1:] == ["structures, changed by the same edits as above: kind=cubic,wall=near"]
+    assert (first["variant"], first["status"], others) == ("kind=firm", "changed", [])
+    assert compared["notes"] == ["structures, changed by edits that are told here of others: kind=firm,wall=near"]
     (edited,) = [e for e in first["equations"] if e["verdict"] == "changed"]
     assert [edit["kind"] for edit in edited["edits"]] == ["sign"]
     text = project.diff("--structures", "all")[1]
-    assert "cart kind=cubic: physics CHANGED" in text
-    for form in ("markdown", "html"):
-        assert "cart kind=cubic" in project.diff("--structures", "all", "--format", form)[1]
+    assert "cart kind=firm: physics CHANGED" in text
 
 
 def test_a_structure_that_is_named_is_compared_and_the_rest_stays_undecided(project):
-    project.edit("force += p.d * x * v", "force += p.d * x * v * 2")
-    result = project.json("--structures", "kind=cubic", status=1)
+    project.edit("p.d * v / 2", "p.d * v / 4")
+    result = project.json("--structures", "kind=firm", status=1)
     assert (result["status"], result["structures"]) == ("undecided", [])
-    assert "structures, the same: kind=cubic" in result["notes"]
+    assert "structures, the same: kind=firm" in result["notes"]
     with contextlib.chdir(project.root):
-        found = mehvar.diff("cart", structures=["kind=cubic,wall=near"])
-    assert [(part.variant, part.status) for part in found.structures] == [("kind=cubic,wall=near", "changed")]
+        found = mehvar.diff("cart", structures=["kind=firm,wall=near"])
+    assert [(part.variant, part.status) for part in found.structures] == [("kind=firm,wall=near", "changed")]
 
 
 def test_a_choice_that_the_model_refuses_alone_comes_with_what_it_needs(project):
-    project.edit("force += p.d * x * v", "force += p.d * x * v * 2")
+    project.edit("p.d * v / 2", "p.d * v / 4")
     result = project.json("--structures", "wall=near", status=1)
-    assert [part["variant"] for part in result["structures"]] == ["kind=cubic,wall=near"]
+    assert [part["variant"] for part in result["structures"]] == ["kind=firm,wall=near"]
 
 
 def test_all_structures_decide_that_a_rearrangement_is_none(project):
-    project.edit("force -= p.k * x**3", "force = force - x * p.k * x**2")
+    project.edit("force -= 3 * p.k * x", "force = force - x * 3 * p.k")
     assert project.json(status=1)["status"] == "undecided"
     result = project.json("--structures", "all", status=0)
     assert (result["status"], result["structures"]) == ("same", [])
-    assert "structures, the same: kind=cubic; kind=cubic,wall=near" in result["notes"]
+    assert "structures, the same: kind=firm; kind=firm,wall=near" in result["notes"]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +108,7 @@ def test_all_structures_decide_that_a_rearrangement_is_none(project):
     [
         ("    d = Derivation()\n", "    # of the motion\n    d = Derivation()\n"),
         ('"""A cart on a spring: ', '"""One cart on a spring: '),
-        ("force -= p.k * x**3", "force -= (p.k * x**3)"),
+        ("force -= 3 * p.k * x", "force -= (3 * p.k * x)"),
     ],
 )
 def test_comments_layout_and_docstrings_reach_no_structure(project, old, new):
@@ -123,7 +129,7 @@ def test_a_table_that_other_structures_alone_read_is_named(project):
 def test_folders_alone_name_the_sources_that_differ(project, tmp_path):
     before = project.root / "generated" / "cart"
     before = before.rename(tmp_path / "before")
-    project.edit("force -= p.k", "force += p.k")
+    project.edit("force -= 3 * p.k", "force += 3 * p.k")
     project.generate()
     after = (project.root / "generated" / "cart").rename(tmp_path / "after")
     assert "models/cart/__init__.py changed" in project.json(str(before), str(after), status=1)["notes"][0]
@@ -135,8 +141,8 @@ def test_folders_alone_name_the_sources_that_differ(project, tmp_path):
     ("text", "message"),
     [
         ("kind", "must be NAME=VALUE"),
-        ("king=cubic", "unknown structure 'king'"),
-        ("kind=quartic", "must be one of linear, cubic"),
+        ("king=firm", "unknown structure 'king'"),
+        ("kind=quartic", "must be one of linear, firm"),
     ],
 )
 def test_a_structure_that_does_not_exist_is_refused(project, text, message):
