@@ -266,9 +266,11 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield from _first(f"  {number(old)} -> {number(new)}  1/s" for old, new in follows.eigenvalues)
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
-    for loop in follows.loops:
+    for loop in follows.loops[:_RUNS]:
         yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
         yield from _first(f"  {number(old)} -> {number(new)}  {unit(loop)}" for old, new in loop.eigenvalues)
+    if more := follows.loops[_RUNS:]:
+        yield f"eigenvalues under {len(more)} more laws differ: {', '.join(loop.law for loop in more)}"
     operations = sorted(follows.operations, key=lambda row: -abs(row[2] - row[1]))
     for name, before, after in operations[:_NAMED]:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
@@ -281,11 +283,13 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
 def run_lines(runs: Runs) -> Iterator[str]:
     """Say what became of the scenarios under the laws."""
     changed = sorted(joined(runs.changed), key=lambda pair: -pair[0].size)
-    for number, (run, scenarios) in enumerate(changed):
+    for number, (run, scenarios) in enumerate(changed[:_NAMED]):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
         if number < _RUNS:
             metrics = (f"  {m.name}  {m.old:.5g} -> {m.new:.5g} {m.unit}{relative(m)}" for m in telling_metrics(run))
             yield from _first(metrics, _METRICS)
+    if len(changed) > _NAMED:
+        yield f"runs of {len(changed) - _NAMED} more kinds differ"
     if runs.same:
         yield f"equal in all metrics: {same_runs(runs)}"
     yield from refused_runs(runs)

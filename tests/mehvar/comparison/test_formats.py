@@ -164,7 +164,7 @@ def test_many_edits_are_told_shortly_and_in_order():
     model = compare_documents(document(old), document(new))
     model = dataclasses.replace(model, consequences=consequences(30))
     text = str(model)
-    assert len(text.splitlines()) < 200
+    assert len(text.splitlines()) < 170
     places = [
         text.find(f"changed {name}\n") if k < 8 else text.find(f"changed {name}:") for k, name in enumerate(names)
     ]
