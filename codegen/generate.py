@@ -52,6 +52,8 @@ __all__ = [
     "installed_tree",
     "load_model",
     "locked",
+    "outdated",
+    "own_inputs",
     "system_of",
     "write",
 ]
@@ -397,6 +399,33 @@ def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
         if present is not None or digest == ABSENT:
             now[name] = present or ABSENT
     return now | (_plant_inputs(tree, model) or {}) | tree.sources(model)
+
+
+def outdated(tree: Tree, model: str) -> tuple[str, ...]:
+    """Say which of a project's own sources are not those that its generated folder was derived from.
+
+    The tool's do not count, nor do its versions and what lies outside of the tree: a revision holds none of them.
+
+    Raises
+    ------
+    InputError
+        If the folder's manifest is missing or damaged.
+    """
+    record = read_manifest(tree.root / "generated" / model, any_age=True)
+    own = tuple(own_inputs(tree, names) for names in (record.inputs_sha256, inputs(tree, model, record)))
+    return tuple(f"{name} {change}" for name, change in _changes(*own))
+
+
+def own_inputs(tree: Tree, names: Mapping[str, str]) -> dict[str, str]:
+    """Return those of a derivation's inputs that are files or folders of a project, and not of the tool."""
+
+    def is_own(name: str) -> bool:
+        if name.startswith(("codegen/", "mehvar/", "../", "./", "/", "environment:")):
+            return False
+        vocabulary = name.startswith("models/") and name.split("/")[1] not in tree.models
+        return tree.has_vocabulary or not vocabulary or (tree.root / name).exists()
+
+    return {name: digest for name, digest in names.items() if is_own(name)}
 
 
 def _plant_inputs(tree: Tree, model: str) -> dict[str, str] | None:

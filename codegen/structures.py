@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
+import math
 import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -15,7 +17,13 @@ from mehvar.versions import installed
 
 from .generate import derive, write
 from .processes import in_processes
-from .workspace import Tree
+from .workspace import Tree, load_model
+
+_MOST = 16
+"""Structures that are all compared: one takes ten seconds or so of a processor on each side. Twice as many would still
+leave out the combinations of slosh and satellite, 768 and 192."""
+_TRIES = 1000
+"""Combinations that are tried; a model refuses one within microseconds, before it derives anything."""
 
 
 def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -> dict[str, Path]:
@@ -53,3 +61,44 @@ def structure_folder(
         write(folder, texts)
 
     return cache.entry("structures", f"{model}-{cache.key(json.dumps(list(parts)))}", fill)
+
+
+def choices_of(tree: Tree, model: str) -> Mapping[str, tuple[str, ...]]:
+    """Return the values of each structural choice of a model, the default first; of a law, those of its plant."""
+    choices: Mapping[str, tuple[str, ...]] = load_model(*(tree.plant(model) or (tree, model))).STRUCTURE
+    return choices
+
+
+def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[str, str]], bool]:
+    """Return the structures beside the default one, and whether these are all of them.
+
+    Where there are too many combinations, each value of each choice comes once, the others at their defaults.
+    """
+    defaults = {name: values[0] for name, values in choices.items()}
+    complete = math.prod(map(len, choices.values())) <= _MOST
+    if complete:
+        every = [dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())]
+    else:
+        every = [defaults | {name: value} for name, values in choices.items() for value in values[1:]]
+    others = [{name: v for name, v in each.items() if v != defaults[name]} for each in every]
+    return [each for each in others if each], complete
+
+
+def accepted(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
+    """Return a structure with the fewest further choices with which the model takes it; None if there are none."""
+    where = tree.plant(model) or (tree, model)
+    package, choices = load_model(*where), choices_of(*where)
+    from mehvar.models.quantities import ModelError  # of the vocabulary that the model has imported
+
+    free = {name: values[1:] for name, values in choices.items() if name not in structure}
+    tries = (
+        {**structure, **dict(zip(names, values, strict=True))}
+        for count in range(len(free) + 1)
+        for names in itertools.combinations(free, count)
+        for values in itertools.product(*(free[name] for name in names))
+    )
+    for wider in itertools.islice(tries, _TRIES):
+        with contextlib.suppress(ModelError):
+            package.system(**wider)
+            return wider
+    return None

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ..equal.judge import Verdict
 from ..equal.opinion import second_opinion
 from ..equations.document import Document
+from .changes import Change
 from .explain import Explainer
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
 from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
-from .stories.causes import MOTION, causes, solving
+from .stories.causes import MOTION, causes, solving, turns
 from .stories.extension import Extended, extension
 from .stories.groups import groups
 from .versions import Item, Key, Versions
@@ -220,13 +223,26 @@ class _Verdicts:
         ]
         solved = solving(self.versions, changed)
         explained: dict[Key, str] = {}
-        for cause in causes(self.versions, [item for item in changed if item not in solved]):
+        told = [item for item in changed if item not in solved]
+        every = causes(self.versions, told)
+        known = {item.key for cause in every for item in (cause.source, *cause.followers)}
+        untold = [item for item in told if item.key not in known]
+        every += turns(untold, self._edits_of, self.versions.pool) if len(untold) > 1 else []
+        for cause in every:
             explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
-            self.stories.append(_story("follows", cause.says, [cause.source, *cause.followers]))
+            self.stories.append(_story("follows", self.explainer.words(cause.says), [cause.source, *cause.followers]))
         if solved:
             says = "the form that is solved for the rates follows the equations of motion, as generate makes sure"
             self.stories.append(_story("solved", says, solved))
         return {**explained, **dict.fromkeys((item.key for item in solved), MOTION)}
+
+    def _edits_of(self, item: Item) -> Sequence[Change]:
+        return self.explainer.changes(self.versions.partner[item.key], item)[0]
+
+    @functools.cached_property
+    def explainer(self) -> Explainer:
+        """Explains changed rows."""
+        return Explainer(self.versions)
 
     def _blame(self, old: Key, new: Key) -> None:
         for key, sources in self.sources.items():
@@ -237,7 +253,7 @@ class _Verdicts:
     def equations(self) -> tuple[EquationChange, ...]:
         """Return every row of either side, in the order of the new side."""
         if not hasattr(self, "_equations"):
-            explainer = Explainer(self.versions)
+            explainer = self.explainer
             users = self._users()
             mattering = self._mattering()
             self._equations = tuple(

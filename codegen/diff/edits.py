@@ -230,14 +230,19 @@ class Edits:
         return next((power for base, power in map(self._power, parts) if base == atom), None)
 
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
-        atom = self._atoms.get(needed)
         operation = self.pool.nodes[node][0]
-        if atom is None or operation not in ("sym", "sin", "cos", "tan"):
+        if operation not in ("sym", *_FUNCTIONS):
             return
         kind = Kind.FUNCTION if operation != "sym" else Kind.SYMBOL
-        alike = operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:]
-        further = 0.0 if alike else costs.OTHER_ARGUMENT
-        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", costs.NAME + further)
+        for sign in (1, -1):
+            atom = self._atoms.get(needed if sign == 1 else tuple(field.sub(0, v) for v in needed))
+            if atom is None or atom == node:
+                continue
+            alike = operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:]
+            further = (0.0 if alike else costs.OTHER_ARGUMENT) + (0.0 if sign == 1 else costs.ALSO_SIGN)
+            new = self.pool.many("mul", [atom, self.pool.number(sign)])
+            says = f"{{{node}}} became {'-' * (sign < 0)}{{{atom}}}"
+            yield Change(kind, path, node, new, new, says, costs.NAME + further)
 
     def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
         base, before = self.old(operands[0]), self.pool.constant(operands[1])

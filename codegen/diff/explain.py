@@ -51,6 +51,7 @@ class Explainer:
         names = _names(versions)
         self._text = Printer(versions.pool.nodes, names)
         self._latex = Printer(versions.pool.nodes, names, LATEX)
+        self._changes: dict[tuple[int, int], tuple[list[Change], bool]] = {}
 
     def explain(self, old: Item, new: Item, point: Point | None = None) -> Explanation:
         """Return the edits that turn the old text into the new one, over the same children.
@@ -59,12 +60,19 @@ class Explainer:
         """
         versions = self.versions
         before, across = (versions.before, old.root), (versions.across, new.root)
-        changes, replayed = self.account(before, across)
+        changes, replayed = self.changes(old, new)
         return Explanation(
             tuple(self.edit(change, old.root, new.root) for change in changes),
             replayed,
             self._counterexample(before, across, point),
         )
+
+    def changes(self, old: Item, new: Item) -> tuple[list[Change], bool]:
+        """Return the edits of a row over the same children, and whether making them gives the new one."""
+        key = (old.root, new.root)
+        if key not in self._changes:
+            self._changes[key] = self.account((self.versions.before, old.root), (self.versions.across, new.root))
+        return self._changes[key]
 
     def account(self, old: Expression, new: Expression) -> tuple[list[Change], bool]:
         """Return edits, and whether making them gives the new expression."""
@@ -103,8 +111,12 @@ class Explainer:
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
             self._part(change.old, (change.path,) if change.old is not None else ()),
             self._part(change.new, () if new is None else tuple(self._places(new, change.new))),
-            re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), change.says),
+            self.words(change.says),
         )
+
+    def words(self, says: str) -> str:
+        """Return a text with the nodes that stand in it as {number} printed."""
+        return re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), says)
 
     def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
         return None if node is None else Part(self._text.text(node), self._latex.text(node), places)

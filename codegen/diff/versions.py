@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -18,6 +18,7 @@ from ..equal.reals import PointSampler
 from ..equations.document import Document, Row, Symbol
 
 Key = tuple[str, str, int]
+Interval = tuple[Fraction | None, Fraction | None]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))
 """Kinds of rows that may go on under another name."""
 
@@ -70,10 +71,9 @@ class Versions:
         self._match()
 
     def _positive(self, name: str) -> bool:
-        for document in (self.old, self.new):
-            if name in document.declared:
-                return document.declared[name].sign == "positive"
-        return False
+        """Whether a name is positive wherever either side declares it."""
+        signs = {symbol.sign for called, symbol in _declared(self.old, self.new, self.renamed) if called == name}
+        return signs == {"positive"}
 
     def _partner_of(self, name: str) -> Expression | None:
         item = self._new_named.get(name)
@@ -134,6 +134,7 @@ class Versions:
             if item.key not in self.partner and item.key in left:
                 self.partner[item.key] = left.pop(item.key)
         self._match_local(left)
+        self._match_used(left)
         self.gone = list(left.values())
 
     def _value(self, new: bool, item: Item) -> Any:
@@ -180,6 +181,26 @@ class Versions:
                     self.partner[item.key] = left.pop(old.key)
                     break
 
+    def _match_used(self, left: dict[Key, Item]) -> None:
+        """Match definitions with other names and other values that stand in the same places of the same users."""
+        alone = [item for item in self.news if item.key not in self.partner and item.row.kind == "definition"]
+        for item in reversed(alone):  # users come after what they use
+            users = [user for user in self.news if user.key in self.partner and item.name in self._names(user.root)]
+            for old in left.values():
+                if old.row.kind == "definition" and users and all(self._is_in_place(item, old, user) for user in users):
+                    self.partner[item.key] = left.pop(old.key)
+                    break
+
+    def _is_in_place(self, new: Item, old: Item, user: Item) -> bool:
+        """Whether the text of a user is the old one with one name in place of the other."""
+        partner = self.partner[user.key]
+        if old.name not in self._names(partner.root):
+            return False
+        instead = (self.free_old, self.pool.intern("sym", old.name))
+        meaning = Meaning(self.pool, lambda name: instead if name == new.name else self._free(name))
+        values = self.judge.values(meaning, user.root)
+        return _is_enough(values) and bool(values == self.judge.values(self.free_old, partner.root))
+
 
 def _is_enough(values: Sequence[Any]) -> bool:
     return sum(value is not None for value in values) > 1
@@ -222,21 +243,30 @@ def _alike(old: Symbol, new: Symbol) -> bool:
     return bool((old.latex and old.latex == new.latex) or (old.description and old.description == new.description))
 
 
+def _declared(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[tuple[str, Symbol]]:
+    """Yield every declaration of either side by its old name; a name may have several, as parameters of two laws."""
+    yield from ((symbol.name, symbol) for symbol in old.symbols)
+    yield from ((renamed.get(symbol.name, symbol.name), symbol) for symbol in new.symbols)
+
+
 def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> PointSampler:
-    names: dict[str, tuple[Fraction | None, Fraction | None, Fraction | None]] = {}
-    angles = set()
-    for document in (new, old):
-        defaults = _defaults(document.manifest)
-        for symbol in document.declared.values():
-            low, high = _bounds(symbol)
-            name = renamed.get(symbol.name, symbol.name) if document is new else symbol.name
-            names[name] = (low, high, defaults.get(symbol.name))
-            if symbol.unit == "rad":
-                angles.add(name)
-    return PointSampler(names, frozenset(angles))
+    """Draw what any declaration allows: no side's bounds, unit or default stands for the other's."""
+    defaults = _defaults(old.manifest) | {renamed.get(n, n): value for n, value in _defaults(new.manifest).items()}
+    symbols: dict[str, list[Symbol]] = defaultdict(list)
+    for name, symbol in _declared(old, new, renamed):
+        symbols[name].append(symbol)
+    return PointSampler(
+        {name: (*_hull(map(_bounds, every)), defaults.get(name)) for name, every in symbols.items()},
+        frozenset(name for name, every in symbols.items() if all(symbol.unit == "rad" for symbol in every)),
+    )
 
 
-def _bounds(symbol: Symbol) -> tuple[Fraction | None, Fraction | None]:
+def _hull(intervals: Iterable[Interval]) -> Interval:
+    lows, highs = zip(*intervals, strict=True)
+    return None if None in lows else min(lows), None if None in highs else max(highs)
+
+
+def _bounds(symbol: Symbol) -> Interval:
     low = Fraction(0) if symbol.sign == "positive" else None
     if not symbol.bounds:
         return low, None

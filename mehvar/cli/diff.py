@@ -38,6 +38,10 @@ def command(
         str | None, typer.Argument(metavar="[NEW]", help="Likewise; `work`, what models/ derives now, unless given.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
+    structures: Annotated[
+        list[str] | None,
+        typer.Option(metavar="all|NAME=VALUE[,...]", help="Compare other structures too; may be repeated."),
+    ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
     form: Annotated[
         str | None, typer.Option("--format", metavar="text|json|html|markdown", help="What to write.")
@@ -61,18 +65,22 @@ def command(
     if paper:
         if old is not None:
             raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
+        if structures:
+            raise bad_value("--structures", " ".join(structures), "left out with --paper, which compares papers")
         if plot is not None or chosen == "markdown":
             raise InputError("--paper runs nothing and writes text, JSON or a page: leave --plot and markdown out")
         return _papers(model, chosen, out)
     if plot is not None:
         checked_suffix(plot)
         require_matplotlib()
-    diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model)
+    diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model, structures or ())
     if chosen == "text" and out is None:
         with pages():
             print_lines(diff.lines())
     else:
-        _deliver(_text(diff, chosen), out, [f"{part.model}: {part.status.value}" for part in diff.models])
+        _deliver(
+            _text(diff, chosen), out, [f"{part.name}: {part.status.value}" for model in diff.models for part in model]
+        )
     if plot is not None:
         _draw(diff, plot)
     return int(diff.differs)
@@ -80,8 +88,9 @@ def command(
 
 def _draw(diff: Diff, path: Path) -> None:
     """Save the picture of the model whose run differs most, and say so where there is none."""
-    moved = max(diff.models, key=lambda model: model.overlay.size if model.overlay else -1.0)
-    figure = moved.overlay.picture(moved.model) if moved.overlay else None
+    parts = [part for model in diff.models for part in model]
+    moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
+    figure = moved.overlay.picture(moved.name) if moved.overlay else None
     if figure is None:
         typer.echo(f"no run differs: {path} is not written", err=True)
         return

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, replace
 from pathlib import Path
+
+import numpy as np
 
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
@@ -18,9 +20,13 @@ from .consequences import consequences
 from .result import Diff, ModelDiff
 from .sources import WORK, Sources, Version
 from .status import ModelStatus
+from .structures import Variant, changed_sources, selection
+
+_NAMED = 4
+"""Files that are named: a line of a terminal."""
 
 
-def diff_versions(old: str, new: str, model: str | None = None) -> Diff:
+def diff_versions(old: str, new: str, model: str | None = None, structures: Sequence[str] = ()) -> Diff:
     """Compare two versions.
 
     Parameters
@@ -29,21 +35,23 @@ def diff_versions(old: str, new: str, model: str | None = None) -> Diff:
         A git revision, a generated folder, a folder with generated/, or "work".
     model : str, optional
         The only model to compare.
+    structures : sequence of str
+        Structures to compare beside the default one: "all", or NAME=VALUE with commas between several.
 
     Raises
     ------
     InputError
-        If a version does not exist or cannot be derived, or has no such model.
+        If a version does not exist or cannot be derived, or has no such model or structure.
     """
     with tempfile.TemporaryDirectory(prefix="mehvar-diff-") as scratch:
         sources = Sources(Path(scratch), model)
         before, after = sources.version(old), sources.version(new)
         names = _names(before, after, model)
-        models = tuple(_model(name, before.folders.get(name), after.folders.get(name)) for name in names)
+        models = tuple(_model(name, before, after, structures) for name in names)
     return Diff(before.label, after.label, models)
 
 
-def diff(model: str, old: str = "HEAD", new: str = WORK) -> ModelDiff:
+def diff(model: str, old: str = "HEAD", new: str = WORK, structures: str | Sequence[str] = ()) -> ModelDiff:
     """Compare two versions of a model's equations.
 
     Parameters
@@ -52,30 +60,41 @@ def diff(model: str, old: str = "HEAD", new: str = WORK) -> ModelDiff:
         Its name.
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work": what models/ derives now.
+    structures : str or sequence of str
+        Structures to compare beside the default one: "all", or NAME=VALUE with commas between several.
 
     Returns
     -------
     ModelDiff
-        With `changed`, `added`, `removed`, `equivalent`, `parameters`, `consequences`; printing it gives the command's
-        text.
+        With `changed`, `added`, `removed`, `equivalent`, `parameters`, `consequences`, `notes`, `structures`; printing
+        it gives the command's text.
 
     Raises
     ------
     InputError
-        If a version does not exist or cannot be derived, or has no such model.
+        If a version does not exist or cannot be derived, or has no such model or structure.
     """
     for name, value in (("model", model), ("old", old), ("new", new)):
         if not isinstance(value, str):
             raise bad_value(name, value, "a text", "the call")
-    return diff_versions(old, new, model).models[0]
+    texts = [structures] if isinstance(structures, str) else structures
+    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise bad_value("structures", structures, "a text or a list of texts", "the call")
+    return diff_versions(old, new, model, texts).models[0]
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
     """Compare two generated folders of a model, and run both if anything but the form differs."""
-    model = compare_documents(_document(old), _document(new))
+    return _with_consequences(compare_documents(_document(old), _document(new)), old, new)
+
+
+def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
     if not model.differs:
         return model
-    with working(f"running {model.model}"):
+    with (
+        working(f"running {model.name}"),
+        np.errstate(all="ignore"),
+    ):  # a run that goes beyond all bounds is told as such
         follows, overlay = consequences(old, new)
     return replace(model, consequences=follows, overlay=overlay)
 
@@ -113,10 +132,77 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
     return names
 
 
-def _model(name: str, old: Path | None, new: Path | None) -> ModelDiff:
-    if old is None or new is None:
-        return ModelDiff(name, ModelStatus.ADDED if old is None else ModelStatus.REMOVED, Comparison(name, ()))
-    return compare_folders(old, new)
+def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> ModelDiff:
+    stale = tuple(note for side in (old, new) for note in _stale(side, name))
+    if name not in old.folders or name not in new.folders:
+        status = ModelStatus.ADDED if name not in old.folders else ModelStatus.REMOVED
+        return ModelDiff(name, status, Comparison(name, ()), notes=stale)
+    model = compare_folders(old.folders[name], new.folders[name])
+    others = selection(name, old, new, structures)
+    told, notes = _others(model, others.variants)
+    unread = () if others.complete else changed_sources(name, old, new)
+    if unread and model.status is ModelStatus.SAME:
+        model = replace(model, status=ModelStatus.UNDECIDED)
+    return replace(model, notes=(*stale, *notes, *_unread(unread, others.variants)), structures=told)
+
+
+def _stale(side: Version, model: str) -> Iterator[str]:
+    if reasons := side.stale.get(model):
+        yield f"generated/{model} of {side.label} is stale, derived anew: {_several(reasons)}"
+
+
+def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
+    """Say which sources changed that structures may use which were not compared."""
+    if sources:
+        instead = "other combinations were" if compared else "other structures than the default were"
+        mend = "name them with --structures NAME=VALUE,NAME=VALUE" if compared else "--structures all compares them"
+        yield f"undecided: {instead} not compared, and {_several(sources)} changed, which they may use; {mend}"
+
+
+def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
+    """Compare other structures; return those that have something of their own to say, and a note on all the others."""
+    parts, known = [], _edits(model)
+    named: dict[str, list[str]] = {}
+    for variant in variants:
+        if isinstance(variant.old, str) or isinstance(variant.new, str):
+            if variant.is_refused:
+                named.setdefault(f"neither version derives: {variant.new}", []).append(variant.name)
+            else:
+                parts.append(_one_sided(model.model, variant))
+            continue
+        other = compare_documents(_document(variant.old), _document(variant.new))
+        other = replace(other, variant=variant.name)
+        edits = _edits(other)
+        if not other.differs:
+            named.setdefault("the same", []).append(variant.name)
+        elif other.status is not ModelStatus.UNDECIDED and edits <= known:
+            named.setdefault("changed by edits that are told here of others", []).append(variant.name)
+        else:
+            known |= edits
+            parts.append(_with_consequences(other, variant.old, variant.new))
+    return tuple(parts), [f"structures, {what}: {'; '.join(names)}" for what, names in named.items()]
+
+
+def _one_sided(model: str, variant: Variant) -> ModelDiff:
+    lost = isinstance(variant.new, str)
+    status = ModelStatus.REMOVED if lost else ModelStatus.ADDED
+    reason = str(variant.new if lost else variant.old)
+    return ModelDiff(model, status, Comparison(model, ()), variant=variant.name, notes=(reason,))
+
+
+def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
+    """Return what was edited: two structures with the same edits need them told once."""
+    equations = {
+        (equation.name, equation.verdict.value, *(edit.says for edit in equation.edits))
+        for equation in model.comparison
+        if equation.verdict not in (Fate.SAME, Fate.INHERITED) and equation.matters
+    }
+    return equations | {tuple(map(str, astuple(change))) for change in model.parameters}
+
+
+def _several(names: Sequence[str]) -> str:
+    rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + rest
 
 
 def _document(folder: Path) -> Document:

@@ -21,6 +21,7 @@ from .marks import Alignment
 from .result import Diff, ModelDiff
 from .status import ModelStatus
 from .text import (
+    choices,
     counted,
     edit_title,
     example,
@@ -84,9 +85,11 @@ class _Section:
     """What the page says about one model."""
 
     name: str
+    anchor: str
     kind: str
     status: str
     counted: str
+    notes: Sequence[str]
     stories: Sequence[str]
     changed: Sequence[_Card]
     parameters: Sequence[ParameterChange]
@@ -98,8 +101,8 @@ class _Section:
 
 def html_page(diff: Diff) -> str:
     """Return the page as text."""
-    sections = [_Sheet(model).section() for model in diff.models]
-    names = ", ".join(section.name for section in sections)
+    sections = [_Sheet(part).section() for model in diff.models for part in model]
+    names = ", ".join(model.model for model in diff.models)
     filters: dict[str, Callable[..., Any]] = {
         **{"complex": number, "point": point, "place": place, "unit": unit, "relative": relative},
         **{
@@ -124,6 +127,10 @@ class _Sheet:
         self._old_latex: Mapping[str, str] = dict(self._comparison.old_latex)
         self._new_latex: Mapping[str, str] = dict(self._comparison.new_latex)
 
+    @property
+    def _anchor(self) -> str:
+        return self._model.name.replace(" ", "-")
+
     @cached_property
     def _alignment(self) -> Alignment:
         renamed = {e.old_name: e.name for e in self._comparison.of(Fate.RENAMED)}
@@ -138,10 +145,12 @@ class _Sheet:
             for verdict, heading in _FOLDED
         ]
         return _Section(
-            name=self._model.model,
+            name=self._model.name,
+            anchor=self._anchor,
             kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
+            notes=[*self._model.notes, *choices(comparison)],
             stories=[*stories(comparison), *filter(None, [following(comparison)])],
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
             parameters=telling_parameters(comparison),
@@ -163,7 +172,7 @@ class _Sheet:
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
-            anchor=f"{self._model.model}-{equation.name}",
+            anchor=f"{self._anchor}-{equation.name}",
             kind="maybe" if equation.verdict is Fate.UNDECIDED else kind,
             status=equation.verdict.value,
             path=" > ".join(part for part in (equation.kind, equation.section) if part),
@@ -215,7 +224,7 @@ class _Sheet:
 
 def _picture(model: ModelDiff) -> str:
     """Return the overlay of the run that differs most, as an address that holds it; empty where there is none."""
-    figure = model.overlay.picture(model.model) if model.overlay else None
+    figure = model.overlay.picture(model.name) if model.overlay else None
     return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
 
 

@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from mehvar.codegen.diff.report import Edit, EquationChange, Fate, Story
 from mehvar.terminal import plain_text
 
 from .result import Diff, ModelDiff
 from .runs import MarginChange, RunChange
-from .status import ModelStatus
 from .text import (
     HEADLINES,
+    choices,
     counted,
     edit_title,
     example,
@@ -40,7 +41,7 @@ _WHOLE = 20
 
 def markdown(diff: Diff) -> str:
     """Return the comment as text."""
-    models = [part for model in diff.models for part in (*_model(model), "")]
+    models = [part for model in diff.models for each in model for part in (*_model(each), "")]
     text = "\n".join([f"## Equations: {_code(diff.old)} → {_code(diff.new)}", "", *models])
     if len(text) <= _LONGEST:
         return text
@@ -51,14 +52,12 @@ def markdown(diff: Diff) -> str:
 
 
 def _model(model: ModelDiff) -> Iterator[str]:
-    yield f"### {model.model}: {HEADLINES[model.status]}"
+    yield f"### {model.name}: {HEADLINES[model.status]}"
     yield ""
-    if model.status is ModelStatus.SAME:
-        return
     yield counted(model.comparison)
     yield ""
-    for name, old, new in model.comparison.structure:
-        yield f"- structure {_code(name)}: {_code(old)} → {_code(new)}"
+    for line in (*model.notes, *choices(model.comparison)):
+        yield f"- {_plain(line)}"
     for line in filter(None, [*stories(model.comparison), following(model.comparison)]):
         yield f"- **{_plain(line)}**"
     yield from _sources(model)
@@ -71,7 +70,8 @@ def _model(model: ModelDiff) -> Iterator[str]:
         for line in refused_runs(model.consequences.runs):
             yield from ("", f"{_plain(line[0].upper() + line[1:])}.")
         yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
-    yield from _folded("all of it as text", [plain_text(model.lines())])
+    if any(equation.verdict is not Fate.SAME for equation in model.comparison) or model.differs:
+        yield from _folded("all of it as text", [plain_text(replace(model, structures=()).lines())])
 
 
 def _sources(model: ModelDiff) -> Iterator[str]:

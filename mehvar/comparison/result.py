@@ -37,6 +37,12 @@ class ModelDiff:
         What the change does; None where nothing changed or nothing could be run.
     overlay : Overlay or None
         The run that differs most, of both versions; None where none does.
+    variant : str
+        The structural choices that differ from the defaults, as in "inertia=ball"; empty for the default structure.
+    notes : tuple of str
+        What else there is to say: folders that are stale, structures that were not compared.
+    structures : tuple of ModelDiff
+        Other structures that were compared and have something of their own to say.
     """
 
     model: str
@@ -44,11 +50,23 @@ class ModelDiff:
     comparison: Comparison
     consequences: Consequences | None = None
     overlay: Overlay | None = field(default=None, compare=False, repr=False)
+    variant: str = ""
+    notes: tuple[str, ...] = ()
+    structures: tuple[ModelDiff, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The model, with the structure if that is another than the default."""
+        return " ".join(filter(None, (self.model, self.variant)))
 
     @property
     def differs(self) -> bool:
-        """Whether anything but the form differs: an equation, a parameter, the structure."""
-        return self.status is not ModelStatus.SAME
+        """Whether anything but the form differs: an equation, a parameter, the structure; in any structure compared."""
+        return self.status is not ModelStatus.SAME or any(other.differs for other in self.structures)
+
+    def __iter__(self) -> Iterator[ModelDiff]:
+        """Yield the default structure, then the others."""
+        return iter((self, *self.structures))
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
@@ -89,11 +107,15 @@ class ModelDiff:
             "status": self.status.value,
             "differs": self.differs,
             "consequences": follows,
+            "variant": self.variant,
+            "notes": list(self.notes),
+            "structures": [other.to_json() for other in self.structures],
         }
 
     def lines(self) -> Iterator[Line]:
         """Say what became of the model."""
-        return lines(self.model, self.status, self.comparison, self.consequences)
+        for part in self:
+            yield from lines(part.name, part.status, part.comparison, part.consequences, part.notes)
 
     def __str__(self) -> str:
         return plain_text(self.lines())

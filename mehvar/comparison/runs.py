@@ -123,7 +123,7 @@ class Overlay:
         from mehvar.pictures.style import style
         from mehvar.runtime.run.results import to_dataset
 
-        with style():
+        with style(), np.errstate(all="ignore"):  # a run may go beyond all bounds
             title = f"{model}: {self.scenario} under {self.law}"
             return overlay_picture(to_dataset(self.old), to_dataset(self.new), title)
 

@@ -10,14 +10,15 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from mehvar import cache
 from mehvar.codegen.equations import SCHEMA
-from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree
+from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
 from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
+from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import working
 from mehvar.versions import installed
 
@@ -42,12 +43,18 @@ class Version:
         Every model that the version has.
     single : bool
         Whether the user named one generated folder, so that nothing else is to be compared.
+    tree : Tree or None
+        Where its models/ can be read; None for folders without them.
+    stale : mapping
+        For each model whose generated folder does not match its sources, so that it was derived anew: why.
     """
 
     label: str
     folders: Mapping[str, Path]
     models: tuple[str, ...]
     single: bool = False
+    tree: Tree | None = None
+    stale: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 class Sources:
@@ -71,11 +78,11 @@ class Sources:
             return self._of_tree(self.tree, WORK)
         if (folder / _EQUATIONS).is_file():
             model = _model_of(folder)
-            return Version(text, {model: folder}, (model,), single=True)
+            return self._of_folders({model: folder}, text, single=True)
         if (folder / "generated").is_dir():
             return self._of_tree(Tree(folder.resolve()), text)
         if folder.is_dir() and (inner := _generated(folder)):
-            return Version(text, self._chosen(inner), tuple(inner))
+            return self._of_folders(inner, text)
         revision = find_revision(self.tree.root, text)
         if revision is None:
             raise InputError(self._unknown(text))
@@ -93,29 +100,80 @@ class Sources:
     def _chosen(self, folders: Mapping[str, Path]) -> dict[str, Path]:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
+    def _of_folders(self, folders: Mapping[str, Path], label: str, single: bool = False) -> Version:
+        """Return generated folders as they are, but for those that no longer match the models/ beside them."""
+        chosen, models = self._chosen(folders), tuple(folders)
+        tree = _tree_around(chosen)
+        if tree is None:
+            return Version(label, chosen, models, single)
+        stale = {name: reasons for name, folder in chosen.items() if (reasons := _outdated(tree, name, folder))}
+        return Version(label, chosen | derive(tree, [*stale], label), models, single, tree, stale)
+
     def _of_tree(self, tree: Tree, label: str) -> Version:
         """Return generated/ where it is up to date, and what models/ derives where it is not."""
         if not tree.models:
             generated = _generated(tree.root / "generated")
             return Version(label, self._chosen(generated), tuple(generated))
         folders = self._chosen({name: tree.root / "generated" / name for name in tree.models})
-        stale = [name for name in folders if check(tree, name).stale]
-        return Version(label, folders | derive(tree, stale, label), tree.models)
+        old = [name for name in folders if check(tree, name).stale]
+        stale = {name: reasons for name in old if label != WORK and (reasons := _outdated(tree, name, folders[name]))}
+        return Version(label, folders | derive(tree, old, label), tree.models, tree=tree, stale=stale)
 
     def _of_revision(self, revision: Revision) -> Version:
-        """Return the committed generated/, and what models/ derives where that is missing or of an older schema."""
+        """Return the committed generated/, or what models/ derives where that is not of them or of an older schema."""
         root = self.scratch / revision.commit
         models = revision.models()
         folders = self._chosen({name: root / "generated" / name for name in models})
-        revision.extract([f"generated/{name}" for name in folders], root)
-        old = [name for name, folder in folders.items() if _schema(folder) != SCHEMA]
-        if old:
-            revision.extract(["models"], root)
-            (root / "generated").mkdir(parents=True, exist_ok=True)
-            derivable = [name for name in old if name in Tree(root).models]
-            folders = {name: folder for name, folder in folders.items() if name not in old}
-            folders |= derive(Tree(root), derivable, revision.label)
-        return Version(revision.label, folders, models)
+        revision.extract(["models", *(f"generated/{name}" for name in folders)], root)
+        (root / "generated").mkdir(parents=True, exist_ok=True)
+        revision.extract(sorted({name for folder in folders.values() for name in _elsewhere(folder)}), root)
+        tree = Tree(root)
+        derivable = [name for name in folders if name in tree.models]
+        old = {name for name, folder in folders.items() if _schema(folder) != SCHEMA}
+        stale = {
+            name: reasons
+            for name in derivable
+            if name not in old and (reasons := _outdated(tree, name, folders[name]) or _mixed(folders[name]))
+        }
+        folders = {name: folder for name, folder in folders.items() if name not in old}
+        folders |= derive(tree, [name for name in derivable if name in old or name in stale], revision.label)
+        return Version(revision.label, folders, models, tree=tree, stale=stale)
+
+
+def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
+    """Say why a generated folder is not of the models beside it; nothing of one that has none or cannot be read."""
+    try:
+        return outdated(tree, model) if _schema(folder) == SCHEMA else ()
+    except InputError:  # who reads it says so
+        return ()
+
+
+def _mixed(folder: Path) -> tuple[str, ...]:
+    """Say which files of a revision's generated folder are not of one derivation, as after a merge."""
+    try:
+        check_unedited(read_manifest(folder, any_age=True))
+    except InputError as error:
+        return (str(error).replace(f"{folder}/", "").partition(";")[0],)
+    return ()
+
+
+def _tree_around(folders: Mapping[str, Path]) -> Tree | None:
+    """Return the tree that folders are the generated/ of."""
+    places = {folder.resolve().parent for folder in folders.values()}
+    tree = Tree(places.pop().parent) if len(places) == 1 else None
+    if tree is None or any(folder.resolve() != tree.root / "generated" / name for name, folder in folders.items()):
+        return None
+    return tree if {*folders} <= {*tree.models} else None
+
+
+def _elsewhere(folder: Path) -> list[str]:
+    """Return what a derivation read outside of models/, below the root of its tree."""
+    try:
+        names = read_manifest(folder, any_age=True).inputs_sha256
+    except InputError:
+        return []
+    other = ("models/", "codegen/", "mehvar/", "..", "./", "/", "environment:")
+    return [name.rstrip("/") for name in names if not name.startswith(other)]
 
 
 def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
@@ -129,16 +187,23 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
     if not models:
         return {}
     with working(f"deriving {', '.join(models)} of {label}"), ThreadPoolExecutor(os.cpu_count()) as pool:
-        folders = list(pool.map(lambda name: _derived(tree, name, label), models))
+        folders = list(pool.map(lambda name: derived(tree, name, label), models))
     return dict(zip(models, folders, strict=True))
 
 
-def _derived(tree: Tree, model: str, label: str) -> Path:
-    """Return what a model derives now; what it loads is known from the folder that was derived before."""
+def derived(tree: Tree, model: str, label: str, structure: Mapping[str, str] | None = None) -> Path:
+    """Return what a model derives now; what it loads is known from the folder that was derived before.
+
+    Raises
+    ------
+    InputError
+        As `derive` does.
+    """
+    choices = [f"{name}={value}" for name, value in sorted((structure or {}).items())]
     known = {**tree.sources(model), **installed("sympy", "casadi")}
     while True:
-        key = cache.key(*itertools.chain(*sorted(known.items())))
-        folder = cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, folder))
+        key = cache.key(*choices, *itertools.chain(*sorted(known.items())))
+        folder = cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, choices, folder))
         record = read_manifest(folder)
         now = {**inputs(tree, model, record), **installed(*record.versions)}
         if now == {**record.inputs_sha256, **record.versions} or now.items() <= known.items():
@@ -146,18 +211,24 @@ def _derived(tree: Tree, model: str, label: str) -> Path:
         known |= now
 
 
-def _derive(tree: Tree, model: str, label: str, folder: Path) -> None:
+def _derive(tree: Tree, model: str, label: str, choices: list[str], folder: Path) -> None:
+    options = [part for choice in choices for part in ("--structure", choice)]
+    process = run_python(tree, "-m", "mehvar", "generate", model, *options, "--out", str(folder))
+    if process.returncode:
+        reason = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
+        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(reason)}")
+
+
+def run_python(tree: Tree, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python with this mehvar in a tree, whose models it may import as no other process of ours may."""
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
-    process = subprocess.run(
-        [sys.executable, "-P", "-m", "mehvar", "generate", model, "--out", str(folder)],
+    return subprocess.run(
+        [sys.executable, "-P", *arguments],
         cwd=tree.root,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
     )
-    if process.returncode:
-        reason = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
-        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(reason)}")
 
 
 def _generated(folder: Path) -> dict[str, Path]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from rich.text import Text
@@ -29,6 +29,12 @@ _PART = 1e-3
 _NAMED = 12
 """Equations that are named where all have the same to say: two lines of a terminal. A page folds them all below."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
+_TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
+"""What is told of single equations, in this order."""
+_WHOLE = 8
+"""Sources that are told with counterexample and how they are known; the others in a line. A page has all of them."""
+_RUNS, _METRICS = 4, 5
+"""Runs that are told with their metrics, those that moved most, and metrics of each. A page has all of them."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
@@ -44,17 +50,24 @@ _COUNTED = {
 }  # fmt: skip
 
 
-def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
+def lines(
+    model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None, notes: Sequence[str] = ()
+) -> Iterator[Line]:
     """Say what became of a model."""
     style = _STYLES.get(status, "bold red")
     yield 0, Text.assemble((f"{model}: ", "bold"), (HEADLINES[status], style), "   ", counted(comparison))
-    for name, old, new in comparison.structure:
-        yield 2, Text(f"structure {name}: {old} -> {new}")
+    for note in (*notes, *choices(comparison)):
+        yield 2, Text(note)
     yield from _equations(comparison)
     yield from _equivalent(comparison)
     yield from _parameters(telling_parameters(comparison))
     if follows:
         yield from _consequences(follows)
+
+
+def choices(comparison: Comparison) -> list[str]:
+    """Say which structural choices differ."""
+    return [f"structure {name}: {old} -> {new}" for name, old, new in comparison.structure]
 
 
 def counted(comparison: Comparison) -> str:
@@ -68,7 +81,8 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
-    return "  ".join(part for part in (", ".join(names or [equation.name]), about) if part)
+    was = f" (was {equation.old_name})" if equation.old_name not in ("", equation.name) else ""
+    return "  ".join(part for part in (", ".join(names or [equation.name + was]), about) if part)
 
 
 def families(comparison: Comparison) -> dict[str, Story]:
@@ -84,7 +98,7 @@ def stories(comparison: Comparison) -> list[str]:
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
     """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
-    for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
+    for equation in (e for fate in _TOLD for e in comparison.of(fate)):
         group = family.get(equation.name)
         untold = not (is_quiet(equation) or equation.extended or equation.cause)
         if untold and (group is None or group.names[0] == equation.name):
@@ -158,30 +172,42 @@ def labels(comparison: Comparison, names: Sequence[str]) -> str:
 def _equations(comparison: Comparison) -> Iterator[Line]:
     for says in stories(comparison):
         yield 2, Text(says, "bold")
-    for equation, group in one_by_one(comparison):
-        names = group.names if group else ()
-        word = _COUNTED[equation.verdict]
-        style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
-        harmless = "" if equation.matters else ": what uses it compensates"
-        yield 2, Text.assemble((word, style), " ", (title(equation, names), "bold"), harmless)
-        if group:
-            yield 4, Text(group.says)
-        for edit in equation.edits:
-            yield from _edit(edit)
-        if where := example(equation):
-            yield 4, Text(where)
-        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
-            yield 4, Text(sure(equation), "dim")
-        if equation.users:
-            yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
-        if follows := following(comparison, equation):
-            yield 4, Text(follows, "bold")
+    for number, (equation, group) in enumerate(one_by_one(comparison)):
+        head = _head(equation, group)
+        if number < _WHOLE:
+            yield 2, head
+            yield from _source(comparison, equation, group)
+        else:
+            edits = "; ".join(map(edit_title, equation.edits[:2])) + "; ..." * (len(equation.edits) > 2)
+            yield 2, Text.assemble(head, f": {edits}" if edits else "")
     if follows := following(comparison):
         yield 2, Text(follows, "bold")
     for verdict in (Fate.ADDED, Fate.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
+
+
+def _head(equation: EquationChange, group: Story | None) -> Text:
+    style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
+    harmless = "" if equation.matters else ": what uses it compensates"
+    names = group.names if group else ()
+    return Text.assemble((_COUNTED[equation.verdict], style), " ", (title(equation, names), "bold"), harmless)
+
+
+def _source(comparison: Comparison, equation: EquationChange, group: Story | None) -> Iterator[Line]:
+    if group:
+        yield 4, Text(group.says)
+    for edit in equation.edits:
+        yield from _edit(edit)
+    if where := example(equation):
+        yield 4, Text(where)
+    if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
+        yield 4, Text(sure(equation), "dim")
+    if equation.users:
+        yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
+    if follows := following(comparison, equation):
+        yield 4, Text(follows, "bold")
 
 
 def _edit(edit: Edit) -> Iterator[Line]:
@@ -232,20 +258,19 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
     """Say what follows for the plant, for eigenvalues and for the number of operations."""
     if follows.rates:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
-        for rate in follows.rates:
-            yield f"  {rate.name}'  {rate.largest:.3g} {rate.unit}  ({rate.typical:.3g})"
+        yield from _first(f"  {r.name}'  {r.largest:.3g} {r.unit}  ({r.typical:.3g})" for r in follows.rates)
     elif follows.samples:
         yield f"the plant without a law: rates equal at {follows.samples} random states, to rounding"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
-        for old, new in follows.eigenvalues:
-            yield f"  {number(old)} -> {number(new)}  1/s"
+        yield from _first(f"  {number(old)} -> {number(new)}  1/s" for old, new in follows.eigenvalues)
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
-    for loop in follows.loops:
+    for loop in follows.loops[:_RUNS]:
         yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
-        for old, new in loop.eigenvalues:
-            yield f"  {number(old)} -> {number(new)}  {unit(loop)}"
+        yield from _first(f"  {number(old)} -> {number(new)}  {unit(loop)}" for old, new in loop.eigenvalues)
+    if more := follows.loops[_RUNS:]:
+        yield f"eigenvalues under {len(more)} more laws differ: {', '.join(loop.law for loop in more)}"
     operations = sorted(follows.operations, key=lambda row: -abs(row[2] - row[1]))
     for name, before, after in operations[:_NAMED]:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
@@ -257,10 +282,14 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
 
 def run_lines(runs: Runs) -> Iterator[str]:
     """Say what became of the scenarios under the laws."""
-    for run, scenarios in joined(runs.changed):
+    changed = sorted(joined(runs.changed), key=lambda pair: -pair[0].size)
+    for number, (run, scenarios) in enumerate(changed[:_NAMED]):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
-        for metric in telling_metrics(run):
-            yield f"  {metric.name}  {metric.old:.5g} -> {metric.new:.5g} {metric.unit}{relative(metric)}"
+        if number < _RUNS:
+            metrics = (f"  {m.name}  {m.old:.5g} -> {m.new:.5g} {m.unit}{relative(m)}" for m in telling_metrics(run))
+            yield from _first(metrics, _METRICS)
+    if len(changed) > _NAMED:
+        yield f"runs of {len(changed) - _NAMED} more kinds differ"
     if runs.same:
         yield f"equal in all metrics: {same_runs(runs)}"
     yield from refused_runs(runs)
@@ -270,6 +299,15 @@ def run_lines(runs: Runs) -> Iterator[str]:
             yield f"  {name}  {old} -> {new}"
     if runs.note:
         yield runs.note
+
+
+def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
+    """Yield the first lines of a table, and how many more there are."""
+    rows = list(texts)
+    kept = rows if len(rows) <= count + 1 else rows[:count]
+    yield from kept
+    if len(rows) > len(kept):
+        yield f"  and {len(rows) - len(kept)} more"
 
 
 def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:

@@ -8,15 +8,17 @@ explains follow. And what solves changed equations of motion follows them: gener
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
 from ...equal import field
 from ...equal.field import Element, Undefined
+from ...equal.pool import Pool
 from ...equal.values import OF_PHASES
-from ..changes import Values, rational
+from ..changes import Change, Values, rational
+from ..report import Kind
 from ..versions import Item, Key, Versions
 from .extension import naming
 from .groups import any_axis
@@ -26,6 +28,10 @@ _POINTS = 3
 """Of the field, as many as for any equality; see `codegen.equal.judge`."""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
 """Roles, or their first words, of what a multiple may stand for: a state or an input is no number of the model."""
+
+
+_QUARTERS = {("sin", "cos"): 1, ("cos", "sin"): -1}
+"""Quarters of a turn by which an angle is shifted where one function took the other's place."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,45 @@ def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | 
         if _beyond_its_axes(source, followers) and (best is None or len(followers) > len(best.followers)):
             best = Cause(source, f"{_multiple(factor, name)} in place of {name}", followers)
     return best
+
+
+def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], pool: Pool) -> list[Cause]:
+    """Return which changed texts follow from a sine that became a cosine, or the other way round, in an earlier one.
+
+    What is derived from a term by that angle changes as its other function does: both are turned by a quarter.
+    """
+    result, left = [], {item.key: (item, _turn(pool, edits(item))) for item in changed}
+    for item in changed:
+        if item.key not in left or (turn := left.pop(item.key)[1]) is None:
+            continue
+        same = [(other, of) for other, of in left.values() if of is not None and of[:2] == turn[:2]]
+        if any(of[2] != turn[2] for _, of in same):
+            before, after = turn[2]
+            angle = f"{{{turn[0]}}}"
+            followers = tuple(other for other, _ in same)
+            left = {key: row for key, row in left.items() if row[0] not in followers}
+            result.append(Cause(item, f"{after}({angle}) in place of {before}({angle})", followers))
+    return result
+
+
+def _turn(pool: Pool, edits: Sequence[Change]) -> tuple[int, int, tuple[str, str]] | None:
+    """Return the angle, the direction and the first functions of edits that all turn one angle by a quarter."""
+    seen = [_quarter(pool, edit) for edit in edits]
+    if not seen or None in seen or len({row[:2] for row in seen if row}) > 1:
+        return None
+    return seen[0]
+
+
+def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | None:
+    if edit.kind is not Kind.FUNCTION or edit.old is None or edit.new is None:
+        return None
+    (before, angle), (after, *parts) = pool.nodes[edit.old], pool.nodes[edit.new]
+    negative = after == "mul"
+    if negative:
+        after, *parts = next((pool.nodes[part] for part in parts if pool.constant(part) is None), ("", 0))
+    if parts != [angle] or (before, after) not in _QUARTERS:
+        return None
+    return angle, (-1 if negative else 1) * _QUARTERS[before, after], (before, after)
 
 
 def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:

@@ -343,3 +343,70 @@ def test_a_branch_that_was_not_met_is_named_by_its_expression():
 def test_a_component_of_a_unit_vector_is_known_to_be_within_one(old, new):
     old, new = (text if ":" in text else f"f: {text}" for text in (old, new))
     assert compare(document(old), document(new))["f"].verdict is Fate.REARRANGED
+
+
+WIDENED = {
+    "bounds": ({"bounds": "[0, inf)"}, {"bounds": "(-inf, inf)"}),
+    "sign": ({"bounds": "(0, inf)", "sign": "positive"}, {"bounds": "(-inf, inf)"}),
+    "upper": ({"bounds": "[0, 1]"}, {"bounds": "[-2, 1]"}),
+}
+
+
+def declaring(text, *declarations):
+    """Return a document whose k, which SymPy takes for any number, is declared so."""
+    plain = document(text, k={"sign": "real"})
+    rows = tuple(dataclasses.replace(plain.declared["k"], **row) for row in declarations)
+    return dataclasses.replace(plain, symbols=(*(s for s in plain.symbols if s.name != "k"), *rows))
+
+
+@pytest.mark.parametrize("what", WIDENED)
+@pytest.mark.parametrize("narrow_is", ["old", "new"])
+def test_a_guard_counts_where_either_side_allows_what_it_guards_from(what, narrow_is):
+    narrow, wide = WIDENED[what]
+    guarded, bare = declaring("f: x*Abs(k)", narrow), declaring("f: x*k", wide)
+    comparison = compare(guarded, bare) if narrow_is == "old" else compare(bare, guarded)
+    assert comparison["f"].verdict is Fate.CHANGED
+    assert compare(guarded, declaring("f: x*k", narrow))["f"].verdict is Fate.REARRANGED
+
+
+def test_a_guard_counts_where_a_widened_parameter_got_another_name():
+    narrow, wide = ({"bounds": bounds, "sign": "real", "latex": "s"} for bounds in ("[0, inf)", "(-inf, inf)"))
+    comparison = compare(document("f: x*Abs(spring)", spring=narrow), document("f: x*stiff", stiff=wide))
+    assert comparison["f"].verdict is Fate.CHANGED
+
+
+def test_a_guard_counts_where_one_of_two_laws_has_a_wider_parameter_of_the_name():
+    laws = {"role": "law a", "bounds": "(-inf, inf)"}, {"role": "law b", "bounds": "[0, inf)"}
+    comparison = compare(declaring("f: x*Abs(k)", *laws), declaring("f: x*k", *laws))
+    assert comparison["f"].verdict is Fate.CHANGED
+
+
+def test_an_angle_that_became_a_number_is_drawn_beyond_a_turn():
+    old = document("f: atan2(sin(a), cos(a))", a={"unit": "rad"})
+    assert compare(old, document("f: a", a={"unit": "1"}))["f"].verdict is Fate.CHANGED
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("s = x*y/2 + z\nf: s*w", "sigma = x*y + z\nf: sigma*w", "coefficient 1/2 became 1"),
+        ("b = x*y/2 + z\nf: a*b*w", "zeta = x*y + z\nf: a*w*zeta", "coefficient 1/2 became 1"),
+        ("s = x*y + z\nf: s*w\ng: s - v", "sigma = x*y - z\nf: sigma*w\ng: sigma - v", "sign flipped: + became -"),
+        ("s = x + z\nt = s*y\nf: t*w", "q = x - z\nr = q*y\nf: r*w", "sign flipped: + became -"),
+        ("s = m*x\nf: w/s", "sigma = m*x**2\nf: w/sigma", "exponent of x: 1 became 2"),
+    ],
+)
+def test_a_definition_that_got_another_name_and_another_value_is_told_by_its_edit(old, new, says):
+    comparison = compare(document(old), document(new, q={}, r={"role": "state"}))
+    (source,) = comparison.sources
+    assert [edit.says for edit in source.edits] == [says]
+    assert source.old_name != source.name
+    assert not comparison.added
+    assert not comparison.removed
+
+
+def test_another_definition_in_the_place_of_one_that_stays_is_not_called_renamed():
+    comparison = compare(document("s = x*y\nf: s*w\ng: s"), document("s = x*y\nt = x + z\nf: t*w\ng: s"))
+    assert comparison["s"].verdict is Fate.SAME
+    assert "t" in {equation.name for equation in comparison.added}
+    assert comparison["f"].verdict is Fate.CHANGED

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,107 +19,10 @@ from typer.testing import CliRunner
 import mehvar
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
-from mehvar.errors import InputError
 from mehvar.manifest import sealed
 from tests import commands
 from tests.mehvar.browser import chromium
-
-ROOT = Path(__file__).parents[3]
-CART = Path(__file__).parents[1] / "cart"
-
-
-class Project:
-    """A tree with models/ and generated/ in a git repository."""
-
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        self.source = root / "models" / "cart" / "__init__.py"
-
-    def diff(self, *arguments: str) -> tuple[int, str]:
-        """Call the command in this process; return its exit status and output, or raise what it raises."""
-        with contextlib.chdir(self.root):
-            process = CliRunner().invoke(app, ["diff", *arguments], catch_exceptions=False)
-        return process.exit_code, process.output
-
-    def mehvar(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-        """Call the command as a process."""
-        return subprocess.run(
-            [*commands.mehvar(), *arguments],
-            capture_output=True,
-            text=True,
-            cwd=self.root,
-            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-            timeout=120,
-        )
-
-    def git(self, *arguments: str, **environment: str) -> str:
-        identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
-        process = subprocess.run(
-            ["git", *identity, *arguments],
-            capture_output=True,
-            text=True,
-            cwd=self.root,
-            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-            timeout=120,
-        )
-        assert process.returncode == 0, process.stdout + process.stderr
-        return process.stdout
-
-    def commit(self, message: str) -> None:
-        self.git("add", "--all")
-        self.git("commit", "--quiet", "--message", message)
-
-    def edit(self, old: str, new: str, file: str = "models/cart/__init__.py") -> None:
-        path = self.root / file
-        text = path.read_text()
-        assert old in text
-        path.write_text(text.replace(old, new))
-
-    def generate(self) -> None:
-        process = self.mehvar("generate")
-        assert process.returncode == 0, process.stderr
-
-    def json(self, *arguments: str, status: int) -> dict:
-        """Return the comparison of the cart as JSON."""
-        code, text = self.diff(*arguments, "--format", "json")
-        assert code == status, text
-        (model,) = json.loads(text)["models"]
-        return model
-
-    def refused(self, *arguments: str) -> str:
-        with pytest.raises(InputError) as error:
-            self.diff(*arguments)
-        return str(error.value)
-
-
-@pytest.fixture(scope="module")
-def committed(tmp_path_factory) -> Path:
-    """The cart, generated and committed."""
-    project = Project(tmp_path_factory.mktemp("committed"))
-    (project.root / "models").mkdir()
-    for path in (ROOT / "models").glob("*.py"):
-        shutil.copy(path, project.root / "models")
-    for room in ROOMS:
-        shutil.copytree(ROOT / "models" / room, project.root / "models" / room, ignore=shutil.ignore_patterns("__py*"))
-    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "paper.py"))
-    (project.root / "generated").mkdir()
-    (project.root / ".gitignore").write_text("__pycache__/\n")
-    project.generate()
-    project.git("init", "--quiet", "--initial-branch", "main")
-    project.commit("a cart")
-    return project.root
-
-
-@pytest.fixture
-def project(committed, tmp_path) -> Project:
-    """A copy that a test may change; what is derived is kept in a cache of its own."""
-    shutil.copytree(committed, tmp_path / "tree")
-    return Project(tmp_path / "tree")
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("MEHVAR_CACHE", str(tmp_path / "cache"))
+from tests.mehvar.comparison.projects import CART, ROOT, Project
 
 
 def test_nothing_changed(project):
@@ -510,35 +412,53 @@ def command(tmp_path) -> dict[str, str]:
     return {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
 
 
-def test_the_hook_of_the_tutorial_refuses_stale_files_and_says_what_changed(project, command):
-    hook = project.root / ".git" / "hooks" / "pre-commit"
-    hook.parent.mkdir(exist_ok=True)
-    hook.write_text(shown_file("pre-commit"))
-    hook.chmod(0o755)
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+@pytest.fixture
+def hook(project):
+    """The script of the tutorial, staged but not yet committed, and called by git."""
+    path = project.root / ".githooks" / "pre-commit"
+    path.parent.mkdir()
+    path.write_text(shown_file(".githooks/pre-commit"))
+    path.chmod(0o755)
     project.git("add", "--all")
-    commit = ["git", "-c", "user.name=Test", "-c", "user.email=test@example.org", "commit", "--message", "turned"]
-    stale = attempt(project, commit, command)
+    project.git("config", "core.hooksPath", ".githooks")
+    return path
+
+
+COMMIT = ["git", "-c", "user.name=Test", "-c", "user.email=test@example.org", "commit", "--message", "turned"]
+
+
+@pytest.mark.parametrize("staged", ["models", "generated"])
+def test_the_hook_of_the_tutorial_refuses_what_is_staged_by_half(project, hook, command, staged):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.generate()
+    project.git("add", staged)
+    stale = attempt(project, COMMIT, command)
     assert stale.returncode == 1
     assert "stale" in stale.stdout + stale.stderr
-    project.generate()
     project.git("add", "--all")
-    kept = attempt(project, commit, command)
+    kept = attempt(project, COMMIT, command)
     assert kept.returncode == 0, kept.stdout + kept.stderr
     assert "physics CHANGED" in kept.stdout + kept.stderr
+    assert not project.diff("HEAD~1", "HEAD")[1].count("stale")
 
 
-def test_the_entries_for_pre_commit_do_what_the_hook_does(project, command):
-    text = shown_file(".pre-commit-config.yaml")
-    entries = [shlex.split(entry) for entry in re.findall(r"entry: (.*)", text)]
-    assert [attempt(project, entry, command).returncode for entry in entries] == [0, 0]
+def test_the_hook_takes_the_first_commit_and_leaves_alone_what_is_not_staged(project, hook, command):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    check, compare = (attempt(project, entry, command) for entry in entries)
-    assert check.returncode == 1
-    assert compare.returncode == 0
-    assert "physics CHANGED" in compare.stdout
-    broken = re.sub("HEAD", "nonsense", entries[1][-1])
-    assert attempt(project, ["sh", "-c", broken], command).returncode != 0
+    kept = attempt(project, COMMIT, command)
+    assert kept.returncode == 0, kept.stdout + kept.stderr
+    assert "physics the SAME" in kept.stdout + kept.stderr
+    project.git("checkout", "--quiet", "--", ".")
+    project.git("checkout", "--quiet", "--orphan", "first")
+    first = attempt(project, COMMIT, command)
+    assert first.returncode == 0, first.stdout + first.stderr
+
+
+def test_the_entry_for_pre_commit_is_the_hook(project, hook, command):
+    (entry,) = re.findall(r"entry: (.*)", shown_file(".pre-commit-config.yaml"))
+    assert attempt(project, [entry], command).returncode == 0
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.git("add", "models")
+    assert attempt(project, [entry], command).returncode == 1
 
 
 def test_the_steps_of_the_github_action_run(project, command):

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from mehvar.codegen.diff import Document, compare
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import Fate, Kind
 from mehvar.codegen.generate import installed_tree
 from mehvar.comparison.status import ModelStatus
 from mehvar.comparison.text import lines, one_by_one
@@ -115,3 +115,45 @@ def multiplied(old, name):
     return dataclasses.replace(
         old, nodes=tuple(pool.nodes), definitions=tuple(rows[:count]), results=tuple(rows[count:])
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "followers"),
+    [
+        ("s = m*cos(theta)\nf: k - m*w*sin(theta)", "s = m*sin(theta)\nf: k + m*w*cos(theta)", ("f",)),
+        ("s = m*sin(theta)\nf: k + m*w*cos(theta)", "s = m*cos(theta)\nf: k - m*w*sin(theta)", ("f",)),
+        (
+            "E = m*v**2*cos(theta) + k*sin(theta)\nf: -m*v**2*sin(theta) + k*cos(theta)\ng: m*v*cos(theta)",
+            "E = m*v**2*sin(theta) + k*sin(theta)\nf: m*v**2*cos(theta) + k*cos(theta)\ng: m*v*sin(theta)",
+            ("f", "g"),
+        ),
+    ],
+)
+def test_what_is_derived_from_a_cosine_that_became_a_sine_follows_it(old, new, followers):
+    comparison = compare(document(old), document(new))
+    first, *others = comparison.sources
+    assert tuple(equation.name for equation in others) == followers
+    assert {equation.cause for equation in others} == {first.name}
+    assert first.cause == ""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("s = m*cos(theta)\nf: k - m*w*sin(theta)", "s = m*sin(theta)\nf: k - m*w*cos(theta)"),  # the other way round
+        ("s = m*cos(theta)\nf: k - m*w*sin(phi)", "s = m*sin(theta)\nf: k + m*w*cos(phi)"),  # another angle
+        ("s = m*cos(theta)\nf: k - m*w*sin(theta)", "s = m*sin(theta)\nf: k + 2*m*w*cos(theta)"),  # and a factor
+    ],
+)
+def test_another_edit_of_a_sine_is_a_cause_of_its_own(old, new):
+    assert {equation.cause for equation in compare(document(old), document(new)).sources} == {""}
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("sin", "cos"), ("cos", "sin"), ("-sin", "cos"), ("sin", "-cos"), ("cos", "-sin")]
+)
+def test_a_function_in_place_of_another_is_not_told_as_a_factor(old, new):
+    comparison = compare(document(f"f: {old}(theta)*x + w"), document(f"f: {new}(theta)*x + w"))
+    (edit,) = comparison["f"].edits
+    assert edit.kind is Kind.FUNCTION
+    assert "tan" not in edit.says

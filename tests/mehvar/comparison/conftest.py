@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Projects for the tests of `mehvar diff`."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.mehvar.comparison.projects import Project, made
+
+
+@pytest.fixture(scope="session")
+def committed(tmp_path_factory) -> Path:
+    """The cart, generated and committed."""
+    return made(tmp_path_factory.mktemp("committed")).root
+
+
+@pytest.fixture
+def project(committed, tmp_path) -> Project:
+    """A copy that a test may change; what is derived is kept in a cache of its own."""
+    shutil.copytree(committed, tmp_path / "tree")
+    return Project(tmp_path / "tree")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("MEHVAR_CACHE", str(tmp_path / "cache"))

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Text, page, comment and JSON say the same of a comparison; and a long one is told shortly."""
+
+import dataclasses
+import html
+import json
+import re
+
+import pytest
+
+from mehvar.codegen.diff.report import Fate, label
+from mehvar.comparison.compare import compare_documents
+from mehvar.comparison.consequences import Consequences, Rate
+from mehvar.comparison.html import html_page
+from mehvar.comparison.margins import Margin
+from mehvar.comparison.markdown import markdown
+from mehvar.comparison.result import Diff, ModelDiff
+from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
+from mehvar.comparison.spectra import Loop
+from mehvar.comparison.text import example, margin_text, number
+from mehvar.manifest import read_manifest
+from tests.codegen.diff.documents import document
+from tests.codegen.diff.pairs import PENDULUM
+
+EDITS = {
+    "sign": ("s = x + m*y\nf: s*z", "s = x - m*y\nf: s*z"),
+    "two edits": ("f: m*x*y + k*z*w + J*v", "f: -m*x*y + k*z*w + 2*J*v"),
+    "term added": ("f: x", "f: x + m*y"),
+    "term lost": ("f: x + m*y", "f: x"),
+    "definition": ("f: x*y + z", "s = x*y\nf: s + z"),
+    "result added": ("f: x", "f: x\ng: y*m"),
+    "result removed": ("f: x\ng: y*m", "f: x"),
+    "renamed": ("s = x*y + z\nf: s*w", "sigma = x*y + z\nf: sigma*w"),
+    "renamed and changed": ("s = x*y/2 + z\nf: s*w", "sigma = x*y + z\nf: sigma*w"),
+    "rearranged": ("f: x*(y + z)", "f: x*y + x*z"),
+    "scaled": ("0: x + y", "0: 2*x + 2*y"),
+    "convention": ("s = x - y\nf: s*z + w\ng: s**2", "s = y - x\nf: w - s*z\ng: s**2"),
+    "family": ("s1 = m1*q1\ns2 = m2*q2\nf: s1 + s2", "s1 = 2*m1*q1\ns2 = 2*m2*q2\nf: s1 + s2"),
+    "follows": ("s = m*cos(theta)\nf: k - m*w*sin(theta)", "s = m*sin(theta)\nf: k + m*w*cos(theta)"),
+    "undecided": ("f: Piecewise((y, erf(x) > 2), (z, True))", "f: Piecewise((w, erf(x) > 2), (z, True))"),
+    "lost": ("s = m*x + k*y\nf: s*z\ng: 2*s - v", "f: (m*x - k*y)*z\ng: 2*m*x - 2*k*y - v"),
+}
+
+
+def consequences(count):
+    """Return consequences of every kind, each with numbers of its own."""
+    metrics = tuple(MetricChange(f"metric {k}", "rad", 1.25 + k, 2.5 + 2 * k) for k in range(count))
+    changed = tuple(RunChange(f"law{k}", "swing", "", "ended early: fell", metrics, 40) for k in range(count))
+    margins = (MarginChange("pd", "swing", (Margin("T", 3.25, 0.5),), (Margin("T", 4.75, 0.625),)),)
+    runs = Runs(
+        changed, (("pd", "calm"),), margins, (("pd", "stiff", "angle_0 must be less"),), "laws were not all run"
+    )
+    return Consequences(
+        rates=tuple(Rate(f"state{k}", "rad/s^2", 0.111 + k, 0.222 + k) for k in range(count)),
+        samples=512,
+        point=(("angle", 0.375),),
+        residual=0.0625,
+        eigenvalues=tuple((complex(-0.5 - k, 2), complex(-0.75 - k, 3)) for k in range(count)),
+        loops=tuple(Loop(f"law{k}", 0.05, (("angle", 0.5),), ((0.9 + 0j, 0.8 + 0j),)) for k in range(count)),
+        operations=tuple((f"function{k}", 100 + k, 200 + 3 * k) for k in range(count)),
+        runs=runs,
+        note="loops not compared",
+    )
+
+
+def facts(model: ModelDiff) -> list[str]:
+    """Return what there is to say, as texts that have to stand in every format."""
+    comparison, follows = model.comparison, model.consequences
+    said = [model.name, *model.notes, *(text for choice in comparison.structure for text in choice)]
+    said += [text for p in comparison.parameters for text in (p.name, p.role, p.what, p.old, p.new)]
+    said += [group.says for group in comparison.groups if group.kind not in ("family", "symmetric")]
+    for equation in comparison:
+        if equation.verdict is not Fate.SAME:
+            said += [label(equation), equation.verdict.value]
+        if equation.verdict is Fate.RENAMED:
+            said.append(equation.old_name)
+        if equation.verdict in (Fate.REARRANGED, Fate.RENAMED, Fate.SCALED, Fate.UNDECIDED):
+            said.append(equation.how)
+        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED) and not equation.cause:
+            said += [*(edit.says for edit in equation.edits), example(equation), *equation.users]
+    if follows:
+        said += [text for rate in follows.rates for text in (rate.name, f"{rate.largest:.3g}", f"{rate.typical:.3g}")]
+        spectra = (follows, *follows.loops)
+        said += [number(value) for spectrum in spectra for pair in spectrum.eigenvalues for value in pair]
+        said += [str(part) for row in follows.operations for part in row]
+        said += [text for run in follows.runs.changed for text in (run.law, run.scenario, run.new)]
+        for m in (m for run in follows.runs.changed for m in run.metrics):
+            said += [m.name, f"{m.old:.5g}", f"{m.new:.5g}"]
+        for change in follows.runs.margins:
+            said += [change.law, *(margin_text(margin) for margin in (*change.old, *change.new))]
+        said += [reason for _, _, reason in follows.runs.refused]
+        said += [follows.note, follows.runs.note, f"{follows.residual:.2g}", "angle = 0.375"]
+    return [fact for fact in said if fact]
+
+
+def plain(text: str) -> str:
+    """Return a text as it is read: without tags, escapes and line breaks."""
+    text = html.unescape(re.sub(r"<style>.*?</style>|</?[a-z!][^>]*>", " ", text, flags=re.DOTALL))
+    return " ".join(re.sub(r"\\(.)", r"\1", text).split()).casefold()
+
+
+def missing(model: ModelDiff) -> list[tuple[str, str]]:
+    """Return the facts that a format leaves out."""
+    diff = Diff("old", "new", (model,))
+    forms = {"text": str(model), "page": html_page(diff), "comment": markdown(diff)}
+    return [(form, fact) for form, text in forms.items() for fact in facts(model) if plain(fact) not in plain(text)]
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_every_fact_is_in_every_format(name):
+    model = compare_documents(*map(document, EDITS[name]))
+    comparison = dataclasses.replace(model.comparison, structure=(("rods", "default", "light"),))
+    model = dataclasses.replace(model, comparison=comparison, notes=("generated/made is stale: x.py changed",))
+    assert missing(model) == []
+    told = dataclasses.replace(model, consequences=consequences(2))
+    other = dataclasses.replace(told, variant="rods=uniform", notes=("of its own",))
+    assert missing(told) == []
+    assert missing(other) == []
+
+
+@pytest.mark.parametrize("what", ["unit", "bounds", "source", "name", "added"])
+def test_names_and_numbers_are_in_every_format(what):
+    values = {"unit": ("kg", "g"), "bounds": ("(0, inf)", "[0, 1]"), "source": ("paper", "guess")}
+    if what in values:
+        pair = [document("f: m*x", m={what: value}) for value in values[what]]
+    else:
+        new = {"stiff": {"role": "parameter", "description": "the spring" if what == "name" else "another"}}
+        old = {"spring": {"role": "parameter", "description": "the spring"}} if what == "name" else {}
+        pair = [document("f: x" + "*spring" * bool(old), **old), document("f: x*stiff", **new)]
+    assert missing(compare_documents(*pair)) == []
+
+
+def test_numbers_of_manifests_are_in_every_format():
+    manifest, plain_document = read_manifest(PENDULUM), document("f: m*x")
+    scenario = manifest.scenarios["swing"]
+    changed = dataclasses.replace(scenario, duration=123.5, step=0.375)
+    after = dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {"swing": changed})
+    pair = (dataclasses.replace(plain_document, manifest=each) for each in (manifest, after))
+    model = compare_documents(*pair)
+    assert len(model.parameters) == 2
+    assert missing(model) == []
+
+
+def test_json_has_every_field():
+    """As plain data; the graphs that the nodes refer to stand in equations.json, the runs' series nowhere."""
+    model = compare_documents(*map(document, EDITS["two edits"]))
+    model = dataclasses.replace(model, consequences=consequences(2), notes=("a note",), structures=(model,))
+    data = json.loads(Diff("old", "new", (model,)).json_text())["models"][0]
+    graphs = {"old_nodes", "new_nodes", "old_latex", "new_latex"}
+    fields = {field.name for kind in (model, model.comparison) for field in dataclasses.fields(kind)}
+    assert fields - graphs - {"comparison", "overlay"} <= data.keys()
+    assert data["notes"] == ["a note"]
+    assert data["structures"][0]["equations"] == data["equations"]
+
+
+def test_many_edits_are_told_shortly_and_in_order():
+    names = [first + second for first in "bcd" for second in "aeio"]
+    edits = [(f"m**{k + 2}*x + k*y", f"m**{k + 2}*x - {k + 1}*k*y") for k in range(12)]
+    old, new = (
+        "\n".join(f"{name} = {edit[side]}\nf{name}: {name}*J" for name, edit in zip(names, edits, strict=True))
+        for side in (0, 1)
+    )
+    new += "\ng: x"
+    model = compare_documents(document(old), document(new))
+    model = dataclasses.replace(model, consequences=consequences(30))
+    text = str(model)
+    assert len(text.splitlines()) < 170
+    places = [
+        text.find(f"changed {name}\n") if k < 8 else text.find(f"changed {name}:") for k, name in enumerate(names)
+    ]
+    assert -1 not in places
+    assert [*places, text.find("added g")] == sorted([*places, text.find("added g")])
+    assert text.count("3 points of a 154-bit field") < 12
+    assert "and 25 more" in text
+    page = html_page(Diff("old", "new", (model,)))
+    assert all(f"metric {k}" in page for k in range(30))
