@@ -117,7 +117,7 @@ def test_a_full_disk_loses_no_block_and_repeats_none(
     def full(path: Path, *rest: Any, **options: Any) -> int:
         if next(count) == failing:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.with_suffix(".half.partial").write_bytes(b"half")
+            path.with_suffix(f".{0:032x}.partial").write_bytes(b"half")
             raise OSError(errno.ENOSPC, "No space left on device")
         return real(path, *rest, **options)
 
