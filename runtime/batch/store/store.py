@@ -396,7 +396,9 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     if isinstance(opened, Store):
         return opened
     if writer := holder(folder):
-        raise InputError(f"{folder} is being written by {writer}, and cannot be read now: {opened}") from opened
+        raise InputError(
+            f"{folder} is being written by {writer}: its metadata are not whole now, look again"
+        ) from opened
     raise opened
 
 
