@@ -34,7 +34,7 @@ COORDINATES = {"state": Coordinate(["a", "b"]), "t": Coordinate(np.array([0.0, 0
 CAMPAIGN = Campaign("law", n=10, seed=3)
 IDENTITY = {
     **{"model": "m", "model_hash": "0", "campaign": CAMPAIGN.json_text(), "success": "", "until": ""},
-    "numerics": '{"generated": "0", "profile": "portable"}',
+    "numerics": '{"generated": "0", "options": "{}", "profile": "portable"}',
 }
 ATTRIBUTES = {
     **{"title": "test", "model_source": "m", "controller": "law", "scenario": "s", "seed": 3, "drawn": "[]"},
