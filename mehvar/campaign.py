@@ -16,6 +16,7 @@ from mehvar.runtime.batch.sampling import DESIGNS, Design
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import either, split_settings
 from mehvar.runtime.units import distribution, read_value, setting_units
+from mehvar.schema import parse_toml
 
 
 class _Table(BaseModel):
@@ -101,7 +102,7 @@ def read_campaign(path: Path) -> CampaignFile:
         field.
     """
     try:
-        file = CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
+        file = CampaignFile.model_validate(parse_toml(path.read_text(encoding="utf-8-sig")))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

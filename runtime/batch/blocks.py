@@ -67,7 +67,7 @@ class Blocks:
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
-        self.plan, self._threads = plan, threads
+        self.plan, self.threads = plan, threads
         options = plan.options
         effective = plan.effective()
         self._auto = options.method == AUTO
@@ -150,7 +150,7 @@ class Blocks:
         draw.x0[bad] = plan.nominal_x0
         seed, save = plan.campaign.seed, plan.campaign.save_every
         block = self._kernel.run(
-            first, draw.p, draw.c, draw.s, draw.x0, seed, self._t_end, self._dt, save, self._threads, stop
+            first, draw.p, draw.c, draw.s, draw.x0, seed, self._t_end, self._dt, save, self.threads, stop
         )
         if block is None:
             return None
