@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.manifest import Manifest
+from mehvar.schema import parse_toml
 
 if TYPE_CHECKING:
     from mehvar import manifest as numeric
@@ -32,7 +33,7 @@ def shapes(folder: Path) -> dict[str, str]:
     hashes = {}
     for name in TABLES:
         try:
-            table = tomllib.loads((folder / name).read_text(encoding="utf-8-sig"))
+            table = parse_toml((folder / name).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             continue
         words = _WORDS if name == "scenarios.toml" else frozenset()

@@ -22,6 +22,7 @@ from mehvar import errors
 from mehvar.errors import MehvarError, unknown_name
 from mehvar.manifest import FILE
 from mehvar.project import project_root
+from mehvar.schema import parse_toml
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
@@ -88,7 +89,7 @@ class Tree:
         if not file.is_file():
             return None
         try:
-            name = tomllib.loads(file.read_text(encoding="utf-8-sig"))["plant"]
+            name = parse_toml(file.read_text(encoding="utf-8-sig"))["plant"]
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError) as error:
             raise GenerateError(f'{file}: must be one line, plant = "MODEL": {error}') from error
         own = {name: self for name in self.models if not (self.root / "models" / name / PLANT).is_file()}

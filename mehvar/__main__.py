@@ -27,6 +27,8 @@ def _run() -> None:
         app()
     except MehvarError as error:
         fail(error, error.exit_status)
+    except MemoryError as error:
+        fail(f"not enough memory{f': {error}' if str(error) else ''}", 3)
     except ModuleNotFoundError as error:
         fail(f"the module {error.name} is missing{_how_to_install(error.name or '')}", 2)
     except OSError as error:

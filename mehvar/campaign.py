@@ -13,9 +13,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from mehvar.errors import InputError, shown
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import DESIGNS, Design
-from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.model.catalogue import find_folder, find_model
 from mehvar.runtime.run.options import either, split_settings
 from mehvar.runtime.units import distribution, read_value, setting_units
+from mehvar.schema import parse_toml
 
 
 class _Table(BaseModel):
@@ -92,7 +93,10 @@ def _number(value: Any, units: Mapping[str, str], name: str, origin: str) -> Any
 
 
 def read_campaign(path: Path) -> CampaignFile:
-    """Read a campaign file; a relative `model` folder or `out` counts from the file's folder.
+    """Read a campaign file, which means the same wherever one stands.
+
+    `model` is a name that comes with mehvar or is of the project that the file is in, or else a folder; a relative one
+    counts from the file's folder, and so does `out`. What is called like a known model is reached as "./NAME".
 
     Raises
     ------
@@ -101,20 +105,15 @@ def read_campaign(path: Path) -> CampaignFile:
         field.
     """
     try:
-        file = CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
+        file = CampaignFile.model_validate(parse_toml(path.read_text(encoding="utf-8-sig")))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not TOML: {error}") from error
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: {_sentence(dict(item))}" for item in error.errors())) from error
-    folder = path.parent / file.model
-    return file.model_copy(
-        update={
-            "model": str(folder) if (folder / "manifest.json").is_file() else file.model,
-            "out": None if file.out is None else path.parent / file.out,
-        }
-    )
+    out = None if file.out is None else path.parent / file.out
+    return file.model_copy(update={"model": str(find_folder(file.model, path.parent)), "out": out})
 
 
 _KINDS = {

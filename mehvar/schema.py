@@ -18,6 +18,7 @@ import functools
 import itertools
 import json
 import math
+import tomllib
 import types
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
@@ -69,6 +70,20 @@ def parse(text: str) -> Any:
         raise SchemaError(": is not JSON that we read: it is nested too deeply") from error
     except ValueError as error:
         raise SchemaError(f": is not JSON: {error}") from error
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return what a TOML text says.
+
+    Raises
+    ------
+    tomllib.TOMLDecodeError
+        If it is no TOML, or is nested too deeply.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise tomllib.TOMLDecodeError("it is nested too deeply") from error
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from mehvar.manifest import METRIC_KINDS, Metric, Scenario
+from mehvar.schema import parse_toml
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import Group, Interval, ModelError, Parameter, place, wrong
@@ -269,7 +270,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
     if not isinstance(path, Path):
         raise wrong("path", path, "a pathlib.Path")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return parse_toml(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ModelError(f"cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

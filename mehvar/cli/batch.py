@@ -104,7 +104,7 @@ def command(
             "out", str(batch.out), "the folder of a store, such as runs.zarr, not a file of results", "--out"
         )
     try:
-        with _client(scheduler) as client, progress(f"{batch.model} {batch.controller}") as advance:
+        with _client(scheduler) as client, progress(f"{manifest.model} {batch.controller}") as advance:
             meter = _Meter(advance)
             store = run_batch(
                 batch.model,

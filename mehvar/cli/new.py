@@ -115,8 +115,12 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
         raise unknown_name("plant", plant, known_models(), "--from")
     project = project_root(into) if project_models() else None
     target = _free(name, into) if project is None else project
+    parts = (f"models/{name}", f"tests/test_{name}.py")
     if project is not None:
         _free(name, project / "models")
+        for part in (*parts, f"generated/{name}"):
+            if (project / part).exists():
+                raise InputError(f"{project / part} exists; choose another name")
     values = {"plant": manifest.model, **_example(manifest)}
     with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
         whole = Path(scratch) / name
@@ -126,7 +130,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
             _generate(whole, name)
             whole.rename(target)
             return target
-        for part in (f"models/{name}", f"tests/test_{name}.py"):
+        for part in parts:
             (project / part).parent.mkdir(exist_ok=True)
             (whole / part).rename(project / part)
     _generate(project, name)

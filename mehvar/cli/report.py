@@ -11,6 +11,7 @@ import typer
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.formats import open_result
 from mehvar.settings import complete_models
@@ -56,7 +57,7 @@ def _page(subject: str) -> Page:
 
     if subject.endswith(".nc"):
         return Results(open_result(subject)).page()
-    if (Path(subject) / "zarr.json").is_file():
+    if subject not in known_models() and (Path(subject) / "zarr.json").is_file():
         return Results(open_store(Path(subject)).dataset()).page()
     model = load(subject)
     return Page(f"{model.name}: {model.manifest.title}", model_sections(model))

@@ -68,6 +68,8 @@ def print_statistics(store: Store, success: str | None = None) -> None:
         f"{attributes['model']} {attributes['controller']} {attributes['scenario']}: "
         f"{_extent(statistics)}, seed {attributes['seed']}"
     )
+    if statistics.writer is not None:
+        typer.echo(f"being written by {statistics.writer}: these are the runs that are stored and whole now")
     typer.echo("  ".join(f"{text} {number}" for text, number in statistics.statuses.items()))
     condition = success or attributes["success"]
     typer.echo(

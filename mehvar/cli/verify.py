@@ -39,9 +39,9 @@ def command(
 
 
 def _print(verification: Verification) -> None:
-    damage = verification.damage()
+    damage, word = verification.damage(), "damaged" if verification.writer is None else "not whole now"
     for line in damage[:_SHOWN]:
-        typer.echo(f"damaged: {line}")
+        typer.echo(f"{word}: {line}")
     if len(damage) > _SHOWN:
         typer.echo(f"... and {len(damage) - _SHOWN} more")
     if verification.missing:

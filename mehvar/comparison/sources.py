@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import os
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tr
 from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
 from mehvar.runtime.model.generated import check_unedited
+from mehvar.schema import SchemaError, parse
 from mehvar.terminal import working
 from mehvar.versions import installed
 
@@ -246,7 +246,7 @@ def _schema(folder: Path) -> object:
 
 def _read(path: Path) -> dict[str, object]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        data = parse(path.read_text(encoding="utf-8"))
+    except (SchemaError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is damaged: {error}") from None
     return data if isinstance(data, dict) else {}

@@ -10,6 +10,7 @@ from typing import TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from mehvar.errors import InputError
+from mehvar.schema import parse_toml
 
 Data = TypeVar("Data")
 
@@ -24,7 +25,7 @@ def read_data(path: Path, kind: type[Data]) -> Data:
         message names file and field.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = parse_toml(path.read_text(encoding="utf-8"))
         return TypeAdapter(kind).validate_python(content)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error

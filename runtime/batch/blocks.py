@@ -14,7 +14,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import Quantity
 
 from ..run.metrics import undetermined
-from ..run.options import AUTO, EXPLICIT, OPTIONS, STIFF
+from ..run.options import AUTO, EXPLICIT, STIFF
 from ..run.problem import Status
 from ..run.results import attributes_of
 from ..run.ticks import rows_of
@@ -67,11 +67,12 @@ class Blocks:
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
-        self.plan, self._threads = plan, threads
-        options, scenario = plan.options, plan.scenario
+        self.plan, self.threads = plan, threads
+        options = plan.options
+        effective = plan.effective()
         self._auto = options.method == AUTO
-        self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
-        self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
+        self._t_end: float = effective["t_end"]
+        self._dt: float = effective["dt_out"]
         self._kernel = compile_kernel(
             plan.model, plan.law.name, plan.choices, options, own=plan.own, origin=plan.origin
         )
@@ -79,7 +80,7 @@ class Blocks:
         self.notes = undetermined({metric.name: metric for metric in self.metrics}, self._t_end, self._dt)
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
-        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling)
+        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling, effective)
         self.provenance: Provenance = provenance(self._kernel)
 
     @property
@@ -149,7 +150,7 @@ class Blocks:
         draw.x0[bad] = plan.nominal_x0
         seed, save = plan.campaign.seed, plan.campaign.save_every
         block = self._kernel.run(
-            first, draw.p, draw.c, draw.s, draw.x0, seed, self._t_end, self._dt, save, self._threads, stop
+            first, draw.p, draw.c, draw.s, draw.x0, seed, self._t_end, self._dt, save, self.threads, stop
         )
         if block is None:
             return None

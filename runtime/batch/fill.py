@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value
 
 from ..arguments import check_arguments
 from ..model.catalogue import shipped_models
@@ -53,6 +53,13 @@ _MOST_THREADS = 1024
 """More than the processors of any one machine that batches are run on; each thread has work memory of its own."""
 _THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
 _RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
+
+
+class OutOfMemoryError(MehvarError, MemoryError):
+    """There is not enough memory for the next block; what is stored is kept."""
+
+    exit_status = 3
+    resumable = True
 
 
 class ImpossibleRunError(InputError):
@@ -120,8 +127,8 @@ def run_batch(
         when strict.
     StoreError
         If the store cannot be written. What it has is kept, and `resume` goes on from there.
-    ClusterError
-        If the scheduler is lost; likewise.
+    OutOfMemoryError, ClusterError
+        If there is not enough memory, or the scheduler is lost; likewise.
     """
     check_arguments("text", origin, success=success, until=until)
     check_arguments("path", origin, out=out)
@@ -150,8 +157,13 @@ def run_batch(
     condition.check(blocks.scalars(), blocks.notes)
     source = _here(blocks) if client is None else _there(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
-    with store.writing():
-        _Filling(store, plan, rule, condition, strict, report).run(source)
+    try:
+        with store.writing():
+            _Filling(store, plan, rule, condition, strict, report).run(source)
+    except MemoryError as error:
+        allowed = f"with more memory or fewer threads than {blocks.threads} it goes on"
+        what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
+        raise OutOfMemoryError(f"{what}: {allowed}") from error
     return store
 
 

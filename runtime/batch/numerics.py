@@ -18,14 +18,18 @@ from ..run.results import versions
 from .kernel import Kernel, kernel_flags
 from .source import generated_sources, kernel_sources
 
-_DRAWING = ("plan.py", "sampling.py", "dispersions.py", "blocks.py")
-"""Modules of this folder that compute numbers of runs."""
+_DRAWING = (
+    *("batch/plan.py", "batch/sampling.py", "batch/dispersions.py", "batch/blocks.py", "batch/kernel.py"),
+    *("run/ticks.py", "run/problem.py", "model/parameters.py"),
+)
+"""Modules of the runtime that compute numbers of runs, hand them to the loop, or say which runs are possible."""
 
 _MEANINGS = {
     "generated": "the generated text of the model",
     "native": "mehvar's own C",
     "drawing": "what draws the values",
     "flags": "compiler flags",
+    "options": "options",
     "profile": "the profile",
     "processor": "compiler and lanes, on which profile=fast depends",
 }
@@ -43,6 +47,8 @@ class Numerics:
         Of the model's C text and its manifest.
     native, drawing : str
         Of the C around it as it is compiled; of what draws values and marks runs.
+    options : str
+        JSON of the options of every run, those at their defaults too, whatever build has them.
     flags, profile, processor : str
         What the text is compiled with.
     """
@@ -50,6 +56,7 @@ class Numerics:
     generated: str
     native: str
     drawing: str
+    options: str
     flags: str
     profile: str
     processor: str
@@ -59,8 +66,8 @@ class Numerics:
         return json.dumps(asdict(self), sort_keys=True)
 
 
-def numerics_of(kernel: Kernel, sampling: str) -> Numerics:
-    """Return the numerics of a kernel on this machine, for a design of points."""
+def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) -> Numerics:
+    """Return the numerics of a kernel on this machine, for a design of points and the options of every run."""
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
@@ -73,6 +80,7 @@ def numerics_of(kernel: Kernel, sampling: str) -> Numerics:
         generated=generated_digest(manifest),
         native=_digest(native),
         drawing=_drawing(sampling),
+        options=json.dumps(options),
         flags=" ".join(FLAGS),
         profile=profile,
         processor="" if profile == "portable" else " ".join(machine),
@@ -94,8 +102,19 @@ def provenance(kernel: Kernel) -> dict[str, str | int]:
 def other_numerics(stored: str, here: str) -> str:
     """Say in what two numerics, as texts, differ; nothing when they do not."""
     old, new = json.loads(stored), json.loads(here)
-    names = [name for name in new if old.get(name) != new[name]]
-    return ", ".join(f"{_MEANINGS[name]} ({_short(old.get(name))}, here {_short(new[name])})" for name in names)
+    names = [name for name in new if name != "options" and old.get(name) != new[name]]
+    parts = [f"{_MEANINGS[name]} ({_short(old.get(name))}, here {_short(new[name])})" for name in names]
+    return ", ".join([*other_options(old.get("options", "{}"), json.loads(new["options"])), *parts])
+
+
+def other_options(stored: str, here: Mapping[str, object]) -> list[str]:
+    """Say in what the options of a store, as a text, and those of a plan differ."""
+    old = json.loads(stored)
+    return [
+        f"{name} = {old.get(name)!r}, here {here.get(name)!r}"
+        for name in {**old, **here}
+        if old.get(name) != here.get(name)
+    ]
 
 
 def _short(value: object) -> str:
@@ -104,7 +123,7 @@ def _short(value: object) -> str:
 
 
 def _drawing(sampling: str) -> str:
-    folder = Path(__file__).parent
+    folder = Path(__file__).parents[1]
     texts = {name: (folder / name).read_text(encoding="utf-8") for name in _DRAWING}
     sequence = {} if sampling in ("random", "latin") else {"scipy": versions()["scipy"]}
     return _digest({**texts, **native_headers(), **native_sources("random/*.[ch]"), **sequence})

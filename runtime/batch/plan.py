@@ -141,6 +141,14 @@ class Plan:
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
+    def effective(self) -> dict[str, Any]:
+        """Return the options of every run by name: as given, or else at the default, the scenario's or this build's."""
+        scenario = {"t_end": self.scenario.duration, "dt_out": self.scenario.step}
+        options = {name: getattr(self.options, name) for name, row in OPTIONS.items() if "batch" not in row.refused}
+        return options | {
+            name: OPTIONS[name].check(options[name] or value, self.origin) for name, value in scenario.items()
+        }
+
     @property
     def sampled(self) -> bool:
         """Whether the law is sampled."""

@@ -21,7 +21,7 @@ from ..run.options import AUTO, FIXED, OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
-from .numerics import generated_digest
+from .numerics import generated_digest, other_options
 from .plan import Campaign, Plan
 from .store.layout import STATUS
 from .store.store import Store
@@ -49,7 +49,7 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
     Raises
     ------
     InputError
-        If the law was one in Python.
+        If the law was one in Python, or the options that this build has for the campaign are others.
     TrustError
         If only the store says where the model is, or it has changed since.
     """
@@ -61,7 +61,10 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
             f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run with "
             "mehvar.simulate, the law, and the values that the run drew"
         )
-    return Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
+    plan = Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
+    if differences := other_options(json.loads(store.attributes["numerics"])["options"], plan.effective()):
+        raise InputError(f"{store.name} was made with other options, by another build: {', '.join(differences)}")
+    return plan
 
 
 def is_model_of(store: Store, model: Model) -> bool:

@@ -159,7 +159,9 @@ class Statistics:
     Attributes
     ----------
     planned, stored : int
-        Runs in all, and those that are stored.
+        Runs in all, and those that are stored and whole.
+    writer : str or None
+        Who is writing the store now.
     statuses : mapping of str to int
         Runs by how they ended.
     successes : int
@@ -170,6 +172,7 @@ class Statistics:
 
     planned: int
     stored: int
+    writer: str | None
     statuses: Mapping[str, int]
     successes: int
     probability: float
@@ -196,11 +199,12 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         If a file of the store is missing or is not the one that was written.
     """
     verification = store.verify()
-    if not verification.sound:
+    writer = verification.writer
+    if not verification.sound and writer is None:
         raise DamageError(f"{store.name} is damaged: {verification.summary()}; {CURE}")
     blocks = verification.whole
     if not blocks:
-        raise InputError(f"{store.name} holds no run yet")
+        raise InputError(f"{store.name} holds no run yet{f': it is being written by {writer}' if writer else ''}")
     succeeds = Success(success if success is not None else store.attributes["success"] or None)
     endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
     for block in blocks:
@@ -211,6 +215,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     return Statistics(
         planned=store.n,
         stored=runs,
+        writer=writer,
         statuses={STATUS_TEXT[code]: int(endings[code]) for code in np.flatnonzero(endings).tolist()},
         successes=successes,
         probability=successes / runs,

@@ -8,12 +8,15 @@ that owns the store. A worker whose numerics are not the owner's is refused.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import threading
+import warnings
 from collections.abc import Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any
 
 from mehvar import cache
@@ -33,6 +36,9 @@ if TYPE_CHECKING:
 _AHEAD = 2
 """Blocks per thread of the cluster that are under way: one is computed while the next waits beside it. With one a
 thread is idle while its result travels; more only means more to cancel when a batch ends early."""
+_SILENCE = 10.0
+"""Seconds without a block after which we look which workers are heard of: they let the scheduler hear of them every
+second or two, whatever they compute."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
@@ -116,30 +122,26 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
     _examine(client)
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
-        from distributed import as_completed
-
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
         waiting = iter(missing)
         numbers: dict[Any, int] = {}
+        done: Queue[Any] = Queue()
 
-        def submit() -> Any:
-            following = next(waiting, None)
-            if following is None:
-                return None
-            block, runs = following
-            future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
-            numbers[future] = block
-            return future
+        def submit() -> None:
+            for block, runs in itertools.islice(waiting, 1):
+                future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
+                numbers[future] = block
+                future.add_done_callback(done.put)
 
         threads = sum(client.nthreads().values())
-        started = [future for _ in range(_AHEAD * max(threads, 1)) if (future := submit()) is not None]
-        under_way = as_completed(started, loop=client.loop)
+        for _ in range(_AHEAD * max(threads, 1)):
+            submit()
         try:
-            for future in under_way:
+            while numbers:
+                future = _next(client, done)
                 block = numbers.pop(future)
                 yield block, *_result(future)
-                if (following := submit()) is not None:
-                    under_way.add(following)
+                submit()
         finally:
             with suppress(Exception):  # a scheduler that is gone cancels nothing
                 client.cancel(list(numbers), force=True)
@@ -179,6 +181,28 @@ def _compiler() -> str:
 
 def _same(bundle: Bundle) -> Bundle:
     return bundle
+
+
+def _next(client: Client, done: Queue[Any]) -> Any:
+    """Return the next future that is done; say meanwhile which workers nobody hears of."""
+    seen, told = _last_seen(client), set[str]()
+    while True:
+        try:
+            return done.get(timeout=_SILENCE)
+        except Empty:
+            before, seen = seen, _last_seen(client)
+            if silent := {worker for worker, at in seen.items() if before.get(worker) == at} - told:
+                told |= silent
+                warnings.warn(
+                    f"no block and no word for {_SILENCE:g} s from {', '.join(sorted(silent))}: end a worker "
+                    "that hangs, and others compute its blocks",
+                    stacklevel=2,
+                )
+
+
+def _last_seen(client: Client) -> dict[str, float]:
+    """Return when the scheduler last heard of each worker, by its own clock."""
+    return {worker: about["last_seen"] for worker, about in client.scheduler_info()["workers"].items()}
 
 
 def _result(future: Any) -> tuple[Values, Provenance]:

@@ -128,7 +128,7 @@ def read_journal(path: Path, layout: Layout) -> Entries:
 def _identity(head: bytes) -> dict[str, object] | None:
     try:
         identity = json.loads(head)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return identity if isinstance(identity, dict) else None
 

@@ -354,6 +354,7 @@ def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journa
         "scenario": single.scenario.name, "options": options, "parameters": dict(single.parameters.values),
         "tunable": request.tunable, "samples": request.samples,
     }  # fmt: skip
+    Requests(request.journal)  # refuses a file of somebody's, before there is a journal
     try:
         journal = Journal(request.journal, identity, layout)
     except OSError as error:

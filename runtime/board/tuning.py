@@ -37,6 +37,10 @@ class Request:
     values: Mapping[str, float]
 
 
+_BEGIN = '{"at": '
+"""How the file begins: what begins otherwise is somebody's, and `close` must not remove it."""
+
+
 class Requests:
     """The file of requests of a run.
 
@@ -46,6 +50,11 @@ class Requests:
         Of the run.
     taken : sequence of Tuning
         What the journal has already.
+
+    Raises
+    ------
+    InputError
+        If there is a file of that name that holds no requests.
     """
 
     def __init__(self, journal: Path, taken: Sequence[Tuning] = ()) -> None:
@@ -53,6 +62,7 @@ class Requests:
         self._taken = {tuning.request for tuning in taken}
         self._size = -1
         self._requests: list[Request] = []
+        self._read()
 
     def due(self, k: int) -> list[Request]:
         """Return what is to be set before sample k; nothing is returned twice."""
@@ -73,9 +83,14 @@ class Requests:
         if size == self._size:
             return
         self._size = size
-        lines = self._path.read_text(encoding="utf-8").split("\n")[:-1] if size else []
-        rows = [(i, json.loads(line)) for i, line in enumerate(lines)]
-        self._requests = [Request(i, row["at"], row["values"]) for i, row in rows if i not in self._taken]
+        try:
+            text = self._path.read_text(encoding="utf-8") if size else ""
+            if not text.startswith(_BEGIN[: len(text)]):
+                raise ValueError(text)
+            rows = [(i, json.loads(line)) for i, line in enumerate(text.split("\n")[:-1])]
+            self._requests = [Request(i, row["at"], row["values"]) for i, row in rows if i not in self._taken]
+        except (ValueError, LookupError, TypeError, RecursionError) as error:
+            raise InputError(f"{self._path} holds what is no request: remove it, or name another journal") from error
 
 
 def path_of(journal: Path) -> Path:

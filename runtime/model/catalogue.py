@@ -22,7 +22,7 @@ def shipped_models() -> dict[str, Path]:
 
 def project_models() -> dict[str, Path]:
     """Return the generated folders of the project that one stands in, by name; none of mehvar's own checkout."""
-    models = {name: folder for root in _project_roots() for name, folder in _models_in(root).items()}
+    models = {name: folder for root in _project_roots(Path.cwd()) for name, folder in _models_in(root).items()}
     shipped = shipped_models()
     return {name: folder for name, folder in models.items() if not _is_same(folder, shipped.get(name))}
 
@@ -43,8 +43,8 @@ def _shipped_roots() -> tuple[Path, ...]:
     return tuple(Path(folder).resolve() for folder in spec.submodule_search_locations or []) if spec else ()
 
 
-def _project_roots() -> tuple[Path, ...]:
-    root = project_root(Path.cwd())
+def _project_roots(start: Path) -> tuple[Path, ...]:
+    root = project_root(start)
     return () if root is None else (root / "generated",)
 
 
@@ -63,8 +63,16 @@ def _is_same(folder: Path, other: Path | None) -> bool:
     return other is not None and folder.samefile(other)
 
 
-def find_folder(model: str | os.PathLike[str]) -> Path:
-    """Return the folder of a model, by a name that is known here or as the folder itself.
+def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Path:
+    """Return the folder of a model, by a name that is known or as the folder itself; a name comes first.
+
+    Parameters
+    ----------
+    model : str or path
+        Name or folder.
+    beside : Path, optional
+        The folder of a file that says so: its project has the names, and folders count from it. Unless given, the
+        folder that one stands in.
 
     Raises
     ------
@@ -74,15 +82,17 @@ def find_folder(model: str | os.PathLike[str]) -> Path:
     if not isinstance(model, str | os.PathLike):
         raise bad_value("model", model, "the name of a model, or the path of a generated folder")
     if isinstance(model, str):
-        shipped, own = _model_in(_shipped_roots(), model), _model_in(_project_roots(), model)
+        start = Path.cwd() if beside is None else beside.absolute()
+        shipped, own = _model_in(_shipped_roots(), model), _model_in(_project_roots(start), model)
         if own is not None and not _is_same(own, shipped):
             if shipped is not None:
                 warnings.warn(f"{model} is that in {own}, not the one that comes with mehvar", stacklevel=2)
             return own
         if shipped is not None:
             return shipped
-    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
-        return Path(model)
+    folder = Path(model) if beside is None else beside.absolute() / model
+    if os.path.isdir(folder):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return folder
     raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), known_models())
 
 

@@ -125,8 +125,10 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     ):
         if getattr(about, name) != value:
             raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, as in {meaning}", name)
-    if "generated" not in texts.numerics:
-        raise SchemaError(": 'generated' is missing", "numerics")
+    if missing := {"generated", "options"} - texts.numerics.keys():
+        raise SchemaError(f": {min(missing)!r} is missing", "numerics")
+    if not _are_options(parse(texts.numerics["options"])):
+        raise SchemaError(": 'options' must be a table", "numerics")
     drawn = {name.strip() for names in campaign.vary for name in names.split(",")}
     if {name.removeprefix("initial_") for name in texts.drawn} != {name.removeprefix("initial_") for name in drawn}:
         raise SchemaError(f" = {about.drawn!r}: must be what its campaign varies", "drawn")
@@ -193,4 +195,4 @@ def _texts(about: Attributes) -> Texts:
 
 
 def _are_options(values: object) -> bool:
-    return isinstance(values, dict) and all(isinstance(value, str | int | float) for value in values.values())
+    return isinstance(values, dict) and all(isinstance(value, str | int | float | None) for value in values.values())

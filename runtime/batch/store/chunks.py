@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from zarr.storage import LocalStore, WrapperStore
 
 from .places import make_place
-from .records import CURE, STORE, DamageError, Record, block_record, digest, read_record
+from .records import CURE, STORE, DamageError, Proof, Record, Stray, block_record, digest
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,44 +32,63 @@ class Chunks(WrapperStore[LocalStore]):
     def __init__(self, store: LocalStore) -> None:
         super().__init__(store)
         self.digests: dict[str, str] = {}
-        self._records: dict[str, Record | None] = {}
+        self._proof = Proof(self.root)
+        self._blocks: dict[int, Record] = {}
 
     @property
     def root(self) -> Path:
         """The folder."""
         return self._store.root
 
-    def record(self, name: str) -> Record | None:
-        """Return a record; None if there is none that is whole."""
-        if self._records.get(name) is None:
-            self._records[name] = read_record(self.root / name)
-        return self._records[name]
+    @property
+    def record(self) -> Record:
+        """The record of the store.
 
-    def forget(self, name: str) -> None:
+        Raises
+        ------
+        DamageError
+            If there is none that is whole.
+        """
+        if self._proof.store is None:
+            raise DamageError(f"{self.root} is damaged: {STORE} is missing or changed; {CURE}")
+        return self._proof.store
+
+    def block(self, block: int) -> Record | None:
+        """Return the record of a block; None if it has not been written.
+
+        Raises
+        ------
+        DamageError
+            If there is one that is not whole, or of another block or batch.
+        """
+        if block not in self._blocks:
+            record = self._proof.block(block)
+            if isinstance(record, Stray):
+                raise self._damage(f"{self._where(block)}{block_record(block)} is {record.what}")
+            if record is None:
+                return None
+            self._blocks[block] = record
+        return self._blocks[block]
+
+    def forget(self, block: int) -> None:
         """Read a record again when it is needed."""
-        self._records.pop(name, None)
+        self._blocks.pop(block, None)
 
     async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Buffer | None:
         """Return a file; Zarr asks for parts of one only where an array has shards, which these have not."""
+        where, record = "", self.record
+        if key not in record.digests:
+            block = _block_of(key)
+            if block is None:
+                return await super().get(key, prototype, byte_range)
+            # before the file: a writer makes the file first
+            of_block = self.block(block)
+            if of_block is None:
+                return None
+            where, record = self._where(block), of_block
         content = await super().get(key, prototype, byte_range)
-        known = self.record(STORE)
-        if known is None:
-            raise DamageError(f"{self.root} is damaged: {STORE} is missing or changed; {CURE}")
-        expected = known.digests.get(key)
-        if expected is not None:
-            self._compare(key, content, expected, "")
-            return content
-        name = key.split("/")
-        if len(name) < 3 or name[1] != "c":
-            return content
-        block = int(name[2])
-        if not (self.root / block_record(block)).exists():
-            return None
-        record = self.record(block_record(block))
-        where = f"block {block} ({runs_text(block, known)}): "
-        if record is None:
-            raise DamageError(f"{self.root} is damaged: {where}{block_record(block)} is changed; {CURE}")
-        self._compare(key, content, record.digests.get(key, ""), where)
+        if content is None or digest(content.as_buffer_like()) != record.digests.get(key, ""):
+            raise self._damage(f"{where}{key} is {'missing' if content is None else 'changed'}")
         return content
 
     async def set(self, key: str, value: Buffer) -> None:
@@ -78,10 +97,17 @@ class Chunks(WrapperStore[LocalStore]):
         self.digests[key] = digest(value.as_buffer_like())
         await super().set(key, value)
 
-    def _compare(self, key: str, content: Buffer | None, expected: str, where: str) -> None:
-        if content is None or digest(content.as_buffer_like()) != expected:
-            what = "missing" if content is None else "changed"
-            raise DamageError(f"{self.root} is damaged: {where}{key} is {what}; {CURE}")
+    def _where(self, block: int) -> str:
+        return f"block {block} ({runs_text(block, self.record)}): "
+
+    def _damage(self, what: str) -> DamageError:
+        return DamageError(f"{self.root} is damaged: {what}; {CURE}")
+
+
+def _block_of(key: str) -> int | None:
+    """Return the block of a chunk; None for what is none, as a file that Zarr looks for in vain."""
+    name = key.split("/")
+    return int(name[2]) if len(name) > 2 and name[1] == "c" else None
 
 
 def runs_text(block: int, store: Record) -> str:

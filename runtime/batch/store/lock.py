@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import platform
+import time
 from pathlib import Path
 
 from mehvar.errors import InputError
@@ -14,6 +15,8 @@ from .places import make_place
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """A lock is emptied and written: not what a link leads to, and a pipe keeps nobody waiting."""
+_LOOKS, _LOOK = 20, 0.005
+"""Times, and seconds after each, that a writer tries: who looks whether it is locked has it locked for microseconds."""
 _LONGEST = 256
 """Bytes of a file that names a process; a name of a host has 255 at most, and more than a line of it tells nobody."""
 
@@ -67,16 +70,27 @@ def holder(folder: Path) -> str | None:
     except OSError:
         return None
     try:
-        return None if _lock(handle) else _name(handle)
+        return None if _lock(handle, alone=False) else _name(handle)
     finally:
         os.close(handle)
+
+
+def is_abandoned(folder: Path) -> bool:
+    """Whether a process that made this folder named itself in the lock, and has ended.
+
+    A lock without a name may be that of a process which is about to lock it.
+    """
+    try:
+        return bool((folder / FILE).read_bytes()) and holder(folder) is None
+    except OSError:
+        return False
 
 
 def _locked(place: Path, name: str) -> int:
     make_place(place.parent, place.name)
     while True:
         handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND | _PLAIN, 0o666)
-        if not _lock(handle):
+        if not _locks(handle):
             writer = _name(handle)
             os.close(handle)
             raise InputError(f"another process is writing {name}: {writer}")
@@ -96,12 +110,23 @@ def _is_still(handle: int, place: Path) -> bool:
         return False
 
 
-def _lock(handle: int) -> bool:
-    """Lock a file until it is closed; false when another process has. File systems without locks are trusted."""
+def _locks(handle: int) -> bool:
+    for _ in range(_LOOKS):
+        if _lock(handle):
+            return True
+        time.sleep(_LOOK)
+    return False
+
+
+def _lock(handle: int, alone: bool = True) -> bool:
+    """Lock a file until it is closed; false when another process has. File systems without locks are trusted.
+
+    Who only looks lets others look at the same time.
+    """
     try:
         import fcntl
 
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(handle, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except (ImportError, OSError):

@@ -5,20 +5,35 @@ from __future__ import annotations
 
 import os
 import shutil
-from pathlib import Path
+import stat
+from pathlib import Path, PurePosixPath
 
 
 def foreign(folder: Path) -> dict[str, str]:
     """Return the places of links, pipes and devices below a folder, and what each is."""
     result: dict[str, str] = {}
     for parent, folders, files in os.walk(folder):
-        for name in sorted((*folders, *files)):
-            path = Path(parent, name)
-            if path.is_symlink():
-                result[path.relative_to(folder).as_posix()] = "a link"
-            elif name in files and not path.is_file():
-                result[path.relative_to(folder).as_posix()] = "a pipe or a device"
+        for path in (Path(parent, name) for name in sorted((*folders, *files))):
+            if what := _kind(path):
+                result[path.relative_to(folder).as_posix()] = what
     return result
+
+
+def is_plain(folder: Path, name: str) -> bool:
+    """Whether a place in a folder has a file, and no link leads to it."""
+    places = [folder / name, *(folder / above for above in PurePosixPath(name).parents if above.name)]
+    return (folder / name).is_file() and not any(place.is_symlink() for place in places)
+
+
+def _kind(path: Path) -> str:
+    """Say what stands at a place if it is neither a file nor a folder; nothing where a writer has removed it again."""
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        return ""
+    if stat.S_ISLNK(mode):
+        return "a link"
+    return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a pipe or a device"
 
 
 def remove_foreign(folder: Path) -> None:
@@ -38,3 +53,5 @@ def make_place(folder: Path, name: str) -> None:
     target = folder / name
     if target.is_dir() and not target.is_symlink():
         shutil.rmtree(target)
+    elif _kind(target):
+        target.unlink()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import secrets
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -18,15 +19,17 @@ from typing import Any
 
 from mehvar.errors import InputError
 
-from .places import make_place
+from .places import is_plain, make_place
 
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
 ROOT = "zarr.json"
 """Of the group, with the attributes."""
 FORMAT = 2
-PARTIAL = ".partial"
+_PARTIAL = ".partial"
 """Ending of a file that is being written, as Zarr has it."""
+_LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
+"""Names of such files: what Zarr or `replace_file` put a random number into. Others that end so are somebody's."""
 _SELF = "sha256"
 CURE = "the command that made it mends it with --resume (resume=True)"
 
@@ -56,6 +59,56 @@ class Record:
         return _text({**facts, _SELF: digest(_text(facts))})
 
 
+@dataclass(frozen=True)
+class Stray:
+    """A record that counts for nothing in its place; `what` says why, as in "of another batch"."""
+
+    what: str
+
+
+class Proof:
+    """The records of a store. Who reads a store asks here, and each record is asked of which batch it is.
+
+    Attributes
+    ----------
+    store : Record or None
+        That of the store; None if there is none that is whole.
+    end : Record, Stray or None
+        That of the end; None if the batch has not come to it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.store = read_record(folder / STORE)
+        self.end = self._read(END)
+        self._seals = self.end.digests if isinstance(self.end, Record) else {}
+
+    def block(self, block: int) -> Record | Stray | None:
+        """Return the record of a block; None if it has not been written."""
+        name = block_record(block)
+        record = self._read(name)
+        if record is None:
+            return Stray("missing") if name in self._seals else None
+        if isinstance(record, Stray):
+            return record
+        if record.about.get("block") != block:
+            return Stray("of another block")
+        if name in self._seals and self._seals[name] != digest(record.content()):
+            return Stray("not the one of the end")
+        return record
+
+    def _read(self, name: str) -> Record | Stray | None:
+        place = self.folder / name
+        if not place.exists() and not place.is_symlink():
+            return None
+        record = read_record(place)
+        if record is None:
+            return Stray("changed") if place.exists() or place.is_symlink() else None  # or a writer has removed it
+        if self.store is not None and any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
+            return Stray("of another batch")
+        return record
+
+
 def block_record(block: int) -> str:
     """Return where the record of a block is."""
     return f"{FOLDER}/{block}.json"
@@ -78,9 +131,9 @@ def file_digest(path: Path) -> str | None:
 
 
 def read_record(path: Path) -> Record | None:
-    """Return a record; None if there is no file, or it is not one that was written."""
+    """Return a record by its place in a store; None if there is no file, or it is not one that was written."""
     try:
-        content = path.read_bytes() if path.is_file() else b""
+        content = path.read_bytes() if is_plain(path.parents[1], f"{FOLDER}/{path.name}") else b""
         facts = json.loads(content)
         record = Record(facts["about"], facts["files"])
         inside = all(PurePosixPath(name).is_relative_to(".") and ".." not in name.split("/") for name in record.digests)
@@ -130,12 +183,17 @@ def replace_file(folder: Path, name: str, content: bytes) -> None:
     path = folder / name
     make_place(folder, name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{PARTIAL}")
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{_PARTIAL}")
     with temporary.open("wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
+
+
+def leftovers(folder: Path) -> list[Path]:
+    """Return the files that a process which was killed was writing."""
+    return [path for path in folder.rglob(f"*{_PARTIAL}") if _LEFTOVER.fullmatch(path.name)]
 
 
 def force(paths: Iterable[Path]) -> None:

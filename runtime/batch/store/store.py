@@ -28,13 +28,12 @@ from mehvar.errors import InputError, MehvarError
 
 from .attributes import NAMES, check_attributes, check_batch, check_variables
 from .layout import STATUS, Layout, Variable, consolidate
-from .lock import FILE, Lock, holder
+from .lock import Lock, holder, is_abandoned
 from .places import foreign, make_place, remove_foreign
 from .records import (
     CURE,
     END,
     FOLDER,
-    PARTIAL,
     ROOT,
     STORE,
     DamageError,
@@ -44,11 +43,12 @@ from .records import (
     digest,
     file_digest,
     force,
+    leftovers,
     read_record,
     replace_file,
     write_record,
 )
-from .verification import Verification, checked_attributes, listed, own_files, store_folder, verify
+from .verification import Verification, checked_attributes, listed, own_files, settled, store_folder, verify
 
 if TYPE_CHECKING:
     import xarray
@@ -115,20 +115,24 @@ class Store:
         return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def stored(self) -> list[int]:
-        """Return the blocks that are stored, in order."""
+        """Return the blocks that are stored, in order.
+
+        Raises
+        ------
+        DamageError
+            If a record of one is not whole, or of another block or batch.
+        """
         if self._chunks is None:
             return sorted(self._memory)
-        names = [path.stem for path in (self._chunks.root / FOLDER).iterdir()]
-        numbers = sorted(int(name) for name in names if name.isdigit() and int(name) < self.blocks())
-        return [block for block in numbers if self._chunks.record(block_record(block))]
+        return [block for block in range(self.blocks()) if self._chunks.block(block) is not None]
 
     def about(self, block: int) -> Mapping[str, Any]:
         """Return what was said when a stored block was written."""
         if self._chunks is None:
             return self._memory[block]
-        record = self._chunks.record(block_record(block))
+        record = self._chunks.block(block)
         if record is None:
-            raise DamageError(f"{self.name} is damaged: {block_record(block)} is missing or changed")
+            raise DamageError(f"{self.name} is damaged: {block_record(block)} is missing")
         return record.about
 
     def verify(self) -> Verification:
@@ -159,7 +163,7 @@ class Store:
         runs = self.runs(block)
         try:
             if self._chunks is not None:
-                self._chunks.forget(block_record(block))
+                self._chunks.forget(block)
                 make_place(self._chunks.root, block_record(block))
                 (self._chunks.root / block_record(block)).unlink(missing_ok=True)
                 self._chunks.digests.clear()
@@ -263,7 +267,7 @@ class Store:
         InputError
             If another process is writing; the message says which.
         """
-        if self.path is None:
+        if self.path is None or self._layout is None:  # in memory, or opened to be read
             yield
             return
         lock, self._lock = self._lock or Lock(self.path, self.name), None
@@ -340,6 +344,9 @@ def create(path: Path | None, layout: Layout) -> Store:
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
     """Open a store to go on, locked by this process; metadata, names and instants are mended where they are damaged.
 
+    Nothing is touched before the folder is known to be a store that `compare` lets go on. One that cannot be written
+    and is complete is opened to be read.
+
     Parameters
     ----------
     path : Path
@@ -357,17 +364,20 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
         If it cannot be written.
     """
     store_folder(path)
+    _layout_there(path, layout, compare)
     try:
-        remove_foreign(path)
         lock = Lock(path, str(path))
         try:
-            for leftover in path.rglob(f"*{PARTIAL}"):
+            remove_foreign(path)
+            for leftover in leftovers(path):
                 leftover.unlink()
             return _open_for_writing(path, _mended(path, layout, compare), lock)
         except BaseException:
             lock.release()
             raise
     except OSError as error:
+        if verify(path).complete:
+            return open_store(path)
         raise _store_error(error, str(path)) from error
 
 
@@ -382,19 +392,30 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     folder = store_folder(path)
     if not (folder / FOLDER).is_dir():
         raise InputError(f"{folder} is not a batch store: it has no records")
+    opened = settled(folder, lambda _: _opened(folder), lambda result: isinstance(result, Store))
+    if isinstance(opened, Store):
+        return opened
+    if writer := holder(folder):
+        raise InputError(
+            f"{folder} is being written by {writer}: its metadata are not whole now, look again"
+        ) from opened
+    raise opened
+
+
+def _opened(folder: Path) -> Store | DamageError:
     if files := foreign(folder):
-        raise DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
+        return DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
     check_format(folder / STORE)
     try:
         group, chunks = _group(folder, "r")
-        record = chunks.record(STORE)
-        assert record is not None, "the group could not be read without it"
         check_attributes(dict(group.attrs))
-        check_batch(dict(group.attrs), record.about)
+        check_batch(dict(group.attrs), chunks.record.about)
         store = Store(group, chunks)
         numbers = [name for name, v in store.variables().items() if not v.dimension and v.dtype == "float64"]
         check_variables(store.attributes, numbers, store.array_attributes())
         return store
+    except DamageError as error:
+        return error
     except InputError:
         raise
     except Exception as error:  # what is no store makes Zarr and its parsers raise anything
@@ -461,7 +482,7 @@ def _refuse_existing(path: Path) -> None:
 def _remove_abandoned(path: Path) -> None:
     """Remove what processes that were killed while they made this store have left behind."""
     for scratch in path.parent.glob(f".{glob.escape(path.name)}.*{_NEW}"):
-        if (scratch / FILE).exists() and holder(scratch) is None:
+        if is_abandoned(scratch):
             shutil.rmtree(scratch, ignore_errors=True)
 
 
@@ -472,7 +493,25 @@ def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
 
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
     """Put damaged metadata, names and instants right, and finish an end that was not finished; return the layout."""
-    record, files = own_files(path)
+    layout, record, files = _layout_there(path, layout, compare)
+    if record is None or files or record.about["runs"] != layout.n:
+        _lay_again(path, layout, record)
+    _remove_beyond(path, -(-layout.n // layout.chunk))
+    return layout
+
+
+def _layout_there(
+    path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]
+) -> tuple[Layout, Record | None, Mapping[str, str]]:
+    """Return the layout of a store that is to go on, its record, and what is wrong with its own files.
+
+    Raises
+    ------
+    InputError
+        If what is whole of the folder does not say that it is of this batch.
+    """
+    proof, files = own_files(path)
+    record = proof.store
     if record is not None and ROOT not in files:
         attributes = checked_attributes(path, record)
         compare(attributes)
@@ -480,13 +519,9 @@ def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], N
         layout = replace(layout, chunk=record.about["chunk"], attributes=own)
     else:
         layout = replace(layout, chunk=_chunk_by_evidence(path, layout, compare))
-    end = read_record(path / END)
-    if end is not None and end.about["batch"] == layout.batch:
-        layout = replace(layout, n=end.about["runs"])
-    if record is None or files or record.about["runs"] != layout.n:
-        _lay_again(path, layout, record)
-    _remove_beyond(path, -(-layout.n // layout.chunk))
-    return layout
+    if isinstance(proof.end, Record) and proof.end.about["batch"] == layout.batch:
+        layout = replace(layout, n=proof.end.about["runs"])
+    return layout, record, files
 
 
 def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> int:

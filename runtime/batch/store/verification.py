@@ -5,30 +5,37 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from mehvar.errors import InputError, bad_value
 
 from .attributes import check_attributes, check_batch
 from .lock import FILE as LOCK
 from .lock import holder
-from .places import foreign
+from .places import foreign, is_plain
 from .records import (
     END,
     FOLDER,
     ROOT,
     STORE,
+    Proof,
     Record,
+    Stray,
     block_record,
     check_format,
-    digest,
     file_digest,
     read_record,
 )
 
+T = TypeVar("T")
+
+_LOOKS, _LOOK = 10, 0.1
+"""Looks at a store that is being written, and seconds between them: the end of a batch cut short rewrites its metadata
+in some 0.1 s. Longer takes only the repair of a damaged store, which is not waited for."""
 _SHOWN = 3
 """Files of a block, and blocks, that a message names: as many as fit into a few lines of a terminal."""
 
@@ -141,13 +148,37 @@ def verify(path: str | os.PathLike[str]) -> Verification:
         If there is no store of this version, or its attributes are no batch's.
     """
     folder = store_folder(path)
-    store, files = own_files(folder)
-    end = read_record(folder / END)
-    if (folder / END).exists() and end is None:
-        files[END] = "changed"
-    if store is not None and ROOT not in files:
-        checked_attributes(folder, store)
-    return _blocks(folder, store, end, files | foreign(folder))
+    return settled(folder, lambda writer: _verification(folder, writer), lambda verification: verification.sound)
+
+
+def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
+    """Return what a look at a store shows; where that is not sound and somebody is writing, look again.
+
+    Parameters
+    ----------
+    folder : Path
+        The store.
+    look : callable
+        Called with who is writing, None for nobody.
+    is_sound : callable
+        Of what `look` returns.
+    """
+    for wait in (*(_LOOK,) * _LOOKS, 0.0):
+        before = holder(folder)
+        result = look(before)
+        if is_sound(result) or (before or holder(folder)) is None:
+            break
+        time.sleep(wait)
+    return result
+
+
+def _verification(folder: Path, writer: str | None) -> Verification:
+    proof, files = own_files(folder)
+    if isinstance(proof.end, Stray):
+        files[END] = proof.end.what
+    if proof.store is not None and ROOT not in files:
+        checked_attributes(folder, proof.store)
+    return _blocks(proof, files, writer)
 
 
 def store_folder(path: str | os.PathLike[str]) -> Path:
@@ -168,8 +199,8 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
     return folder
 
 
-def own_files(folder: Path) -> tuple[Record | None, dict[str, str]]:
-    """Return the record of a store, if it is whole, and what is wrong with it and the files that it lists.
+def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
+    """Return the records of a store, and what is wrong with that of the store, the files that it lists, and places.
 
     Raises
     ------
@@ -177,10 +208,9 @@ def own_files(folder: Path) -> tuple[Record | None, dict[str, str]]:
         If the store is of another version.
     """
     check_format(folder / STORE)
-    store = read_record(folder / STORE)
-    if store is None:
-        return None, {STORE: _state(folder, STORE)}
-    return store, _differences(folder, store.digests)
+    proof = Proof(folder)
+    files = {STORE: _state(folder, STORE)} if proof.store is None else _differences(folder, proof.store.digests)
+    return proof, files | foreign(folder)
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
@@ -191,6 +221,8 @@ def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
     InputError
         If they are no batch's, or of another than its record says, if that is whole.
     """
+    if not is_plain(folder, ROOT):
+        raise InputError(f"{folder} is not a batch store: it has no {ROOT}")
     try:
         attributes: dict[str, Any] = json.loads((folder / ROOT).read_bytes())["attributes"]
         check_attributes(attributes)
@@ -208,15 +240,22 @@ def listed(files: Mapping[str, str]) -> str:
     return ", ".join([*shown, *([f"and {more} more files"] if more > 0 else [])])
 
 
-def _blocks(folder: Path, store: Record | None, end: Record | None, files: dict[str, str]) -> Verification:
+def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verification:
+    folder, store = proof.folder, proof.store
+    end = proof.end if isinstance(proof.end, Record) else None
     runs, chunk, count = _extent(folder, store, end)
     whole, missing, damaged = [], [], []
+    known = {STORE, END, LOCK, *_files(store), *_files(end)}
     for block in range(count):
-        name = block_record(block)
-        state = _block(folder, name, store, end)
-        if state is None:
+        record = proof.block(block)
+        known |= {block_record(block), *_files(record)}
+        if record is None:
             missing.append(block)
-        elif state:
+            continue
+        state = (
+            {block_record(block): record.what} if isinstance(record, Stray) else _differences(folder, record.digests)
+        )
+        if state:
             last = (block + 1) * chunk - 1
             damaged.append(BlockDamage(block, block * chunk, last if runs is None else min(last, runs - 1), state))
         else:
@@ -224,15 +263,12 @@ def _blocks(folder: Path, store: Record | None, end: Record | None, files: dict[
     if store is not None and store.about["runs"] != runs:
         files[STORE] = "older than the end of the batch"
     blocks = (tuple(whole), tuple(missing), tuple(damaged))
-    others = () if store is None else tuple(_others(folder, [store, *([end] if end else [])], count))
-    return Verification(str(folder), runs, count, *blocks, files, end is not None, holder(folder), others)
+    others = () if store is None else tuple(_others(folder, known))
+    return Verification(str(folder), runs, count, *blocks, files, end is not None, writer, others)
 
 
-def _others(folder: Path, records: Sequence[Record], blocks: int) -> Iterator[str]:
-    """Yield the places of plain files that are neither records nor listed by one."""
-    names = [block_record(block) for block in range(blocks)]
-    listing = [*records, *(record for name in names if (record := read_record(folder / name)) is not None)]
-    known = {STORE, END, LOCK, *names}.union(*(record.digests for record in listing))
+def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
+    """Yield the places of plain files that are not known."""
     for parent, folders, files in os.walk(folder):
         folders.sort()
         for place in (Path(parent, name) for name in sorted(files)):
@@ -248,20 +284,11 @@ def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int
         runs, chunk = record.about["runs"], record.about["chunk"]
         return runs, chunk, -(-runs // chunk)
     known = [record for path in (folder / FOLDER).glob("*.json") if (record := read_record(path)) is not None]
-    return None, known[0].about["chunk"] if known else 0, max((r.about["block"] + 1 for r in known), default=0)
+    return None, known[0].about["chunk"] if known else 0, max((r.about.get("block", -1) + 1 for r in known), default=0)
 
 
-def _block(folder: Path, name: str, store: Record | None, end: Record | None) -> dict[str, str] | None:
-    """Return what is wrong with a block: nothing, or files; None if it has not been written."""
-    sealed = end.digests.get(name) if end else None
-    if not (folder / name).exists():
-        return {name: "missing"} if sealed else None
-    record = read_record(folder / name)
-    if record is None or (store and record.about["batch"] != store.about["batch"]):
-        return {name: "changed"}
-    if sealed not in (None, digest(record.content())):
-        return {name: "not the one of the end"}
-    return _differences(folder, record.digests)
+def _files(record: Record | Stray | None) -> Iterable[str]:
+    return record.digests if isinstance(record, Record) else ()
 
 
 def _differences(folder: Path, digests: Mapping[str, str]) -> dict[str, str]:

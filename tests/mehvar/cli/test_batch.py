@@ -22,6 +22,7 @@ import xarray
 
 import mehvar
 from mehvar.__main__ import main
+from mehvar.campaign import read_campaign
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.units import read_value
 from tests import commands
@@ -382,3 +383,42 @@ def test_the_manifest_of_a_store_says_how_it_came_about(folder: Path) -> None:
     assert campaign["vary"]["l1_0"] == "normal(0.2, 0.01)"
     assert {"mehvar", "numpy", "zarr"} <= json.loads(said["versions"]).keys()
     assert "-ffp-contract=off" in said["flags"]
+
+
+@pytest.mark.parametrize("stand", [".", "sub", "../elsewhere"])
+@pytest.mark.parametrize("absolute", [False, True])
+@pytest.mark.parametrize(
+    ("model", "meant"),
+    [
+        ("triangle", "the one that comes with mehvar"),
+        ("./triangle", "triangle"),
+        ("other", "other"),
+        ("sub/../other", "other"),
+        ("own", "generated/own"),
+    ],
+)
+def test_a_campaign_file_means_one_model_wherever_one_stands(
+    model: str, meant: str, absolute: bool, stand: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name comes first, as on the command line; a folder counts from the file, whose project has the names."""
+    project, elsewhere = tmp_path / "project", tmp_path / "elsewhere"
+    pendulum = Path(__file__).parents[2] / "runtime" / "pendulum"
+    for place in ("triangle", "other", "generated/own"):
+        shutil.copytree(pendulum, project / place)
+        shutil.copytree(pendulum, elsewhere / place)
+    for folder in (project, elsewhere):
+        (folder / "models" / "own").mkdir(parents=True)
+        (folder / "models" / "own" / "system.py").touch()
+    (project / "sub").mkdir()
+    (project / "a.toml").write_text(f'model = "{model}"\ncontroller = "pd"\nn = 1\n')
+    monkeypatch.chdir(project / stand)
+    path = project / "a.toml" if absolute else Path(os.path.relpath(project / "a.toml"))
+    file = read_campaign(path)
+    wanted = mehvar.load("triangle").manifest.folder if "mehvar" in meant else project / meant
+    assert Path(file.model).is_absolute()
+    assert Path(file.model).samefile(wanted)
+
+
+def test_deep_toml_is_refused_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "deep.toml").write_text(f"model = {'[' * 3000}")
+    assert "deep.toml is not TOML: it is nested too deeply" in refused("batch", "deep.toml", cwd=tmp_path)

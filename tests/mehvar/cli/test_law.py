@@ -99,3 +99,18 @@ def test_names_that_are_none_are_refused(tmp_path: Path, name: str, plant: str, 
     with pytest.raises(InputError, match=message):
         scaffold_law(name, plant, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("part", ["models/lean", "tests/test_lean.py", "generated/lean"])
+def test_nothing_of_a_project_is_replaced(project: Path, monkeypatch: pytest.MonkeyPatch, part: str) -> None:
+    place = project / part
+    place.parent.mkdir(exist_ok=True)
+    place.write_text("mine")
+    monkeypatch.chdir(project)
+    try:
+        with pytest.raises(InputError, match=f"{part} exists; choose another"):
+            scaffold_law("lean", "satellite", project)
+        assert place.read_text() == "mine"
+        assert [path for path in project.rglob("*lean*") if "cache" not in path.name] == [place]
+    finally:
+        place.unlink()

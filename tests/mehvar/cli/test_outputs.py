@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NoReturn
@@ -11,6 +12,7 @@ from typing import NoReturn
 import pytest
 
 from mehvar.cli import app
+from mehvar.errors import InputError
 from tests.fuzz.campaign import in_process
 from tests.mehvar.test_effects import (
     BOARD,
@@ -131,3 +133,68 @@ def test_digits_that_only_python_reads_are_no_number(line: tuple[str, ...], plac
     assert status == 2, text
     assert "1_" in text or "0x10" in text
     assert not (place / "s.zarr").exists()
+
+
+def fill(folder: Path) -> None:
+    """Put into a folder what a command that cleans before it looks would remove."""
+    for name in ("records/1.json", "lock/inside", "a.tune/inside", "__pycache__/a.pyc", ".s.zarr.0123.new/lock"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("mine")
+    for name in ("download.partial", "records/2.json.partial", "index.html.tmp", "zarr.json.txt", "end.json"):
+        (folder / name).write_text("mine")
+    (folder / "latest").symlink_to("records")
+    os.mkfifo(folder / "pipe")
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Return what stands in a folder: files with their text, links with where they lead, pipes and folders."""
+    return {
+        str(path.relative_to(folder)): str(path.readlink())
+        if path.is_symlink()
+        else path.read_bytes().hex()
+        if path.is_file()
+        else str(path.lstat().st_mode)
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.mark.parametrize("row", LINES, ids=" ".join)
+def test_nothing_that_is_there_is_touched_by_a_command_that_fails(
+    row: tuple[str, str], place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever stands in the place of an output, or beside it, is somebody's until the output is written."""
+    line, name, work = LINES[row]
+    fill(place)
+    (place / name).write_text("mine") if name else None
+
+    def fails(*_: object, **__: object) -> NoReturn:
+        raise InputError("the work fails")
+
+    module, _, function = work.rpartition(".")
+    monkeypatch.setattr(importlib.import_module(module), function, fails)
+    before = contents(place)
+    status, text = in_process(*line, f"--{row[1]}", name or ".")
+    assert status == 2, text
+    assert contents(place) == before
+
+
+@pytest.mark.parametrize("resume", [(), ("--resume",)], ids=["new", "resume"])
+@pytest.mark.parametrize("kind", ["records alone", "a Zarr group", "a store of another batch", "a store of no batch"])
+def test_a_folder_that_is_no_store_to_go_on_with_is_not_touched(
+    kind: str, resume: tuple[str, ...], place: Path
+) -> None:
+    line = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--out", "s.zarr")
+    store = place / "s.zarr"
+    if kind == "a store of another batch":
+        assert in_process(*line)[0] == 0
+        line = (*line[:5], "3", *line[6:])
+    store.mkdir(exist_ok=True)
+    fill(store)
+    if kind == "a Zarr group":
+        (store / "zarr.json").write_text('{"zarr_format": 3, "node_type": "group", "attributes": {}}')
+    if kind == "a store of no batch":
+        (store / "zarr.json").write_text('{"attributes": {"mehvar_batch": 2}}')
+    before = contents(store)
+    status, text = in_process(*line, *resume)
+    assert status == 2, text
+    assert contents(store) == before

@@ -11,12 +11,14 @@ import pytest
 
 from mehvar import runtime
 from mehvar.errors import InputError
-from mehvar.runtime.batch import blocks, numerics
+from mehvar.runtime.batch import blocks, numerics, workers
 from mehvar.runtime.batch.blocks import Blocks
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import other_numerics
 from mehvar.runtime.batch.plan import Campaign, Plan
+from mehvar.runtime.batch.repeat import plan_of
 from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.run import options
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=8, vary={"g": "uniform(1, 9)"}, options={"t_end": 0.1})
@@ -64,3 +66,36 @@ def test_a_block_says_what_computed_it(tmp_path: Path) -> None:
     assert {"compiler", "flags", "lanes", "machine", "mehvar", "numpy"} <= about.keys()
     assert "-ffp-contract=off" in about["flags"]
     assert json.loads(store.attributes["numerics"])["profile"] == "portable"
+
+
+OTHERS: dict[str, object] = {
+    **{"t_end": 0.2, "dt_out": 0.005, "hold": 0.05, "delay": 1, "method": "dopri5", "rtol": 1e-4, "atol": 1e-4},
+    **{"step": 0.001, "max_steps": 50_000, "profile": "fast"},
+}
+"""A default of another build for each option of a batch."""
+
+
+def test_each_option_of_a_batch_is_recorded() -> None:
+    names = {name for name, row in options.OPTIONS.items() if "batch" not in row.refused}
+    assert json.loads(of().options).keys() == names == OTHERS.keys()
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_build_with_another_default_adds_no_block(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither by going on, nor as a worker of a cluster; nor does it repeat a run of the store as its own."""
+    sampled: dict[str, float | str] = {"hold": 0.05, "t_end": 0.5} if name == "delay" else {}
+    campaign, out = replace(CAMPAIGN, options=sampled), tmp_path / "runs.zarr"
+    run_batch(PENDULUM, campaign, out, chunk=4)
+    (out / "records" / "1.json").unlink()
+    plan = Plan(runtime.load(PENDULUM, "c"), campaign)
+    bundle = workers._bundle(plan, Blocks(plan, threads=1).numerics)
+    monkeypatch.setitem(options.RunOptions.__init__.__kwdefaults__, name, OTHERS[name])
+    monkeypatch.setitem(options.OPTIONS, name, replace(options.OPTIONS[name], default=OTHERS[name]))
+    monkeypatch.setattr(workers, "_READY", {})
+    said = f"{name} = .*, here {OTHERS[name]!r}"
+    with pytest.raises(InputError, match=f"made with other numerics, whose bits do not mix: .*{said}"):
+        run_batch(PENDULUM, campaign, out, resume=True)
+    with pytest.raises(InputError, match=f"its numerics are others, and bits do not mix: .*{said}"):
+        workers._blocks(bundle.key(), bundle)
+    with pytest.raises(InputError, match=f"was made with other options, by another build: .*{said}"):
+        plan_of(open_store(out), PENDULUM)

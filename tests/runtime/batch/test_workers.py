@@ -22,6 +22,7 @@ import pytest
 from distributed import Client
 
 from mehvar.errors import InputError
+from mehvar.runtime.batch import workers
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store.store import Store, open_store
@@ -166,6 +167,31 @@ def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Sto
     finally:
         processes[0].send_signal(signal.SIGCONT)
         stop(*processes)
+
+
+def test_a_worker_that_hangs_is_named(
+    scheduler: str, client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the batch goes on when it does."""
+    monkeypatch.setattr(workers, "_SILENCE", 3.0)
+    process = worker(scheduler, "hanging", FOLDER=str(tmp_path))
+    try:
+        address = ""
+        while not address:  # those of other tests may not be gone yet
+            names = {about["name"]: address for address, about in client.scheduler_info()["workers"].items()}
+            address = names.get("hanging", "")
+
+        def report(runs: int, *_: int) -> None:
+            if runs == 16:
+                process.send_signal(signal.SIGSTOP)
+                threading.Timer(12.0, process.send_signal, [signal.SIGCONT]).start()
+
+        with pytest.warns(UserWarning, match=rf"no block and no word for 3 s from {address}: end a worker that hangs"):
+            run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
+        assert verify(tmp_path / "runs.zarr").complete
+    finally:
+        process.send_signal(signal.SIGCONT)
+        stop(process)
 
 
 def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -> None:

@@ -218,3 +218,14 @@ def test_laws_without_memory_are_tuned_too(tmp_path, model, law):
     assert (o.max_ulp, o.x.ulp) == (0, 0)
     assert np.isfinite(o.board.u_cmd).all()
     assert replay(loaded, law, journal).first is None
+
+
+@pytest.mark.parametrize(
+    "text", ["notes on a tune", '{"at": 3}\nnotes\n', "[1]\n", '{"at": 3, "values": {}}\n' + "[" * 99_999 + "\n"]
+)
+def test_a_file_of_somebody_beside_the_journal_is_refused_and_stays(tmp_path, text):
+    journal = tmp_path / "journal"
+    path_of(journal).write_text(text)
+    with pytest.raises(InputError, match=r"journal.tune holds what is no request: remove it"):
+        run_on_board(load("triangle"), BoardRequest("path", "sil", samples=3, selftest=0, journal=journal))
+    assert path_of(journal).read_text() == text

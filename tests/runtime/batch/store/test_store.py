@@ -34,7 +34,7 @@ COORDINATES = {"state": Coordinate(["a", "b"]), "t": Coordinate(np.array([0.0, 0
 CAMPAIGN = Campaign("law", n=10, seed=3)
 IDENTITY = {
     **{"model": "m", "model_hash": "0", "campaign": CAMPAIGN.json_text(), "success": "", "until": ""},
-    "numerics": '{"generated": "0", "profile": "portable"}',
+    "numerics": '{"generated": "0", "options": "{}", "profile": "portable"}',
 }
 ATTRIBUTES = {
     **{"title": "test", "model_source": "m", "controller": "law", "scenario": "s", "seed": 3, "drawn": "[]"},
@@ -117,7 +117,7 @@ def test_a_full_disk_loses_no_block_and_repeats_none(
     def full(path: Path, *rest: Any, **options: Any) -> int:
         if next(count) == failing:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.with_suffix(".half.partial").write_bytes(b"half")
+            path.with_suffix(f".{0:032x}.partial").write_bytes(b"half")
             raise OSError(errno.ENOSPC, "No space left on device")
         return real(path, *rest, **options)
 
