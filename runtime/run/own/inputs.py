@@ -20,7 +20,7 @@ from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..options import either
 from ..ticks import fraction
-from .law import LawError, OwnLaw, describe, source
+from .law import LawError, OwnLaw, describe, is_of_handler, source
 
 if TYPE_CHECKING:
     import xarray
@@ -135,6 +135,8 @@ class _Inputs:
         try:
             value = self._signals[k].value(t)
         except Exception as error:
+            if is_of_handler(error):
+                raise
             raise LawError(f"{where} raised {type(error).__name__}: {' '.join(str(error).split())}") from error
         try:
             return number(where, value)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import signal
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -160,6 +161,8 @@ class _Caller:
         try:
             result = self._function(t, state) if self._memory is None else self._function(t, state, memory)
         except Exception as error:
+            if is_of_handler(error):
+                raise
             raise LawError(f"{self._at(t)} raised {_said(error, self._function)}") from error
         runs = x.shape[1:]
         if self._memory is None:
@@ -238,6 +241,12 @@ def _is_plain(value: object) -> bool:
         return np.asarray(value).dtype.kind in "biufU" or value is None
     except (TypeError, ValueError):
         return False
+
+
+def is_of_handler(error: BaseException) -> bool:
+    """Whether a signal's handler raised an error, which is then nobody's fault in the code that the signal came to."""
+    codes = {getattr(signal.getsignal(number), "__code__", None) for number in signal.valid_signals()}
+    return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
 
 
 def _said(error: Exception, function: LawFunction) -> str:
