@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..arguments import check_arguments
+from ..interrupts import KeptInterrupts
 from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
@@ -150,8 +151,8 @@ def run_batch(
     condition.check(blocks.scalars(), blocks.notes)
     source = _here(blocks) if client is None else _there(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
-    with store.writing():
-        _Filling(store, plan, rule, condition, strict, report).run(source)
+    with store.writing(), KeptInterrupts() as kept:
+        _Filling(store, plan, rule, condition, strict, report, kept).run(source)
     return store
 
 
@@ -268,9 +269,10 @@ class _Filling:
         success: Success,
         strict: bool,
         report: BatchProgress | None,
+        kept: KeptInterrupts,
     ) -> None:
         self._store, self._plan, self._rule = store, plan, rule
-        self._success, self._strict, self._report = success, strict, report
+        self._success, self._strict, self._report, self._kept = success, strict, report, kept
         self._successes: dict[int, int] = {}
         self._stored = self._failed = 0
         self._prefix = self._prefix_runs = self._prefix_successes = 0
@@ -290,6 +292,7 @@ class _Filling:
                 store.write(block, values, provenance=provenance, refusals=self._refusals(block, values[STATUS]))
                 enough = self._is_enough(block, values[STATUS])
                 self._tell_progress()
+                self._kept.check()
                 if enough:
                     return
         if not verification.complete:

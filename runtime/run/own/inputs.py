@@ -16,11 +16,12 @@ from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.schema import parse
 
 from ...arguments import check_arguments
+from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..options import either
 from ..ticks import fraction
-from .law import LawError, OwnLaw, describe, is_of_handler, source
+from .law import LawError, OwnLaw, describe, source
 
 if TYPE_CHECKING:
     import xarray

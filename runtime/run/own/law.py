@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import inspect
-import signal
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from mehvar.errors import MehvarError, bad_value, shown
 from mehvar.manifest import Controller, Manifest, Quantity
 
+from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ..ticks import common_step
 from .state import state_type
@@ -241,12 +241,6 @@ def _is_plain(value: object) -> bool:
         return np.asarray(value).dtype.kind in "biufU" or value is None
     except (TypeError, ValueError):
         return False
-
-
-def is_of_handler(error: BaseException) -> bool:
-    """Whether a signal's handler raised an error, which is then nobody's fault in the code that the signal came to."""
-    codes = {getattr(signal.getsignal(number), "__code__", None) for number in signal.valid_signals()}
-    return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
 
 
 def _said(error: Exception, function: LawFunction) -> str:
