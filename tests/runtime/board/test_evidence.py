@@ -55,7 +55,7 @@ def test_a_step_is_counted_from_entry_to_return_with_what_it_calls_through_regis
     assert step.seen >= profile.most
     assert step.bound is not None
     assert step.seen <= step.bound
-    assert {"mv_sincos_medium"} <= {length.function for length in evidence.lengths if length.seen}
+    assert any("sincos" in length.function for length in evidence.lengths if length.seen)
 
 
 def test_evidence_that_leaves_out_what_ran_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
