@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
     from mehvar.runtime.model.trim import Trim as Trim
+    from mehvar.runtime.model.trim import TrimError as TrimError
     from mehvar.runtime.model.trim import trim as trim
     from mehvar.runtime.run.formats import open_result as open_result
     from mehvar.runtime.run.formats import save as save
@@ -68,7 +69,7 @@ _HOMES = {
     "mehvar.runtime.batch.store.verification": ("verify",),
     "mehvar.runtime.model.catalogue": ("list_models",),
     "mehvar.runtime.model.model": ("Model", "load"),
-    "mehvar.runtime.model.trim": ("Trim", "trim"),
+    "mehvar.runtime.model.trim": ("Trim", "TrimError", "trim"),
     "mehvar.runtime.run.formats": ("open_result", "save"),
     "mehvar.codegen.functions.lower": ("to_casadi",),
     "mehvar.models.mechanics": (

@@ -15,6 +15,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.options import merged, split_settings
@@ -229,7 +230,7 @@ def batch(
             options=settings,
             save_every=save,
         )
-    with _connected(scheduler) as client:
+    with KeptInterrupts(), _connected(scheduler) as client:
         store = run_batch(
             source,
             campaign,
@@ -244,7 +245,7 @@ def batch(
             own=own,
             origin=origin,
         )
-    return store.dataset()
+        return store.dataset()
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:

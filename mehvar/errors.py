@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import reprlib
 from collections.abc import Callable, Iterable
 from pathlib import PurePath
@@ -117,6 +118,15 @@ def shown(value: object) -> str:
         return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
     text = " ".join(text.split())
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
+
+
+_CONTROL = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
+"""What neither HTML nor XML may hold, and what a terminal takes for a command; lines and tabs are left."""
+
+
+def printable(text: str) -> str:
+    """Return a text of whomever with a mark in place of each character that controls who shows it."""
+    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def _from(origin: str) -> str:

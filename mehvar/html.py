@@ -12,6 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from mehvar.codegen.equations.mathml import mathml
+from mehvar.errors import printable
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -25,6 +26,13 @@ def typeset_within(text: str) -> Markup:
     """Return words with LaTeX between dollar signs as escaped words with MathML."""
     parts = text.split("$")
     return Markup("").join(typeset(part) if i % 2 else part for i, part in enumerate(parts))
+
+
+def _shown(value: object) -> object:
+    """Return what a template shows of a value: texts without what controls who shows them."""
+    if not isinstance(value, str):
+        return value
+    return Markup(printable(value)) if isinstance(value, Markup) else printable(value)
 
 
 def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxyType({}), **content: object) -> str:
@@ -45,6 +53,7 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_shown,
     )
     environment.filters |= {"mathml": typeset, "words": typeset_within, **filters}
     return environment.get_template(template).render(content)

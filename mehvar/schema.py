@@ -18,13 +18,14 @@ import functools
 import itertools
 import json
 import math
+import re
 import tomllib
 import types
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
-from mehvar.errors import MehvarError
+from mehvar.errors import MehvarError, printable
 
 Upper = Annotated[float, math.inf]
 Lower = Annotated[float, -math.inf]
@@ -34,6 +35,8 @@ _Convert = Callable[..., Any]
 _KEY = "json_key"
 _LONGEST = 60
 """Characters of a value that a message shows: a line in a terminal with the place before it."""
+_MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
+"""In JSON, where these characters stand, or are escaped; most files have neither, and are not searched again."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 
 
@@ -60,10 +63,14 @@ def parse(text: str) -> Any:
     Raises
     ------
     SchemaError
-        If it is no JSON, is nested too deeply, or says a key twice, of which JSON readers keep one without a word.
+        If it is no JSON, is nested too deeply, says a key twice, of which JSON readers keep one without a word, or has
+        a text with control characters.
     """
     try:
-        return json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
+        data = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
+        if _MAY_CONTROL.search(text):
+            _check_texts(data, "")
+        return data
     except SchemaError:
         raise
     except RecursionError as error:
@@ -84,6 +91,19 @@ def parse_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError as error:
         raise tomllib.TOMLDecodeError("it is nested too deeply") from error
+
+
+def _check_texts(data: object, place: str) -> None:
+    """Refuse a text with characters that control who shows it: it comes to terminals, pages and pictures."""
+    if isinstance(data, str) and printable(data) != data:
+        raise SchemaError(_wrong(data, "a text without control characters").problem, place)
+    if isinstance(data, dict):
+        for key, value in data.items():
+            _check_texts(key, place)
+            _check_texts(value, f"{place}.{key}")
+    elif isinstance(data, list):
+        for number, value in enumerate(data):
+            _check_texts(value, f"{place}[{number}]")
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

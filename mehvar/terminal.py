@@ -19,6 +19,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
+from mehvar.errors import printable
+
 if TYPE_CHECKING:
     from rich.text import Text
 
@@ -228,7 +230,7 @@ def print_version() -> None:
 
 def fail(message: object, status: int) -> NoReturn:
     """Print one message on standard error and exit; the middle of a name that is longer than a screen is left out."""
-    text = _ENDLESS.sub(r"\1...\2", str(message))
+    text = _ENDLESS.sub(r"\1...\2", printable(str(message)))
     print(f"mehvar: {text}", file=sys.stderr)
     sys.exit(status)
 

@@ -64,7 +64,8 @@ def _interface(root: Element, subject: Subject, two: bool, interface: Interface,
         ("canGetAndSetFMUstate", "canSerializeFMUstate") if two else ("canGetAndSetFMUState", "canSerializeFMUState")
     )
     about = {"modelIdentifier": name, **dict.fromkeys(store, "true")}
-    about["providesDirectionalDerivative" if two else "providesDirectionalDerivatives"] = "true"
+    if subject.jacobians:
+        about["providesDirectionalDerivative" if two else "providesDirectionalDerivatives"] = "true"
     if interface == "cs":
         fixed = subject.kind == "sampled"
         about["canHandleVariableCommunicationStepSize"] = "false" if fixed else "true"

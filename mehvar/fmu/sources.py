@@ -10,6 +10,7 @@ from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
 from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
 
+from .conditions import refusals
 from .variables import KINDS, Subject
 
 _GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M")
@@ -35,7 +36,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
         What an importer proves with that description and binary belong together.
     """
     manifest = subject.model.manifest
-    files = [file_of(manifest.model, "jac" if subject.kind != "loop" else "loops_jac")]
+    files = sorted({function.file for function in subject.jacobians})
     names = (f"{manifest.model}.h", file_of(manifest.model, ""), *files)
     generated = {name: generated_text(manifest, name) for name in names}
     adapter = f"fmi{version[0]}.c"
@@ -82,11 +83,12 @@ def _header(subject: Subject, token: str) -> str:
     start = ", ".join(repr(v.start) for v in subject.variables)
     classes = "".join(_CLASSES.get(v.role, "-") for v in subject.variables)
     lines = [f'#include "{manifest.model}.h"', "", *(f"#define {name} {value}" for name, value in defines.items())]
-    lines += [f"#define FMU_MODEL(m) {_assignments(subject)}", f"#define FMU_JACOBIANS{_jacobians(subject)}"]
+    lines += [f"#define FMU_MODEL(m) {_assignments(subject)}", *_jacobians(subject)]
     if subject.law and subject.law.memory:
         call = _symbol(subject, f"{identifier(subject.law.name)}_start")
         lines.append(f"#define FMU_START(x, r, p, c, z) {call}(x, r, p, c, z)")
     lines += ["", f"static const double fmu_start[] = {{{start}}};", f'static const char fmu_class[] = "{classes}";']
+    lines += ["", *refusals(subject)]
     return "\n".join(lines) + "\n"
 
 
@@ -109,14 +111,13 @@ def _assignments(subject: Subject) -> str:
     return ", ".join(f"(m)->{field} = {name}" for field, name in names.items())
 
 
-def _jacobians(subject: Subject) -> str:
-    """Return parameters and body of the macro that evaluates d(dq)/dq and d(dq)/d(inputs)."""
-    if subject.kind == "loop":
-        assert subject.law is not None
-        function = subject.model.functions[f"{identifier(subject.law.name)}_loop_jac"].function
-        by = {"J_q": "J_q", "J_r": "J_u"}  # the inputs of a loop are the references, where it has any
-        results = ", ".join(by[result.name] for result in function.results)
-        return f"(q, u, r, p, c, J_q, J_u) {_symbol(subject, function.name)}(q, r, p, c, {results})"
-    by_x = f"{_symbol(subject, 'jac_x')}(q, u, p, J_q)"
-    by_u = f"{_symbol(subject, 'jac_u')}(q, u, p, J_u)" if subject.kind == "plant" else "(void)(J_u)"
-    return f"(q, u, r, p, c, J_q, J_u) {by_x}, {by_u}"
+def _jacobians(subject: Subject) -> list[str]:
+    """Return the definition of the macro that evaluates the Jacobians of a plant, where it has them all."""
+    fields = {"jac_x": "d", "jac_u": "d", "jac_p": "d", "outputs_jac": "y", "outputs_jac_p": "y"}
+    calls = []
+    for function in subject.jacobians:
+        by = {"J": function.name.rpartition("_")[2], "J_x": "x", "J_u": "u", "J_r": "r", "J_p": "p"}
+        results = [f"(j)->{fields[function.name]}_{by[result.name]}" for result in function.results]
+        arguments = ", ".join([*(a.name for a in function.arguments), *results])
+        calls.append(f"{_symbol(subject, function.name)}({arguments})")
+    return [f"#define FMU_JACOBIANS(x, u, r, p, j) {', '.join(calls)}"] if calls else []

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Parameter, Quantity
+from mehvar.manifest import Controller, Function, Parameter, Quantity
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve
@@ -64,6 +64,8 @@ class Subject:
         Of a sampled law, s.
     duration, step : float
         Of the scenario, s.
+    s : array
+        Parameters of the scenario, which the conditions of a model read.
     """
 
     model: Model
@@ -73,6 +75,21 @@ class Subject:
     period: float | None
     duration: float
     step: float
+    s: FloatArray
+
+    @property
+    def jacobians(self) -> tuple[Function, ...]:
+        """The generated functions behind directional derivatives, none unless there is one for every derivative.
+
+        Those of a loop by the parameters, and of its outputs, are not generated.
+        """
+        functions, manifest = self.model.manifest.functions, self.model.manifest
+        by = {"x": True, "u": bool(manifest.inputs), "p": bool(manifest.parameters)}
+        names = [f"jac_{name}" for name, there in by.items() if there]
+        if manifest.outputs:
+            names += ["outputs_jac", *(["outputs_jac_p"] if manifest.parameters else [])]
+        complete = self.kind == "plant" and all(name in functions for name in names)
+        return tuple(functions[name] for name in names) if complete else ()
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -141,7 +158,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
             Variable(f"der(chart.{v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
         )
     period = float(resolved.values[law.period]) if law and law.period else None
-    return Subject(model, law, kind, groups, period, case.duration, case.step)
+    return Subject(model, law, kind, groups, period, case.duration, case.step, s)
 
 
 def _group(

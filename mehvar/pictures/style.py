@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, printable
 from mehvar.runtime.run.problem import COMPLETE
 
 if TYPE_CHECKING:
@@ -92,16 +94,50 @@ def interactive_style() -> Iterator[None]:
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure whose parts make room for each other; sizes in inches."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    return _figure_class()(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
 def interactive(width: float, height: float) -> Figure:
     """Return the same of pyplot's, which a notebook and a window show."""
     from matplotlib import pyplot
 
-    return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained", FigureClass=_figure_class())
+
+
+@functools.cache
+def _figure_class() -> type[Figure]:
+    """Return the class of figures whose texts can be anybody's."""
+    from matplotlib.figure import Figure
+
+    class TextProof(Figure):
+        """A figure that shows texts as they are where they are no mathematics."""
+
+        def draw(self, renderer: Any) -> None:
+            _make_drawable(self)
+            super().draw(renderer)
+
+    return TextProof
+
+
+_DOLLAR = re.compile(r"(?<!\\)\$")
+
+
+def _make_drawable(figure: Figure) -> None:
+    from matplotlib.mathtext import MathTextParser
+    from matplotlib.text import Text
+
+    parser: Any = MathTextParser("path")
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        content = text.get_text()
+        if printable(content) != content:
+            text.set_text(printable(content))
+        if "$" not in content:
+            continue
+        try:
+            parser.parse(printable(content))
+        except ValueError:
+            text.set_text(_DOLLAR.sub(r"\\$", printable(content)))
 
 
 def text_figure(text: str) -> Figure:

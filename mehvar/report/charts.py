@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mehvar.errors import printable
 from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
 
 from .series import encode, thin
@@ -62,8 +63,14 @@ def _over_time(ax: Axes) -> bool:
 
 def text(label: str) -> str:
     """Return a label with Matplotlib's mathematics as HTML."""
-    parts = re.split(r"\$([^$]*)\$", html.escape(label, quote=False))
+    parts = re.split(r"\$([^$]*)\$", html.escape(printable(label), quote=False))
+    if not all(map(_is_mathematics, parts[1::2])):  # dollars of somebody's own
+        return html.escape(printable(label).replace(r"\$", "$"), quote=False)
     return "".join(_mathematics(part) if k % 2 else part for k, part in enumerate(parts))
+
+
+def _is_mathematics(part: str) -> bool:
+    return all(name in _LETTERS for name in re.findall(r"\\([a-zA-Z]+)", part.replace(r"\tilde", "")))
 
 
 def plain(label: str) -> str:

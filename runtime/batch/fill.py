@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, MehvarError, bad_value
 
 from ..arguments import check_arguments
+from ..interrupts import KeptInterrupts
 from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
@@ -158,8 +159,8 @@ def run_batch(
     source = _here(blocks) if client is None else _there(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
     try:
-        with store.writing():
-            _Filling(store, plan, rule, condition, strict, report).run(source)
+        with store.writing(), KeptInterrupts() as kept:
+            _Filling(store, plan, rule, condition, strict, report, kept).run(source)
     except MemoryError as error:
         allowed = f"with more memory or fewer threads than {blocks.threads} it goes on"
         what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
@@ -280,9 +281,10 @@ class _Filling:
         success: Success,
         strict: bool,
         report: BatchProgress | None,
+        kept: KeptInterrupts,
     ) -> None:
         self._store, self._plan, self._rule = store, plan, rule
-        self._success, self._strict, self._report = success, strict, report
+        self._success, self._strict, self._report, self._kept = success, strict, report, kept
         self._successes: dict[int, int] = {}
         self._stored = self._failed = 0
         self._prefix = self._prefix_runs = self._prefix_successes = 0
@@ -302,6 +304,7 @@ class _Filling:
                 store.write(block, values, provenance=provenance, refusals=self._refusals(block, values[STATUS]))
                 enough = self._is_enough(block, values[STATUS])
                 self._tell_progress()
+                self._kept.check()
                 if enough:
                     return
         if not verification.complete:

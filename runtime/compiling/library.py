@@ -23,7 +23,7 @@ NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
 """Where compilers find the headers of generated C: `cc -I`."""
 _KIND = "libraries"
-_UNITS = ("single.c", "tableaux.c", "map.c", "noise.c")
+_UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 """Of the names of shared libraries."""

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import bad_value, unknown_name
+from mehvar.errors import MehvarError, bad_value, unknown_name
 from mehvar.names import CLOCK
 
 from ..arguments import check_arguments
@@ -21,6 +21,11 @@ from .parameters import number
 _TOLERANCE = 1e-12
 """Of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the digits that are
 missing, so that half or twice of it costs or saves a step at most."""
+_STEADY = 1e-8
+"""Of a rate against what its unknowns change it by, each by its own size or by one: at a steady state rounding is left,
+some 1e-16, and of a double zero half of the digits. Own; a tenth or ten times changes nothing here."""
+_ROUNDING = 1e-12
+"""Of rates that no unknown changes: what rounding leaves of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +56,16 @@ class Trim:
     at_bounds: tuple[str, ...]
     evaluations: int
 
-    def __iter__(self) -> Iterable[FloatArray]:
+    def __iter__(self) -> Iterator[FloatArray]:
         return iter((self.x, self.u, self.residual))
+
+
+class TrimError(MehvarError, ValueError):
+    """There is no steady state, or the search does not find it; `point` is the `Trim` where the rates are least."""
+
+    def __init__(self, message: str, point: Trim) -> None:
+        super().__init__(message)
+        self.point = point
 
 
 def trim(
@@ -84,12 +97,14 @@ def trim(
     Returns
     -------
     Trim
-        Unpacks as (x, u, residual). Whether there is such a point is told by the residual: it is small where there is.
+        Unpacks as (x, u, residual); the residual is rounding.
 
     Raises
     ------
     InputError
         For an unknown name, a name that is fixed and free, no unknowns, or bounds that are none.
+    TrimError
+        If the rates do not vanish where the search ends; its `point` says where that is, and what is left of them.
 
     Examples
     --------
@@ -105,8 +120,8 @@ def trim(
     starts = dict(free) if isinstance(free, Mapping) else dict.fromkeys(_texts("free", free), None)
     steady = tuple(name for name in loaded.state_names if name != CLOCK) if steady is None else _texts("steady", steady)
     limits = dict(bounds or {})
-    for kind, given in (("fix", fix or {}), ("free", starts), ("bounds", limits)):
-        for name in given:
+    for kind, named in (("fix", fix or {}), ("free", starts), ("bounds", limits)):
+        for name in named:
             if name not in names:
                 raise unknown_name(f"state or input of {loaded.name} in {kind}", name, names)
     for name in steady:
@@ -117,7 +132,7 @@ def trim(
             raise bad_value(name, "fixed and free" if name in starts else "not free", "fixed, or free with bounds")
     if not starts:
         raise bad_value("free", list(starts), f"one or more of {', '.join(names)}")
-    point = np.array([number(name, (fix or {}).get(name, 0.0), "fix") for name in names])
+    given = np.array([number(name, (fix or {}).get(name, 0.0), "fix") for name in names])
     lower, upper = (np.array([_bound(name, limits, side) for name in starts]) for side in (0, 1))
     if not np.all(lower < upper):
         raise bad_value("bounds", limits, "pairs of a lower and a higher number")
@@ -128,8 +143,8 @@ def trim(
     parameters = loaded.parameters() if p is None else loaded.functions["rhs"].argument("p", p)
 
     def at(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
-        point[places] = unknown
-        return point[:nx].copy(), point[nx:].copy()
+        given[places] = unknown
+        return given[:nx].copy(), given[nx:].copy()
 
     def rates(unknown: FloatArray) -> FloatArray:
         return loaded.rhs(*at(unknown), parameters)[rows]
@@ -149,7 +164,7 @@ def trim(
         rates, inside, slopes, bounds=(lower, upper), x_scale="jac", xtol=_TOLERANCE, ftol=_TOLERANCE, gtol=_TOLERANCE
     )
     x, u = at(result.x)
-    return Trim(
+    point = Trim(
         x=x,
         u=u,
         residual=rates(result.x),
@@ -158,6 +173,20 @@ def trim(
         at_bounds=tuple(name for name, active in zip(starts, result.active_mask, strict=True) if active),
         evaluations=int(result.nfev),
     )
+    _check_steady(point, slopes(result.x), result.x)
+    return point
+
+
+def _check_steady(point: Trim, slopes: FloatArray, unknowns: FloatArray) -> None:
+    allowed = _STEADY * np.abs(slopes) @ np.maximum(np.abs(unknowns), 1.0) + _ROUNDING
+    excess = np.abs(point.residual) / allowed
+    if np.all(excess <= 1):
+        return
+    worst = int(np.argmax(np.where(np.isnan(excess), np.inf, excess)))
+    bounds = f"; at a bound: {', '.join(point.at_bounds)}" if point.at_bounds else ""
+    rate = f"the rate of {point.steady[worst]} is {point.residual[worst]:.3g}"
+    hint = "Free more states or inputs, begin elsewhere, or name in steady the states whose rates must vanish"
+    raise TrimError(f"no steady state: {rate} where all are least{bounds}. {hint}", point)
 
 
 def _texts(name: str, value: object) -> tuple[str, ...]:

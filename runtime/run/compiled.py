@@ -12,29 +12,37 @@ import numpy as np
 
 from ..compiling.library import load_native
 from ..compiling.structures import structures
-from ..model.functions import CBackend, FloatArray, Real
+from ..model.functions import CBackend, Real
 from .calls import loop_calls, model_fields
 from .options import INTEGRATORS
+from .own.law import Law
 from .problem import Problem, Status, Trajectory
 
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 
 _STRUCTURES = structures("step/schedule.h", "single/single.h")
-_HAPPENED = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_int32)
-_Schedule, _Model, _Single = (_STRUCTURES[name] for name in ("mv_schedule", "mv_model", "mv_single"))
+_Schedule, _Model, _Single, _Journal = (
+    _STRUCTURES[f"mv_{name}"] for name in ("schedule", "model", "single", "journal")
+)
+_DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int32)
 
 
 def run(problem: Problem, backend: CBackend) -> Trajectory:
-    """Integrate a closed loop; the interpreter lock is free while it runs."""
+    """Integrate a closed loop; the interpreter lock is free while it runs.
+
+    C calls no function of Python, as it could not pass on what one raises: a law in Python has its turn between two
+    calls of the native loop. What it raises, or a signal's handler, ends the run.
+    """
     library = _library()
     single, arrays = _prepare(problem, backend)
-    log: list[tuple[float, int]] = []
-    happened = _HAPPENED(lambda t, event: log.append((t, event)))
-    single.happened = ctypes.cast(happened, ctypes.c_void_p)
-    elsewhere = None if problem.law is None else _Elsewhere(problem, single.model)
-    _drive(library, single, problem)
-    if elsewhere is not None and elsewhere.error is not None:
-        raise elsewhere.error
+    journal = _Journal()
+    single.happened, single.journal = ctypes.cast(library.mv_enter, ctypes.c_void_p), ctypes.addressof(journal)
+    law = None if problem.law is None else _Elsewhere(problem.law, single)
+    try:
+        _drive(library, single, problem, law)
+        events = _events(journal)
+    finally:
+        library.mv_journal_free(ctypes.byref(journal))
     count = single.records
     q = arrays["q"][: len(arrays["q"]) - (0 if problem.hold_every else len(problem.z0))]
     charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
@@ -51,7 +59,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         error=float(single.error),
         t_stiff=float(single.t_stiff),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
-        events=tuple(log),
+        events=events,
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )
 
@@ -67,59 +75,57 @@ def _library() -> ctypes.CDLL:
     return library
 
 
+def _events(journal: Any) -> tuple[tuple[float, int], ...]:
+    if journal.full:
+        raise MemoryError(f"no memory for the events of a run after {journal.count} of them")
+    times, events = ctypes.cast(journal.t, _DOUBLES), ctypes.cast(journal.event, _INTEGERS)
+    return tuple(zip(times[: journal.count], events[: journal.count], strict=True))
+
+
 class _Elsewhere:
-    """Has a Python callable evaluate the law; what it raises ends the run and is kept, as C cannot pass it on."""
+    """A law that C does not call: what it finds at a sample, and where its answer goes."""
 
-    def __init__(self, problem: Problem, model: Any) -> None:
-        assert problem.law is not None
-        self.error: BaseException | None = None
-        self._law = problem.law
-        self._nx, self._nr, self._nu, self._nz = model.nseen, model.nr, model.nu, model.nz
-        pointer = ctypes.POINTER(ctypes.c_double)
-        with_memory = bool(problem.controller.memory)
-        kind = ctypes.CFUNCTYPE(None, *[pointer] * (8 if with_memory else 5))
-        self._callback = kind(self._with_memory if with_memory else self._without)
-        address = ctypes.cast(self._callback, ctypes.c_void_p)
-        if with_memory:
-            model.law_memory = address
-        else:
-            model.law = address
+    def __init__(self, law: Law, single: Any) -> None:
+        model = single.model
+        sizes = {"x": model.nseen, "r": model.nr, "v": model.nu, "z": model.nz}
+        self._law, self._seen = law, {name: np.zeros(size) for name, size in sizes.items()}
+        self._u, self._z_next = np.zeros(model.nu + 1), np.zeros(model.nz)  # of no inputs, too, there is an address
+        for name, array in self._seen.items():
+            setattr(single, f"{name}_seen", array.ctypes.data)
+        model.u_own, model.z_own = self._u.ctypes.data, self._z_next.ctypes.data
 
-    def _without(self, x: Any, r: Any, _p: Any, _c: Any, u: Any) -> None:
-        applied, memory = np.zeros(self._nu), np.empty(0)
-        self._evaluate(_view(x, self._nx), _view(r, self._nr), applied, memory, _view(u, self._nu), memory)
-
-    def _with_memory(self, x: Any, r: Any, v: Any, z: Any, _p: Any, _c: Any, u: Any, z_next: Any) -> None:
-        arguments = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
-        self._evaluate(*arguments, _view(u, self._nu), _view(z_next, self._nz))
-
-    def _evaluate(
-        self, x: FloatArray, r: FloatArray, v: FloatArray, z: FloatArray, u: FloatArray, z_next: FloatArray
-    ) -> None:
-        try:
-            u[:], z_next[:] = self._law(x, r, v, z)
-        except BaseException as error:
-            self.error = error
-            u[:] = np.nan
+    def answer(self) -> None:
+        """Evaluate the law at the sample at hand."""
+        self._u[:-1], self._z_next[:] = self._law(*(array.copy() for array in self._seen.values()))
 
 
-def _view(pointer: Any, size: int) -> FloatArray:
-    return np.ctypeslib.as_array(pointer, (size,)) if size else np.empty(0)
-
-
-def _drive(library: ctypes.CDLL, single: Any, problem: Problem) -> None:
-    """Call the native loop in chunks of samples: interrupts and the progress callback get their turn."""
+def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None) -> None:
+    """Call the native loop in chunks of samples: interrupts, a law elsewhere and the progress get their turn."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
     chunk, end = 16, len(problem.t)
-    while single.tick < end and single.status == Status.DONE and not single.t_stiff > 0:
+
+    def goes_on(until: int) -> bool:
+        return single.tick < until and single.status == Status.DONE and not single.t_stiff > 0
+
+    while goes_on(end):
         start = time.perf_counter()
         until = min(single.tick + chunk, end)
-        library.mv_run(ctypes.byref(single), work.ctypes.data, until)
+        while goes_on(until):
+            library.mv_run(ctypes.byref(single), work.ctypes.data, _answered(law, problem, single.tick, until))
         if problem.progress and single.status == Status.DONE:
             problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
         elapsed = max(time.perf_counter() - start, 1e-6)
         chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
+
+
+def _answered(law: _Elsewhere | None, problem: Problem, tick: int, until: int) -> int:
+    """Have a law elsewhere answer where it is due at a tick, and return how far that leads."""
+    if law is None or problem.hold_every is None:
+        return until
+    if tick % problem.hold_every == 0:
+        law.answer()
+    return min(until, (tick // problem.hold_every + 1) * problem.hold_every)
 
 
 def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:

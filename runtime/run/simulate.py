@@ -20,6 +20,7 @@ from mehvar.manifest import Controller, Manifest, Scenario, reads_memory
 from mehvar.names import identifier
 
 from ..arguments import check_arguments
+from ..interrupts import KeptInterrupts
 from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
@@ -310,9 +311,10 @@ def _integrate(problem: Problem) -> Trajectory:
 
 def _attempt(problem: Problem) -> Trajectory:
     evaluator = problem.model.evaluator
-    if isinstance(evaluator, CBackend):
-        return compiled.run(problem, evaluator)
-    return interpreted.run(problem, evaluator)
+    with KeptInterrupts():
+        if isinstance(evaluator, CBackend):
+            return compiled.run(problem, evaluator)
+        return interpreted.run(problem, evaluator)
 
 
 def _continuous(problem: Problem, settings: Mapping[str, object], origin: str) -> Problem:

@@ -8,7 +8,7 @@ of each are decision and condition coverage of the code. That is no MC/DC, which
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from ..emulator.machine import EmulatedBoard
@@ -49,13 +49,22 @@ class Condition:
     outcomes: set[bool] = field(default_factory=set)
 
 
+@dataclass
+class _Call:
+    """A call that has not returned: where to, and its instructions so far."""
+
+    function: str
+    back: int
+    instructions: int = 0
+
+
 class Outcomes:
     """Watches a machine evaluate steps.
 
     Parameters
     ----------
-    callees : mapping of str to set of str
-        The functions to watch, a sample's evaluation first, with those that each calls.
+    functions : sequence of str
+        Those to watch, a sample's evaluation first.
 
     Attributes
     ----------
@@ -64,22 +73,19 @@ class Outcomes:
     addresses : set of int
         Half-words of instructions that ran.
     most : dict of str to int
-        Instructions of the longest call of each function, with those that it calls.
+        Instructions of the longest call of each function that ran in a sample, from entry to return.
     """
 
-    def __init__(self, machine: EmulatedBoard, elf: Elf, callees: Mapping[str, set[str]]) -> None:
+    def __init__(self, machine: EmulatedBoard, elf: Elf, functions: Sequence[str]) -> None:
         self.conditions: list[Condition] = []
         self.addresses: set[int] = set()
         self.most: dict[str, int] = {}
-        self.instructions: dict[str, list[Instruction]] = {name: instructions(elf, name) for name in callees}
-        self._machine, self._callees = machine, callees
-        self._step = next(iter(callees))
-        self._entries = {text[0].address: name for name, text in self.instructions.items()}
-        self._owner = {i.address: name for name, text in self.instructions.items() for i in text}
-        self._places = sorted(self._owner)
+        self.instructions: dict[str, list[Instruction]] = {name: instructions(elf, name) for name in functions}
+        self._machine, self._step = machine, functions[0]
+        self._entries = {parts[0][0]: name for name, parts in reversed(elf.functions.items())}
+        self._places = sorted({i.address for name in elf.functions for i in instructions(elf, name)})
         self._lengths: dict[tuple[int, int], int] = {}
-        self._active: dict[str, int] = {}
-        self._return: int | None = None
+        self._calls: list[_Call] = []
         for name, text in self.instructions.items():
             for i in text:
                 if i.conditional or i.mnemonic.startswith("it"):
@@ -90,28 +96,24 @@ class Outcomes:
             machine.on_range(address, address + len(content) - 1, self._ran)
 
     def _ran(self, address: int, size: int) -> None:
-        if address == self._return:
-            self._end(list(self._active))
-            self._return = None
+        while self._calls and address == self._calls[-1].back:
+            self._return()
         name = self._entries.get(address)
-        if name == self._step:
-            self._return = self._machine.link_register()
-        if self._return is None:
+        if name is not None and (self._calls or name == self._step):
+            self._calls.append(_Call(name, self._machine.link_register()))
+        if not self._calls:
             return
         if (address, size) not in self._lengths:
             first, last = bisect_left(self._places, address), bisect_left(self._places, address + size)
             self._lengths[address, size] = last - first
             self.addresses.update(self._places[first:last])
-        owner = self._owner.get(address)
-        self._end([f for f in self._active if f == name or (owner != f and owner not in self._callees[f])])
-        if name is not None:
-            self._active[name] = 0
-        for f in self._active:
-            self._active[f] += self._lengths[address, size]
+        self._calls[-1].instructions += self._lengths[address, size]
 
-    def _end(self, names: Iterable[str]) -> None:
-        for name in names:
-            self.most[name] = max(self.most.get(name, 0), self._active.pop(name))
+    def _return(self) -> None:
+        call = self._calls.pop()
+        self.most[call.function] = max(self.most.get(call.function, 0), call.instructions)
+        if self._calls:
+            self._calls[-1].instructions += call.instructions
 
     def _watcher(self, condition: Condition, i: Instruction) -> Callable[[], None]:
         name = i.mnemonic.split(".")[0]

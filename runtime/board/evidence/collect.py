@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mehvar.errors import MehvarError
+
 from ...model.model import Model
 from ..emulator.profile import STEP, line_table
 from ..line.link import Link
@@ -19,6 +21,11 @@ from ..targets import MachinePort
 from .branches import Condition, Outcomes
 from .flow import Flow, UnboundedError
 from .trace import Traced, trace
+
+
+class EvidenceError(MehvarError, RuntimeError):
+    """What was seen of an image cannot be all that there is: no page is written."""
+
 
 _ODD = (0.0, -0.0, 1e-40, 1e-20, 1e31, -3e38, np.inf, -np.inf, np.nan)
 """What a broken sensor or line may send: signs of zero, numbers that are no normal floats, too large, none at all."""
@@ -112,7 +119,8 @@ def collect(
     assert run.elf is not None
     flow = Flow(run.elf)
     names = [STEP, *sorted(flow.callees(STEP))]
-    outcomes = _campaign(model, run, names, flow, disturbed)
+    outcomes = _campaign(model, run, names, disturbed)
+    _check(outcomes, names, run)
     rows = line_table(run.image.path)
     starts = [address for address, _, _ in rows]
     places = {c.address: rows[bisect_right(starts, c.address) - 1][1:] for c in outcomes.conditions}
@@ -127,6 +135,16 @@ def collect(
     )  # fmt: skip
 
 
+def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
+    """Refuse evidence that leaves out a function that ran, or instructions of the closed loop's longest step."""
+    missing = sorted(outcomes.most.keys() - names)
+    if missing:
+        raise EvidenceError(f"a step runs {', '.join(missing)}, to which no call leads whose target the image tells")
+    most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
+    if seen < most:
+        raise EvidenceError(f"a step has {seen} instructions in the campaign, fewer than the {most} of the closed loop")
+
+
 def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:
     seen = outcomes.most.get(name, 0)
     try:
@@ -135,12 +153,12 @@ def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:
         return Length(name, None, str(error), seen)
 
 
-def _campaign(model: Model, run: BoardRun, names: list[str], flow: Flow, disturbed: int) -> Outcomes:
+def _campaign(model: Model, run: BoardRun, names: list[str], disturbed: int) -> Outcomes:
     port = MachinePort(run.image)
     link = Link(port, run.image.program.layout)
     link.connect()
     assert run.elf is not None
-    outcomes = Outcomes(port.machine, run.elf, {name: flow.callees(name) for name in names})
+    outcomes = Outcomes(port.machine, run.elf, names)
     rng = np.random.default_rng(1)
     _start(link, run)
     for k in range(len(run.single.t)):

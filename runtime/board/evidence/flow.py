@@ -8,6 +8,7 @@ not known (a jump through a register, a loop whose end is data) is unbounded, wi
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import re
 from collections.abc import Iterator, Mapping
@@ -27,6 +28,9 @@ _RETURN_IF = re.compile(rf"(bx|pop|ldm\w*?)({'|'.join(_CONDITIONS)})(\.w)?")
 _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
 _CODE = 2**32
+_LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
+_PC_AHEAD = 4
+"""Bytes by which the program counter is ahead of an instruction that reads it, before it is rounded down to words."""
 
 Value = tuple[str, int]
 """What a register holds: the value that another one had at the start of the function, "" for none, and a number."""
@@ -76,6 +80,9 @@ class Instruction:
         if self.call or self.conditional or self.returns_if:
             return False
         return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
+
+
+_END = Instruction(-1, 0, "", "", None, frozenset())
 
 
 def instructions(elf: Elf, name: str) -> list[Instruction]:
@@ -143,8 +150,10 @@ class Flow:
         result: set[str] = set()
         waiting = [name]
         while waiting:
-            parts = instructions(self._elf, waiting.pop())
-            called = {self.owner(i.target) for i in parts if i.target is not None}
+            caller = waiting.pop()
+            called = {self.owner(i.target) for i in instructions(self._elf, caller) if i.target is not None}
+            with contextlib.suppress(UnboundedError):
+                called |= _Function(self, self._elf, caller, {}, ()).called()
             new = {c for c in called if c and c not in result}
             result |= new
             waiting += new
@@ -225,10 +234,16 @@ class _Function:
         return states
 
     def _after(self, first: int, state: State) -> State:
+        *_, (_, after) = self._through(first, state)
+        return after
+
+    def _through(self, first: int, state: State) -> Iterator[tuple[Instruction, State]]:
+        """Yield the instructions of a block with what is known before each, and at last what is known after it."""
         state = dict(state)
         condition = 0
         for i in self._blocks[first]:
-            value = _value(i, state) if condition == 0 else None
+            yield i, state
+            value = self._value(i, state) if condition == 0 else None
             condition = max(0, condition - 1)
             if i.mnemonic.startswith("it"):
                 condition = len(i.mnemonic.split(".")[0]) - 1
@@ -236,26 +251,40 @@ class _Function:
                 state.pop(register, None)
             if value is not None:
                 state[value[0]] = value[1]
-        return state
+        yield _END, state
+
+    def _value(self, i: Instruction, state: State) -> tuple[str, Value] | None:
+        """Return the register that an instruction sets to a value that is known, constants of the image among them."""
+        if match := _LITERAL.fullmatch(f"{i.mnemonic} {i.operands}"):
+            place = (i.address + _PC_AHEAD & ~3) + int(match[2], 0)
+            return match[1], ("", int.from_bytes(self._elf.stored(place, 4), "little"))
+        return _value(i, state)
+
+    # calls
+
+    def called(self) -> set[str | None]:
+        """Return the functions that it calls, by address or through a register whose value is known."""
+        return {self._callee(i, state) for n, before in self._states.items() for i, state in self._through(n, before)}
+
+    def _callee(self, i: Instruction, state: State) -> str | None:
+        """Return the function that an instruction calls or goes on with."""
+        target = None if i.target in self._instructions else i.target
+        if i.call and state.get(i.operands, ("unknown", 0))[0] == "":
+            target = state[i.operands][1] & ~1
+        return None if target is None else self._flow.owner(target)
 
     # lengths
 
     def _cost(self, first: int) -> tuple[int, int]:
         """Return the instructions of a block, with what it calls and its own."""
         own = total = len(self._blocks[first])
-        state = dict(self._states.get(first, {}))
-        for i in self._blocks[first]:
-            called = None if i.target is None or i.target in self._instructions else self._flow.owner(i.target)
+        for i, state in self._through(first, self._states.get(first, {})):
+            called = self._callee(i, state)
             if i.call and called is None:
                 raise UnboundedError(f"{self._name} calls through a register at {i.address:#010x}")
             if called is not None:
                 arguments = {r: state[r] for r in _ARGUMENTS if r in state and state[r][0] == ""}
                 total += self._flow.worst(called, arguments, self._above).instructions
-            value = _value(i, state)
-            for register in (*i.writes, *(_CALLER_SAVED if i.call else ())):
-                state.pop(register, None)
-            if value is not None:
-                state[value[0]] = value[1]
         return total, own
 
     def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:

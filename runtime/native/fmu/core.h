@@ -7,6 +7,7 @@
 #ifndef MEHVAR_FMU_CORE_H
 #define MEHVAR_FMU_CORE_H
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +28,7 @@ typedef void fmu_logger(void *instance, const char *message);
 typedef struct {
     double v[FMU_VALUES];     /* by value reference */
     double x[FMU_NX + 1], noise[FMU_NE + 1], z[FMU_NZ + 1];
+    double u[FMU_NU + 1];     /* what a sampled law's last evaluation gave, as it is applied */
     double record[1 + FMU_NX + 2 * FMU_NU + FMU_NY + FMU_NZ];
     double t[FMU_TICKS + 1];
     double work[FMU_WORK];
@@ -35,6 +37,7 @@ typedef struct {
     int64_t events;           /* evaluations of a sampled law so far */
     int32_t ticks, phase;     /* ticks in a period, and which one is next */
     int32_t mode, exchange, started, stale, changed, stop_defined, terminated;
+    int32_t due;              /* a sampled law is evaluated at this very instant, when time goes on */
     void *environment;
     fmu_logger *log;
 } fmu_instance;
@@ -103,7 +106,7 @@ static void fmu_reset(fmu_instance *i)
     i->exchange = exchange, i->environment = environment, i->log = log;
     memcpy(i->v, fmu_start, sizeof fmu_start);
     i->mode = FMU_INSTANTIATED;
-    i->stale = 1;
+    i->stale = i->due = 1;
     s->schedule = (mv_schedule){0, FMU_TICKS + 2, 1, 1, FMU_MAX_STEPS, 0, FMU_RTOL, FMU_ATOL, 0.0};
     fmu_functions(&s->model);
     fmu_link(i);
@@ -124,13 +127,44 @@ static enum fmu_status fmu_fail(fmu_instance *i, enum fmu_status status, const c
     return status;
 }
 
-/* Outputs, derivatives and limits of the values that are there. */
+#if FMU_KIND == 2
+/* What a sampled law gives of the values that are there. */
+static void fmu_command(fmu_instance *i, double *u, double *z_next)
+{
+    double *v = i->v, seen[FMU_SEEN], command[FMU_NU + 1];
+    mv_model *m = &i->single.model;
+    if (m->measure) m->measure(v + FMU_V_Q, i->noise, m->p, seen);
+    else memcpy(seen, v + FMU_V_Q, sizeof seen);
+    if (m->law_memory) m->law_memory(seen, v + FMU_V_R, i->u, v + FMU_V_Z, m->p, m->c, command, z_next);
+    else m->law(seen, v + FMU_V_R, m->p, m->c, command);
+    if (m->actuate) m->actuate(v + FMU_V_Q, command, m->p, u);
+    else memcpy(u, command, FMU_NU * sizeof(double));
+}
+#endif
+
+/* The memory of a law at the start. */
+static void fmu_remember(fmu_instance *i)
+{
+#if FMU_KIND == 2 && FMU_NZ > 0
+    FMU_START(i->v + FMU_V_Q, i->v + FMU_V_R, i->single.model.p, i->single.model.c, i->z);
+    memcpy(i->v + FMU_V_Z, i->z, FMU_NZ * sizeof(double));
+#else
+    (void)i;
+#endif
+}
+
+/* Outputs, derivatives and limits of the values that are there; with what a law commands at this instant. */
 static void fmu_evaluate(fmu_instance *i)
 {
     double *v = i->v;
     mv_model *m = &i->single.model;
     if (!i->stale) return;
     i->stale = 0;
+    if (i->mode <= FMU_INITIALIZING) fmu_remember(i);
+#if FMU_KIND == 2
+    double z_next[FMU_NZ + 1];
+    if (i->due) fmu_command(i, v + FMU_V_U, z_next);
+#endif
 #if FMU_KIND == 1
     double u_cmd[FMU_NU + 1];
     if (m->observe_command) m->observe_command(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, i->x, v + FMU_V_U, u_cmd);
@@ -149,34 +183,34 @@ static void fmu_evaluate(fmu_instance *i)
 /* A sampled law at its instant, in model exchange. */
 static void fmu_sample(fmu_instance *i)
 {
-    double *v = i->v, seen[FMU_SEEN], command[FMU_NU + 1], z_next[FMU_NZ + 1];
-    mv_model *m = &i->single.model;
-    if (m->measure) m->measure(v + FMU_V_Q, i->noise, m->p, seen);
-    else memcpy(seen, v + FMU_V_Q, sizeof seen);
-    if (m->law_memory) {
-        m->law_memory(seen, v + FMU_V_R, v + FMU_V_U, v + FMU_V_Z, m->p, m->c, command, z_next);
-        memcpy(v + FMU_V_Z, z_next, FMU_NZ * sizeof(double));
-    } else {
-        m->law(seen, v + FMU_V_R, m->p, m->c, command);
-    }
-    if (m->actuate) m->actuate(v + FMU_V_Q, command, m->p, v + FMU_V_U);
-    else memcpy(v + FMU_V_U, command, FMU_NU * sizeof(double));
+    double *v = i->v, z_next[FMU_NZ + 1];
+    fmu_command(i, v + FMU_V_U, z_next);
+    memcpy(v + FMU_V_Z, z_next, FMU_NZ * sizeof(double));
+    memcpy(i->u, v + FMU_V_U, FMU_NU * sizeof(double));
+    i->due = 0;
     i->next_event = i->start + (double)++i->events * v[FMU_V_P + FMU_PERIOD];
     i->stale = 1;
 }
 #endif
 
-/* The end of initialization: the memory of a law, and in co-simulation the loop. */
-static void fmu_begin(fmu_instance *i)
+/* The end of initialization, which is refused where a run of our own would be: values out of bounds, and combinations
+ * of which the model says that there is no such thing. */
+static enum fmu_status fmu_begin(fmu_instance *i)
 {
-#if FMU_KIND == 2 && FMU_NZ > 0
-    FMU_START(i->v + FMU_V_Q, i->v + FMU_V_R, i->single.model.p, i->single.model.c, i->z);
-    memcpy(i->v + FMU_V_Z, i->z, FMU_NZ * sizeof(double));
-#endif
+    const size_t states = FMU_NQ * sizeof(double), references = FMU_NR * sizeof(double);
+    const int as_scenario = !memcmp(i->v + FMU_V_Q, fmu_start + FMU_V_Q, states) &&
+                            !memcmp(i->v + FMU_V_R, fmu_start + FMU_V_R, references);
+    char text[FMU_TEXT];
+    for (int k = 0; k < FMU_VALUES; k++)
+        if (fmu_class[k] != '-' && !(i->v[k] - i->v[k] == 0))
+            return fmu_fail(i, FMU_ERROR, "a parameter, input or start is not a finite number");
+    if (fmu_refuses(i->v, as_scenario, text)) return fmu_fail(i, FMU_ERROR, text);
+    fmu_remember(i);
     i->next_event = i->start;
     i->events = 0;
     i->stale = 1;
     i->mode = i->exchange ? FMU_EVENTS : FMU_STEPPING;
+    return FMU_OK;
 }
 
 static int fmu_beyond(const fmu_instance *i, double t)
@@ -234,7 +268,9 @@ static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
     }
     i->v[FMU_V_T] = w->loop.alive ? t + h : w->loop.t;
 #if FMU_KIND == 2
-    memcpy(i->v + FMU_V_U, w->loop.column + FMU_NX, FMU_NU * sizeof(double));
+    i->due = i->phase == 0 && w->loop.alive;
+    memcpy(i->u, w->loop.column + FMU_NX, FMU_NU * sizeof(double));
+    memcpy(i->v + FMU_V_U, i->u, FMU_NU * sizeof(double));
     memcpy(i->v + FMU_V_Z, w->loop.column + FMU_NX + 2 * FMU_NU + FMU_NY, FMU_NZ * sizeof(double));
 #endif
     i->stale = 1;
@@ -275,40 +311,57 @@ static enum fmu_status fmu_get(fmu_instance *i, const unsigned *references, size
     return FMU_OK;
 }
 
-/* Derivatives of the state derivatives along a change of states and inputs, from the generated Jacobians. */
-static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns, size_t nu, const unsigned *knowns,
-                                       size_t nk, const double *seed, double *sensitivity)
+#ifdef FMU_JACOBIANS
+/* Of the rates and the outputs, a row for each. */
+typedef struct {
+    double d_x[FMU_NQ * FMU_NQ + 1], d_u[FMU_NQ * FMU_NU + 1], d_p[FMU_NQ * FMU_NP + 1];
+    double y_x[FMU_NY * FMU_NQ + 1], y_u[FMU_NY * FMU_NU + 1], y_r[FMU_NY * FMU_NR + 1], y_p[FMU_NY * FMU_NP + 1];
+} fmu_jacobians;
+
+/* Derivatives of rates and outputs along a change of states, inputs and parameters, from the generated Jacobians. */
+static enum fmu_status fmu_directions(fmu_instance *i, const fmu_jacobians *j, const unsigned *unknowns, size_t nu,
+                                      const unsigned *knowns, size_t nk, const double *seed, double *sensitivity)
 {
-#if FMU_KIND != 2
-    const unsigned inputs = FMU_KIND == 0 ? FMU_NU : FMU_NR, first_input = FMU_KIND == 0 ? FMU_V_U : FMU_V_R;
-#endif
-    static const int nq = FMU_NQ;
-    double by_state[FMU_NQ * FMU_NQ], by_input[FMU_NQ * (FMU_NU + FMU_NR) + 1];
-    mv_model *m = &i->single.model;
-    if ((nu && !(unknowns && sensitivity)) || (nk && !(knowns && seed))) return fmu_fail(i, FMU_ERROR, FMU_NULL);
-    fmu_evaluate(i);
-    FMU_JACOBIANS(i->v + FMU_V_Q, i->v + FMU_V_U, i->v + FMU_V_R, m->p, m->c, by_state, by_input);
+    const struct {
+        unsigned first, size;
+        const double *d, *y;
+    } by[] = {
+        {FMU_V_Q, FMU_NQ, j->d_x, j->y_x}, {FMU_V_U, FMU_NU, j->d_u, j->y_u}, {FMU_V_R, FMU_NR, 0, j->y_r},
+        {FMU_V_P, FMU_NP, j->d_p, j->y_p}, {FMU_V_T, 1, 0, 0},
+    };
     for (size_t a = 0; a < nu; a++) {
-        const unsigned row = unknowns[a] - FMU_V_D;
-        if (unknowns[a] < FMU_V_D || row >= FMU_NQ)
-            return fmu_fail(i, FMU_ERROR, "directional derivatives are those of the state derivatives");
+        const int rate = unknowns[a] >= FMU_V_D && unknowns[a] - FMU_V_D < FMU_NQ;
+        const unsigned row = unknowns[a] - (rate ? FMU_V_D : FMU_V_Y);
+        if (!rate && (unknowns[a] < FMU_V_Y || row >= FMU_NY))
+            return fmu_fail(i, FMU_ERROR, "directional derivatives are those of state derivatives and outputs");
         sensitivity[a] = 0.0;
         for (size_t b = 0; b < nk; b++) {
-            const unsigned state = knowns[b] - FMU_V_Q;
-            if (knowns[b] >= FMU_V_Q && state < FMU_NQ) {
-                sensitivity[a] += by_state[row * nq + state] * seed[b];
-                continue;
-            }
-#if FMU_KIND != 2
-            if (knowns[b] >= first_input && knowns[b] - first_input < inputs) {
-                sensitivity[a] += by_input[row * inputs + (knowns[b] - first_input)] * seed[b];
-                continue;
-            }
-#endif
-            return fmu_fail(i, FMU_ERROR, "directional derivatives are by states and inputs");
+            unsigned k = 0;
+            while (k < sizeof by / sizeof *by && !(knowns[b] >= by[k].first && knowns[b] - by[k].first < by[k].size)) k++;
+            if (k == sizeof by / sizeof *by)
+                return fmu_fail(i, FMU_ERROR, "directional derivatives are by states, inputs and parameters");
+            const double *const matrix = rate ? by[k].d : by[k].y;
+            if (matrix) sensitivity[a] += matrix[row * by[k].size + (knowns[b] - by[k].first)] * seed[b];
         }
     }
     return FMU_OK;
+}
+#endif
+
+static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns, size_t nu, const unsigned *knowns,
+                                       size_t nk, const double *seed, double *sensitivity)
+{
+    if ((nu && !(unknowns && sensitivity)) || (nk && !(knowns && seed))) return fmu_fail(i, FMU_ERROR, FMU_NULL);
+#ifdef FMU_JACOBIANS
+    fmu_jacobians *j = calloc(1, sizeof *j);
+    if (!j) return fmu_fail(i, FMU_ERROR, "no memory");
+    FMU_JACOBIANS(i->v + FMU_V_Q, i->v + FMU_V_U, i->v + FMU_V_R, i->single.model.p, j);
+    const enum fmu_status status = fmu_directions(i, j, unknowns, nu, knowns, nk, seed, sensitivity);
+    free(j);
+    return status;
+#else
+    return fmu_fail(i, FMU_ERROR, "only the plant alone has directional derivatives");
+#endif
 }
 
 /* A copy of an instance's state into another: what belongs to the environment stays. */

@@ -63,8 +63,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     INSTANCE;
     NEED(i->mode == FMU_INITIALIZING, "initialization has not begun");
-    fmu_begin(i);
-    return fmi2OK;
+    return status_of(fmu_begin(i));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)

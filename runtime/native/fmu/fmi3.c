@@ -105,8 +105,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
     INSTANCE;
     NEED(i->mode == FMU_INITIALIZING, "initialization has not begun");
-    fmu_begin(i);
-    return fmi3OK;
+    return status_of(fmu_begin(i));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance)

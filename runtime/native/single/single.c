@@ -55,7 +55,8 @@
 #define CALL_OUTPUTS m->outputs(x, u, r, m->p, y)
 #define CALL_LIMITS m->limits(x, u, m->p, margin)
 #define CALL_LAW                                                                                                     \
-    if (m->law_memory) m->law_memory(x, r, v, z, m->p, m->c, u_cmd, z_next);                                         \
+    if (m->u_own) mv_copy(u_cmd, m->u_own, m->nu), mv_copy(z_next, m->z_own, m->nz);                                 \
+    else if (m->law_memory) m->law_memory(x, r, v, z, m->p, m->c, u_cmd, z_next);                                         \
     else m->law(x, r, m->p, m->c, u_cmd)
 #define CALL_ACTUATE                                                                                                 \
     if (m->actuate) m->actuate(x, u_cmd, m->p, u);                                                                   \
@@ -172,7 +173,8 @@ static void mv_record_end(mv_loop *l, mask lanes)
 static void mv_happen(mv_loop *l, mask lanes, int event)
 {
     (void)lanes;
-    ((mv_work *)l)->single->happened(l->t, event);
+    mv_single *s = ((mv_work *)l)->single;
+    s->happened(s->journal, l->t, event);
 }
 
 /* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
@@ -209,6 +211,19 @@ int64_t mv_work_size(mv_single *s)
     return (int64_t)sizeof w + (divide(&w.loop, (double *)(&w + 1)) - (double *)(&w + 1)) * (int64_t)sizeof(double);
 }
 
+/* Show a law elsewhere what it finds at the tick that comes next, if that is a sample. */
+static void see(mv_loop *l, mv_single *s)
+{
+    if (!l->model.u_own || !l->alive || l->tick >= l->schedule->ticks || l->tick % l->schedule->hold_every) return;
+    real e[NOISE + 1];
+    mv_refer(l, l->schedule->t[l->tick]);
+    mv_draw(l, MV_OF_MEASUREMENTS, l->tick / l->schedule->hold_every, NOISE, e);
+    mv_call_measure(&l->model, l->q, e, s->x_seen);
+    mv_copy(s->r_seen, l->r, NR);
+    mv_copy(s->v_seen, l->column + U_COLUMN, NU);
+    mv_copy(s->z_seen, l->column + Z_COLUMN, NZ);
+}
+
 void mv_start(mv_single *s, mv_work *w)
 {
     mv_loop *l = &w->loop;
@@ -217,9 +232,11 @@ void mv_start(mv_single *s, mv_work *w)
     divide(l, (double *)(w + 1));
     mv_begin(l, mv_all());
     mv_copy(l->column + Z_COLUMN, s->z, NZ);
+    see(l, s);
 }
 
-/* Go on until `until` ticks are done, or the run ends. */
+/* Go on until `until` ticks are done, or the run ends. A law elsewhere has answered at the first of them, and is asked at no
+ * other before `until`. */
 void mv_run(mv_single *s, mv_work *w, int64_t until)
 {
     mv_loop *l = &w->loop;
@@ -233,4 +250,5 @@ void mv_run(mv_single *s, mv_work *w, int64_t until)
     s->evaluations = l->evaluations;
     s->status = (int32_t)l->status;
     s->violated = (int32_t)l->violated;
+    see(l, s);
 }

@@ -47,11 +47,20 @@ typedef struct {
     mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
     const int32_t *events;    /* of each its direction, whether it resets, whether it ends the run */
     const double *p, *c, *s;
+    const double *u_own, *z_own; /* what a law elsewhere gave for the sample at hand; null with one of the model */
     const double *e;          /* ne numbers for each evaluation of the law */
     uint64_t seed, run;       /* of the noise that is not in e */
 } mv_model;
 
-typedef void mv_happened(double t, int32_t event);
+/* Events in their order, as many as there are: see journal.c. */
+typedef struct {
+    double *t;
+    int32_t *event;
+    int64_t count, room;
+    int32_t full;             /* there was no memory for the last ones */
+} mv_journal;
+
+typedef void mv_happened(mv_journal *journal, double t, int32_t event);
 
 /* What Python fills in, and finds there again. */
 typedef struct {
@@ -59,7 +68,9 @@ typedef struct {
     mv_model model;
     double *q;                /* coordinates at time t */
     const double *z;          /* memory before the first sample */
-    mv_happened *happened;    /* told of every event */
+    mv_happened *happened;    /* told of every event, with the journal */
+    mv_journal *journal;
+    double *x_seen, *r_seen, *v_seen, *z_seen; /* what a law elsewhere finds at the coming sample, if there is one */
     double *record_t, *record_x, *record_u, *record_u_cmd, *record_y, *record_z; /* a row each recorded sample */
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;

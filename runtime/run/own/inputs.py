@@ -16,6 +16,7 @@ from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.schema import parse
 
 from ...arguments import check_arguments
+from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..options import either
@@ -135,6 +136,8 @@ class _Inputs:
         try:
             value = self._signals[k].value(t)
         except Exception as error:
+            if is_of_handler(error):
+                raise
             raise LawError(f"{where} raised {type(error).__name__}: {' '.join(str(error).split())}") from error
         try:
             return number(where, value)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from mehvar.errors import MehvarError, bad_value, shown
 from mehvar.manifest import Controller, Manifest, Quantity
 
+from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ..ticks import common_step
 from .state import state_type
@@ -160,6 +161,8 @@ class _Caller:
         try:
             result = self._function(t, state) if self._memory is None else self._function(t, state, memory)
         except Exception as error:
+            if is_of_handler(error):
+                raise
             raise LawError(f"{self._at(t)} raised {_said(error, self._function)}") from error
         runs = x.shape[1:]
         if self._memory is None:

@@ -12,7 +12,7 @@ import pytest
 
 from mehvar.report.board.evidence import evidence_facts, write_evidence
 from mehvar.runtime.board.emulator.profile import STEP
-from mehvar.runtime.board.evidence.collect import Evidence, collect
+from mehvar.runtime.board.evidence.collect import Evidence, EvidenceError, collect
 from mehvar.runtime.board.evidence.flow import Flow, UnboundedError, instructions
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.board.image.build import FLAGS, Image, build, program
@@ -45,6 +45,23 @@ def test_no_call_is_longer_than_its_bound(evidence: Evidence) -> None:
     assert step.bound <= 1.05 * step.seen
     assert evidence.run.profile is not None
     assert evidence.run.profile.most <= step.seen
+
+
+def test_a_step_is_counted_from_entry_to_return_with_what_it_calls_through_registers() -> None:
+    """zig calls sine and cosine through a register."""
+    evidence = collect(load("satellite"), "pd", compiler="zig", samples=5, disturbed=1)
+    step, profile = evidence.lengths[0], evidence.run.profile
+    assert profile is not None
+    assert step.seen >= profile.most
+    assert step.bound is not None
+    assert step.seen <= step.bound
+    assert any("sincos" in length.function for length in evidence.lengths if length.seen)
+
+
+def test_evidence_that_leaves_out_what_ran_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Flow, "callees", lambda *_: set())
+    with pytest.raises(EvidenceError, match=r"a step runs .*satellite_pd"):
+        collect(load("satellite"), "pd", samples=5, disturbed=1)
 
 
 @NEEDS_GCC

@@ -35,8 +35,13 @@ def test_pendulums_hang_along_the_thrust():
     assert point.steady == tuple(steady)
 
 
-def test_bounds_hold_and_the_residual_tells():
-    point = mehvar.trim("triangle", free={"w2": 0.3}, fix={"rho": 0.3, "mu": 0.2}, bounds={"w2": (0.2, 1.0)})
+def test_what_is_not_steady_is_no_result():
+    """Bounds hold all the same, and the point where the rates are least is there."""
+    with pytest.raises(
+        mehvar.TrimError, match=r"^no steady state: the rate of \w+ is .* at a bound: w2\. Free more"
+    ) as error:
+        mehvar.trim("triangle", free={"w2": 0.3}, fix={"rho": 0.3, "mu": 0.2}, bounds={"w2": (0.2, 1.0)})
+    point = error.value.point
     assert 0.2 <= point.values["w2"] <= 1.0
     assert point.at_bounds == ("w2",) or point.values["w2"] == pytest.approx(0.2, abs=1e-6)
     assert np.abs(point.residual).max() > 0.1

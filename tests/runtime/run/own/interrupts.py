@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Signals that come at any time to runs with functions in Python: each ends the run with what its handler raised.
+
+python -m tests.runtime.run.own.interrupts COUNT [SEED]
+
+prints for each kind of run what became of the signals that came to it; exits 1 if one was swallowed, or raised
+something else than its handler does.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import mehvar
+from mehvar import runtime
+from tests.fuzz.inputs import PENDULUM
+
+Run = Callable[[], object]
+
+
+class PressedError(Exception):
+    """What the handler of a program raises, such as one that limits the time of a run."""
+
+
+def law(_t: float, x: Any) -> list[float]:
+    """A law without a memory, which also calls NumPy."""
+    return [float(-2.0 * np.sin(x.angle) - 0.5 * x.rate)]
+
+
+def remembering(_t: float, x: Any, z: Any) -> tuple[list[float], Any]:
+    """A law with a memory."""
+    return [-2.0 * x.angle - 0.1 * z[0]], z + x.angle
+
+
+def runs(model: runtime.Model) -> dict[str, Run]:
+    """Return a run of each kind that calls a function of the user's."""
+    short = {"period": 0.005, "dt_out": 0.005, "t_end": 1.0}
+    return {
+        "law": lambda: runtime.simulate(model, law, **short),
+        "memory": lambda: runtime.simulate(model, remembering, memory=[0.0], **short),
+        "inputs": lambda: runtime.simulate(model, None, inputs={"torque": math.sin}, **short),
+        "progress": lambda: runtime.simulate(model, "pd", progress=lambda t, end: None, t_end=1.0, dt_out=0.001),
+        "batch": lambda: mehvar.batch(model, law_of_many, 4, threads=1, **short),
+    }
+
+
+def law_of_many(_t: float, x: Any) -> list[Any]:
+    """A law of all runs at once."""
+    return [-2.0 * np.sin(x.angle) - 0.5 * x.rate]
+
+
+def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
+    """Return what became of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
+    came: list[bool] = []
+    ended = False
+
+    def handler(*_: object) -> None:
+        if not ended:
+            came.append(True)
+            raise error
+
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, delay)
+        run()
+        ended = True
+    except BaseException as raised:
+        return "raised" if type(raised) is error else "changed"
+    finally:
+        ended = True
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    return "swallowed" if came else "missed"
+
+
+def campaign(run: Run, count: int, seed: int) -> Counter[str]:
+    """Send signals until `count` of them have come to a run."""
+    run()
+    start = time.perf_counter()
+    run()
+    span, draw, counts = time.perf_counter() - start, random.Random(seed), Counter[str]()
+    while counts.total() - counts["missed"] < count:
+        error = draw.choice([KeyboardInterrupt, PressedError])
+        counts[outcome(run, draw.uniform(1e-5, span), error)] += 1
+    return counts
+
+
+def main(count: str, seed: str = "1") -> int:
+    """Print what became of the signals."""
+    lost = 0
+    kinds = runs(runtime.load(PENDULUM, "c"))
+    for number, (name, run) in enumerate(kinds.items()):
+        counts = campaign(run, -(-int(count) // len(kinds)), int(seed) + number)
+        print(name, dict(counts), flush=True)
+        lost += counts["swallowed"] + counts["changed"]
+    return int(lost > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

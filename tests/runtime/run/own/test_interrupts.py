@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A signal's handler that raises, whenever it comes to a run with functions in Python, ends the run with that."""
+
+from __future__ import annotations
+
+import pytest
+
+from mehvar import runtime
+
+from .interrupts import campaign, runs
+
+
+@pytest.mark.parametrize("kind", ["law", "memory", "inputs", "progress"])
+def test_no_interrupt_is_swallowed_or_changed(pendulum: runtime.Model, kind: str) -> None:
+    counts = campaign(runs(pendulum)[kind], 40, seed=4)
+    assert counts["raised"] == 40, counts
