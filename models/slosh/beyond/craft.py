@@ -26,6 +26,9 @@ _HERE = Path(__file__).parent
 _EMPTY = sp.Rational(9, 10)
 """Part of the fuel at whose burning a run ends: the last point of the tables, beyond which they do not go."""
 
+_REGULATED = 2
+"""Tanks that the regulator is made for: its matrices are those of two pendulums."""
+
 
 @dataclass(frozen=True)
 class Beyond:
@@ -51,7 +54,8 @@ class Beyond:
 def beyond(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Beyond:
     """Add the parameters of what the paper leaves out, and let the tanks drain."""
     tables = read_parameters(_HERE / "parameters.toml")
-    whole = Group("p", (*p, *tables["plant"], *place_parameters(len(pendulums), tables)))
+    sampling = tables["sampling"] if len(pendulums) == _REGULATED else ()
+    whole = Group("p", (*p, *tables["plant"], *sampling, *place_parameters(len(pendulums), tables)))
     fuel = drained(whole, pendulums, d)
     values = {"m0": fuel.fixed.mass, "I0": fuel.fixed.inertia}
     return Beyond(Present("p", whole.quantities, values), fuel)
@@ -102,7 +106,7 @@ def completed(
         )
         for law in paper.controllers
     ]
-    if len(fuel.tanks) == 2:
+    if len(fuel.tanks) == _REGULATED:
         controllers.append(regulator(Group("c", tables["regulator"].quantities), angles, d))
     states = Group("x", (*paper.states, BURNT, *ANGLES))
     added = (sp.S.Zero,) * (1 + len(ANGLES))
