@@ -18,12 +18,12 @@ from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree
 from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
+from mehvar.names import WORK
 from mehvar.terminal import working
 from mehvar.versions import installed
 
 from .git import Revision, find_revision, in_repository
 
-WORK = "work"
 _EQUATIONS = "equations.json"
 _HERE = Path(__file__).parents[2]
 
