@@ -57,7 +57,7 @@ class Margins:
             broken = _first(crossed)
         else:
             part, broken = self._touching(t, q, h, y, end)
-            past = part
+            past = 1.0
         if broken is not None and not self._fixed and h > self._tolerance and past * h > self._tolerance:
             self._held /= 2
             return float(max(part * h, self._tolerance / 2))

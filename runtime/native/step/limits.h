@@ -99,13 +99,14 @@ static mask mv_within_limits(mv_loop *l, real h, real after, mask lanes)
     }
     const mask touched = mv_touches(l, h, after, AND(lanes, good), &least);
     part = SELECT(touched, least, part);
-    past = SELECT(touched, least, past);
+    past = SELECT(touched, SPLAT(1), past);
     l->broken = OR(crossed, touched);
     if (!ORDER) return lanes;
     const real tolerance = SPLAT(LIMIT_TIME * l->schedule->t[l->schedule->ticks - 1]);
     const mask again = AND(l->broken, AND(LT(tolerance, h), LT(tolerance, past * h)));
     l->held = SELECT(again, l->held * K(0.5), SPLAT(1)); /* the Illinois rule */
     l->aim = SELECT(again, mv_max(part * h, tolerance * K(0.5)), l->aim);
+    l->h = SELECT(again, mv_min(l->h, l->aim), l->h); /* from where it grows: what is looked at ahead is near, too */
     l->again = again;
     return AND(lanes, NOT(again));
 }

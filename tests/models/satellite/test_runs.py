@@ -55,7 +55,7 @@ def test_a_gain_of_the_wrong_sign_is_warned_of_with_its_poles(satellite):
         ("mrac-literal", "paper", {"adapt": 0, "b_min": 1e-3, "b_min_ratio": 0}, 180.5),
         ("mrac-literal", "printed", {"delay": 1}, 34.5),
         ("mrac-literal", "printed", IGNORANT, 4.5),
-        ("mrac", "paper", {"delay": 1, "rho": 0.001, "adapt": 0}, 188.0),
+        ("mrac", "paper", {"delay": 1, "rho": 0.001, "adapt": 0}, 184.2),  # between samples
     ],
 )
 def test_loops_that_are_lost_are_lost_in_time(satellite, law, scenario, options, time):
