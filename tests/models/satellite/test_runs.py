@@ -52,7 +52,7 @@ def test_a_gain_of_the_wrong_sign_is_warned_of_with_its_poles(satellite):
 @pytest.mark.parametrize(
     ("law", "scenario", "options", "time"),
     [
-        ("mrac-literal", "paper", {"adapt": 0, "b_min": 1e-3, "b_min_ratio": 0}, 180.5),
+        ("mrac-literal", "paper", {"adapt": 0, "b_min": 1e-3, "b_min_ratio": 0}, 178.6),
         ("mrac-literal", "printed", {"delay": 1}, 34.5),
         ("mrac-literal", "printed", IGNORANT, 4.5),
         ("mrac", "paper", {"delay": 1, "rho": 0.001, "adapt": 0}, 184.2),  # between samples
