@@ -22,6 +22,8 @@ def satellite() -> Model:
     ("options", "message"),
     [
         ({"I_z": 6.0}, "are the inertias of no body"),
+        ({"orbit_radius": 6.3e6}, "orbit_radius = 6.3e\\+06 m: an orbit inside the Earth"),
+        ({"omega0": 1.3e-3}, "omega0 = 0.0013 rad/s: an orbit inside the Earth"),
         ({"Ts": 0.0}, r"Ts = 0.0.*must be in \(0, inf\) s"),
         ({"Ts": -0.5}, "Ts = -0.5"),
         ({"delay": 2}, r"delay = 2.0.*must be in \[0, 1\]"),
