@@ -53,14 +53,15 @@ class Margins:
         crossed = ~(end > 0)
         if crossed.any():
             held = self._value * self._held
-            part, past = np.min((held / (held - end))[crossed]), np.max((end / (end - self._value))[crossed])
+            part = float(np.min((held / (held - end))[crossed]))
+            past = float(np.max((end / (end - self._value))[crossed]))
             broken = _first(crossed)
         else:
             part, broken = self._touching(t, q, h, y, end)
             past = 1.0
         if broken is not None and not self._fixed and h > self._tolerance and past * h > self._tolerance:
             self._held /= 2
-            return float(max(part * h, self._tolerance / 2))
+            return max(part * h, self._tolerance / 2)
         self._held, self._value, self.broken = 1.0, end, broken
         return None
 
