@@ -25,6 +25,7 @@ soak: setup
 	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl
+	$(BIN)/python -m tests.models.structures build/structures.jsonl
 	$(BIN)/python -m tests.runtime.board.everywhere 600
 	$(BIN)/python -m benchmarks.board fuzz residual guided
 	$(BIN)/python -m benchmarks.board day

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from mehvar import manifest as numeric
 from mehvar.manifest import Manifest
-from mehvar.models.system import Condition, Controller, Event, Group, Output, Parameter, System
+from mehvar.models.system import Condition, Controller, Event, Group, Output, Parameter, System, free_symbols
 from mehvar.versions import installed
 
 from .code.files import PrintedFunction, model_hash
@@ -44,6 +44,7 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         scenario_parameters=_parameters(system.scenario_parameters, listing),
         controllers={law.name: _controller(law, listing) for law in system.controllers},
         limits=_messages(system.limits),
+        limits_of_state=_of_state(system),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
         choices={choice.name: choice for choice in system.choices},
@@ -64,6 +65,12 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         inputs_sha256=dict(sorted(inputs.items())),
     )
     return replace(manifest, hash=model_hash(manifest, functions))
+
+
+def _of_state(system: System) -> bool:
+    """Tell whether limits read no input, where continuous loops integrate the state itself."""
+    used = free_symbols([limit.margin for limit in system.limits], system.definitions)
+    return bool(system.limits) and system.coordinates is None and used.isdisjoint(system.inputs.symbols)
 
 
 def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:

@@ -353,6 +353,8 @@ class Manifest:
         What happens where guards cross zero.
     constraints, limits, reference_constant
         What parameters and runs must satisfy, in words; whether r does not depend on time.
+    limits_of_state : bool
+        Whether limits read no input, in a system whose continuous loops integrate the state itself.
     versions : mapping of str to str
         Of the libraries that derived it.
     inputs_sha256, files_sha256 : mapping of str to str
@@ -380,6 +382,7 @@ class Manifest:
     scenario_parameters: tuple[Parameter, ...]
     controllers: Mapping[str, Controller]
     limits: tuple[str, ...]
+    limits_of_state: bool = False
     constraints: tuple[str, ...]
     reference_constant: bool
     choices: Mapping[str, Choice]

@@ -21,6 +21,9 @@ ARGUMENTS = frozenset(
 """What runs and batches call their own arguments and options; no parameter and no choice of a model has such a name,
 for whoever gives it by name would set the other."""
 
+WORK = "work"
+"""What stands in place of a revision for what `models/` derives now; no model has this name."""
+
 CLOCK = "clock"
 """What the last state of a plant of time is called: it is time, and has the rate one."""
 

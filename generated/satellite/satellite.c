@@ -367,7 +367,7 @@ void satellite_reference(const real *t, const real *p, const real *s, real *r)
     r[2] = t_syv7i * s[yaw_step_deg];
 }
 
-/* margins that stay positive for a feasible scenario; 14 operations. */
+/* margins that stay positive for a feasible scenario; 16 operations. */
 void satellite_constraints(const real *p, const real *s, real *margin)
 {
     enum { I_x = SATELLITE_P_I_X };
@@ -376,6 +376,8 @@ void satellite_constraints(const real *p, const real *s, real *margin)
     enum { Iw_x = SATELLITE_P_IW_X };
     enum { Iw_y = SATELLITE_P_IW_Y };
     enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
     enum { Ts = SATELLITE_P_TS };
     enum { half_period = SATELLITE_S_HALF_PERIOD };
     const real t_odutq = p[I_y] + p[Iw_y];
@@ -383,6 +385,8 @@ void satellite_constraints(const real *p, const real *s, real *margin)
     const real t_l4gxo = p[I_x] + p[Iw_x];
     margin[0] = mv_min(mv_min(t_odutq - t_dukwy + t_l4gxo, t_l4gxo - p[I_y] - p[Iw_y] + t_dukwy), t_odutq + t_dukwy - p[I_x] - p[Iw_x]);
     margin[1] = s[half_period] - p[Ts];
+    margin[2] = p[orbit_radius] + K(-6378137.0);
+    margin[3] = K(0.0012394474623) - p[omega0];
 }
 
 /* angular momentum in the inertial axes that the orbit axes pass at latitude zero; 51 operations. */

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "ca969916f7460a30cc372de48506847354aa930116f84c2f1e7c3e91553601e3"
+#define SATELLITE_HASH "b6614704d26661a1b45f58b7c4fa14faf3e57c04eea0161ff81091dd4158abce"
 
 /* state x */
 enum {
@@ -463,7 +463,7 @@ void satellite_reference(const mv_real *t, const mv_real *p, const mv_real *s, m
 enum {
     SATELLITE_CONSTRAINTS_NP = 33,
     SATELLITE_CONSTRAINTS_NS = 11,
-    SATELLITE_CONSTRAINTS_NMARGIN = 2
+    SATELLITE_CONSTRAINTS_NMARGIN = 4
 };
 void satellite_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 

@@ -182,7 +182,7 @@ static const casadi_int casadi_s7[3] = {15, 1, 1};
 static const casadi_int casadi_s8[3] = {6, 1, 1};
 static const casadi_int casadi_s9[3] = {11, 1, 1};
 static const casadi_int casadi_s10[3] = {1, 1, 1};
-static const casadi_int casadi_s11[3] = {2, 1, 1};
+static const casadi_int casadi_s11[3] = {4, 1, 1};
 static const casadi_int casadi_s12[3] = {92, 1, 1};
 static const casadi_int casadi_s13[3] = {23, 1, 1};
 static const casadi_int casadi_s14[3] = {86, 1, 1};
@@ -3349,7 +3349,7 @@ CASADI_SYMBOL_EXPORT int satellite_reference_work_bytes(casadi_int *sz_arg, casa
   return 0;
 }
 
-/* satellite_constraints:(arg_p[33],arg_s[11])->(res_margin[2]) */
+/* satellite_constraints:(arg_p[33],arg_s[11])->(res_margin[4]) */
 static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7;
   a0=arg[0]? arg[0][1] : 0;
@@ -3376,6 +3376,14 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
   a2=arg[0]? arg[0][9] : 0;
   a4=(a4-a2);
   if (res[0]!=0) res[0][1]=a4;
+  a4=arg[0]? arg[0][7] : 0;
+  a2=-6378137.;
+  a4=(a4+a2);
+  if (res[0]!=0) res[0][2]=a4;
+  a4=1.2394474623000000e-03;
+  a2=arg[0]? arg[0][6] : 0;
+  a4=(a4-a2);
+  if (res[0]!=0) res[0][3]=a4;
   return 0;
 }
 

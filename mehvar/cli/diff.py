@@ -14,8 +14,8 @@ import typer
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
 from mehvar.comparison.result import Diff
-from mehvar.comparison.sources import WORK
 from mehvar.errors import InputError, bad_value
+from mehvar.names import WORK
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, write_atomic

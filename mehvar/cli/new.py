@@ -14,7 +14,8 @@ from typing import Annotated
 import typer
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest
+from mehvar.manifest import OPEN_LOOP, Manifest
+from mehvar.names import WORK
 from mehvar.project import project_root
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
@@ -178,6 +179,8 @@ def _holder(name: str) -> str | None:
         return "a model of the project that this folder is in"
     if name in (*OPTIONS, *CAMPAIGN_OPTIONS):
         return "an option of a run"
+    if name in (OPEN_LOOP, WORK):
+        return "a word of the command line"
     if name in _C_HEADERS:
         return f"the C header {name}.h"
     if name in _own_c_files():

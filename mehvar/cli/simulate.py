@@ -243,7 +243,13 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
 
 def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False, as_described: bool = False) -> int:
     """Print and save; a run as the scenario describes it is held against the numbers that the scenario expects."""
-    notes = [*run.stiffness(), *run.exceeded(), *grouped(notes_of(run)), *(_unexpected(run) if as_described else ())]
+    notes = [
+        *run.advice,
+        *run.stiffness(),
+        *run.exceeded(),
+        *grouped(notes_of(run)),
+        *(_unexpected(run) if as_described else ()),
+    ]
     if as_json:
         print_json(_facts(run, notes))
     else:

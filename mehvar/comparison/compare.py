@@ -13,12 +13,13 @@ import numpy as np
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.names import WORK
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import working
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
-from .sources import WORK, Sources, Version
+from .sources import Sources, Version
 from .status import ModelStatus
 from .structures import Variant, changed_sources, selection
 

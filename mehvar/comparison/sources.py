@@ -17,6 +17,7 @@ from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
 from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
+from mehvar.names import WORK
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.schema import SchemaError, parse
 from mehvar.terminal import working
@@ -24,7 +25,6 @@ from mehvar.versions import installed
 
 from .git import Revision, find_revision, in_repository
 
-WORK = "work"
 _EQUATIONS = "equations.json"
 _HERE = Path(__file__).parents[2]
 

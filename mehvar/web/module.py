@@ -170,6 +170,7 @@ def _law(manifest: Manifest, law: Controller) -> str:
         "ne": len(manifest.noise),
         "sampled": int(sampled),
         "reference_constant": int(manifest.reference_constant),
+        "limits_of_state": int(manifest.limits_of_state),
         "method": INTEGRATORS.index(first_integrator(RunOptions().method)),
     }
     model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}

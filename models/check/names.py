@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from mehvar.names import ARGUMENTS, RESULT_NAMES, identifier
+from mehvar.manifest import OPEN_LOOP
+from mehvar.names import ARGUMENTS, RESULT_NAMES, WORK, identifier
 
 from ..clock import CLOCK, plant_of_time
 from ..quantities import TIME, Group, ModelError, Quantity
@@ -51,7 +52,8 @@ class _Use:
 
 
 def check_names(system: System) -> None:
-    """Refuse names that two things bear, or that generated code cannot have."""
+    """Refuse names that two things bear, or that generated code or a command line cannot have."""
+    _check_words(system)
     common = _common(system)
     taken = _unique(common, {}, system.origin)
     for law in system.controllers:
@@ -69,6 +71,19 @@ def check_names(system: System) -> None:
         _check_text(function.description, f"{function.origin}: description of function {function.name!r}")
     _check_letters(system)
     _check_arguments(system)
+
+
+def _check_words(system: System) -> None:
+    """Refuse a model or a law that is called as what stands in its place on a command line."""
+    if system.name == WORK:
+        raise ModelError(
+            f"{system.origin}: the model is called {WORK!r}, which is what `mehvar diff` calls present sources"
+        )
+    for law in system.controllers:
+        if law.name == OPEN_LOOP:
+            raise ModelError(
+                f"{law.origin}: the law is called {OPEN_LOOP!r}, which is what a run without a law is called"
+            )
 
 
 def check_name(name: str, what: str) -> None:

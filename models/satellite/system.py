@@ -73,6 +73,10 @@ _TITLES = {
     "laws": "more laws",
 }
 _DEGREE = sp.pi / 180
+_EARTH_RADIUS = sp.Integer(6378137)
+"""m, equatorial, WGS 84."""
+_EARTH_RATE = sp.Float("1.2394474623e-3")
+"""rad/s, sqrt(mu/R^3) for mu = 3.986004418e14 m^3/s^2, EGM96."""
 _ROUNDED = 1 + sp.Rational(1, 10**9)
 """A wheel may hold so many times hmax: full, it is beyond hmax by the rounding of its steps, 1e-16 of it each."""
 
@@ -157,6 +161,7 @@ def system(
     all_laws = _laws(craft, field, d)
     outputs = _outputs(craft, d)
     scenarios, metrics = _scenarios(craft, outputs, all_laws)
+    constraints = _constraints(craft, d)
     return System(
         name="satellite",
         title=_title(choices),
@@ -174,7 +179,7 @@ def system(
         limits=_limits(chart, craft.p, craft.wheels),
         initial=_initial(craft),
         reference=_reference(craft.s),
-        constraints=_constraints(craft),
+        constraints=constraints,
         functions=_functions(craft),
         controllers=all_laws,
         scenarios=scenarios,
@@ -401,13 +406,36 @@ def _reference(s: Group) -> tuple[Expr, ...]:
     return tuple(side * value * _DEGREE for value in (s.roll_step_deg, s.pitch_step_deg, s.yaw_step_deg))
 
 
-def _constraints(craft: _Craft) -> tuple[Condition, ...]:
+def _constraints(craft: _Craft, d: Derivation) -> tuple[Condition, ...]:
     plant, s = craft.p, craft.s
     slow = Condition(
         s.half_period - plant.Ts,
         "half_period = {half_period:g} s is not longer than a sample, Ts = {Ts:g} s: the law cannot see the reference",
     )
-    return (*_needs(craft), *_body(craft), slow, *_balance(craft))
+    return (*_needs(craft), *_body(craft), slow, *_balance(craft), *_above_ground(craft, d))
+
+
+def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
+    """Yield that the orbit keeps clear of the Earth."""
+    p = craft.p
+    if craft.choices["orbit"] == "keplerian":
+        yield Condition(
+            p.semi_major_axis * (1 - p.eccentricity) - p.earth_radius,
+            "the perigee is inside the Earth: semi_major_axis = {semi_major_axis:g} m, less its part "
+            "eccentricity = {eccentricity:g}, is not more than earth_radius = {earth_radius:g} m",
+        )
+        return
+    d.section("The Earth")
+    radius = d.define("R_E", _EARTH_RADIUS, title="equatorial radius of the Earth, WGS 84", unit="m", latex="R_E")
+    rate = d.define("n_E", _EARTH_RATE, title="rate of an orbit along its surface", unit="rad/s", latex="n_E")
+    yield Condition(
+        p.orbit_radius - radius,
+        f"orbit_radius = {{orbit_radius:g}} m: an orbit inside the Earth, whose radius is {float(_EARTH_RADIUS):g} m",
+    )
+    yield Condition(
+        rate - p.omega0,
+        f"omega0 = {{omega0:g}} rad/s: an orbit inside the Earth, at whose surface it is {float(_EARTH_RATE):g} rad/s",
+    )
 
 
 def _needs(craft: _Craft) -> Iterator[Condition]:

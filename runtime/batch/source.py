@@ -209,6 +209,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "STRONG": loop.method == "platen",
         "STIFF_TEST": loop.stiff_test,
         "LIMITS": len(manifest.limits),
+        "STATE_LIMITS": manifest.limits_of_state,
         "EVENTS": len(loop.events),
         "SAMPLED": loop.sampled,
         "DELAYED": bool(manifest.delays),

@@ -173,6 +173,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
         nv=len(numbers),
         sampled=sampled,
         reference_constant=manifest.reference_constant,
+        limits_of_state=manifest.limits_of_state,
         method=INTEGRATORS.index(problem.method),
         stiff_test=problem.stiff_test,
         **_addresses(problem, backend),

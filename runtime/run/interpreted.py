@@ -21,6 +21,7 @@ from mehvar.names import identifier
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
 from .events.watch import Watch
+from .margins import Margins
 from .noise import Draws, Stream
 from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
@@ -275,13 +276,24 @@ class _Loop:
         self.rows.append(tuple(np.array(v, dtype=np.float64) for v in (t, x, u, u_cmd, y, z)))
 
     def check(self, t: float, q: FloatArray) -> None:
-        """End a continuous loop when a limit is violated; a sampled one is looked at tick by tick."""
-        if self.limits is None or not self.continuous:
+        """End a continuous loop where a limit is violated at a sample between the ends of a step."""
+        if self.limits is None:
             return
         x, u, _ = self.observed(t, q)
         violated = self.violated(x, u)
         if violated is not None:
             raise _EndOfRun(Status.LIMIT, t, violated, x)
+
+    def margins(self, t: float, q: FloatArray) -> FloatArray:
+        """Return what stays positive along a run."""
+        assert self.limits is not None
+        of_state = not self.continuous or self.problem.model.manifest.limits_of_state
+        x, u = (q[: len(self.problem.x0)], self.u_cmd) if of_state else self.observed(t, q)[:2]
+        return np.asarray(self.limits(x, u, self.problem.p), dtype=np.float64)
+
+    def end_beyond(self, limit: int, t: float, q: FloatArray) -> None:
+        """End the run beyond a limit."""
+        raise _EndOfRun(Status.LIMIT, t, limit, self.observed(t, q)[0] if self.continuous else q)
 
     def violated(self, x: FloatArray, u: FloatArray) -> int | None:
         """Return the first limit that does not hold."""
@@ -310,7 +322,6 @@ def _run_dense(loop: _Loop) -> None:
             loop.record_continuous(tick, at_tick)
             solver.trials = 0
             tick += 1
-        loop.check(step.t, step.y)
 
 
 def _run_stopping(loop: _Loop) -> None:
@@ -413,6 +424,18 @@ class _Solver:
         self._h: float | None = None
         self._stiff_test = StiffTest() if loop.problem.stiff_test else None
         self._last_finite = True
+        problem = loop.problem
+        self._margins = (
+            Margins(
+                loop.margins,
+                slope,
+                touches=not loop.continuous or problem.model.manifest.limits_of_state,
+                fixed=problem.method in FIXED,
+                end=float(problem.t[-1]),
+            )
+            if loop.limits
+            else None
+        )
 
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
         """Integrate to `end` exactly, with a look at the limits after every step."""
@@ -421,7 +444,6 @@ class _Solver:
             return self._advance_fixed(t, x, end)
         for step in self.steps(t, x, end, self._h):
             self._h, x = step.h_abs, self.project(step)
-            self._loop.check(step.t, x)
         return x
 
     def steps(self, t: float, x: FloatArray, end: float, h: float | None, tighter: float = 1.0) -> Any:
@@ -441,24 +463,46 @@ class _Solver:
         solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
         if self._loop.watch:
             self._loop.watch.begin(t, x)
+        self._begin(t, x)
         while solver.status == "running":
             if self.trials == problem.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
             self.trials += 1
+            before = solver.t, solver.y.copy()
             solver.step()
             if solver.status == "failed":
                 status = Status.STEP_UNDERFLOW if self._last_finite else Status.NOT_FINITE
                 raise _EndOfRun(status, solver.t)
+            shorter = self._shorter(*before, solver.t - before[0], self._loop.projected(solver.y))
+            if shorter is not None:
+                solver = method(self._evaluate, *before, end, **tolerances, first_step=shorter, **implicit)
+                continue
             statistics["steps"] += 1
             if self._stiff_test and self._stiff_test.is_stiff_after(solver):
                 raise _EndOfRun(Status.DONE, solver.t, t_stiff=float(solver.t))
             cut = self._cut(solver) if self._loop.watch else None
             yield solver if cut is None else cut
-            if cut is not None:
+            if cut is None:
+                self._end_beyond(solver.t, solver.y)
+            else:
                 self._loop.end_at(cut.t, cut.y, cut.fires)
                 if end - cut.t <= 2 * np.spacing(end):
                     return
                 solver = method(self._evaluate, cut.t, cut.y, end, **tolerances, **implicit)
+                self._begin(cut.t, cut.y)
+
+    def _begin(self, t: float, x: FloatArray) -> None:
+        if self._margins:
+            self._margins.begin(t, x)
+            self._end_beyond(t, x)
+
+    def _shorter(self, t: float, x: FloatArray, h: float, y: FloatArray) -> float | None:
+        """Return how far to try a step again that breaks a limit; None to keep it."""
+        return self._margins.shorter(t, x, h, y) if self._margins else None
+
+    def _end_beyond(self, t: float, x: FloatArray) -> None:
+        if self._margins and self._margins.broken is not None:
+            self._loop.end_beyond(self._margins.broken, t, x)
 
     def _cut(self, solver: Any) -> _Cut | None:
         """Return the part of a step that ends at an event, which has happened."""
@@ -494,11 +538,13 @@ class _Solver:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
         count = math.ceil(pieces)
         h = (end - t) / count
+        self._begin(t, x)
         for i in range(count):
-            now = t + i * h
+            now, before = t + i * h, x
             x = self._fixed_step(now, x, h) if self._loop.watch is None else self._past_events(now, x, h)
             self._loop.statistics["steps"] += 1
-            self._loop.check(now + h, x)
+            self._shorter(now, before, h, x)
+            self._end_beyond(now + h, x)
         return x
 
     def _fixed_step(self, t: float, x: FloatArray, h: float) -> FloatArray:

@@ -127,6 +127,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "reason": run.reason,
         "t_stop": run.t_stop,
         "exceeded": "; ".join(run.exceeded()),
+        "advice": "; ".join(run.advice),
         "structure": json.dumps(manifest.structure),
         "parameters": json.dumps(run.parameters.values),
         "parameter_origins": json.dumps(run.parameters.origins),

@@ -70,6 +70,8 @@ class Run:
         Hold time of a sampled law in seconds; None for a continuous loop.
     parameters : Resolved
         Effective parameters with their origins.
+    advice : tuple of str
+        What the law warns of: parameters that it accepts but should not have.
     options : mapping
         Effective method, tolerances, sampling.
     events : tuple of (float, str)
@@ -102,6 +104,7 @@ class Run:
     error: float
     hold: float | None
     parameters: Resolved
+    advice: tuple[str, ...]
     options: Mapping[str, float | str]
     events: tuple[tuple[float, str], ...]
     method: Integrator
@@ -248,7 +251,8 @@ def simulate(
         values.setdefault(controlled.delay, options.delay)
     names = (*OPTIONS, *manifest.choices)
     resolved = resolve(manifest, loaded.functions, controlled, case, values, origin, names)
-    for text in advice(loaded.functions, controlled, resolved):
+    texts = advice(loaded.functions, controlled, resolved)
+    for text in texts:
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     given = {name: value for name, value in settings.items() if name in OPTIONS}
@@ -280,6 +284,7 @@ def simulate(
         error=trajectory.error,
         hold=problem.hold,
         parameters=resolved,
+        advice=texts,
         options=_effective(problem),
         events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
         method=problem.method if math.isnan(trajectory.t_stiff) else STIFF,

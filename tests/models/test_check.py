@@ -69,6 +69,14 @@ def test_names_that_would_be_one_constant_in_c_are_refused():
         check(bad)
 
 
+def test_words_of_the_command_line_name_no_model_and_no_law():
+    law = dataclasses.replace(triangle().controllers[0], name="none")
+    with pytest.raises(ModelError, match="the law is called 'none', which is what a run without a law is called"):
+        check(dataclasses.replace(triangle(), controllers=(law,)))
+    with pytest.raises(ModelError, match="the model is called 'work'"):
+        check(dataclasses.replace(triangle(), name="work"))
+
+
 def test_an_unused_law_parameter_is_refused():
     law = triangle().controllers[0]
     bad = dataclasses.replace(law, parameters=with_parameter(law.parameters, "gain"))

@@ -72,7 +72,7 @@ def sampled(A: Array, B: Array, period: float) -> tuple[Array, Array]:
 
 
 def matrices(model: Model, **values: float) -> dict[str, Array]:
-    """Return Phi, Gamma, L_gain and K_gain.
+    """Return Phi, Gamma, L_gain and K_gain, and the period that they are made for.
 
     Parameters
     ----------
@@ -89,15 +89,15 @@ def matrices(model: Model, **values: float) -> dict[str, Array]:
     K = np.linalg.solve(np.diag(_EFFORT**-2.0) + G.T @ P @ G, G.T @ P @ F)
     S = solve_discrete_are(F.T, C.T, np.diag(_DISTURBANCE**2), np.diag(_NOISE**2))
     L = S @ C.T @ np.linalg.inv(C @ S @ C.T + np.diag(_NOISE**2))
-    return {"Phi": F, "Gamma": G, "L_gain": L, "K_gain": K}
+    return {"Phi": F, "Gamma": G, "L_gain": L, "K_gain": K, "sample_of_gains": np.array(period)}
 
 
 def settings(found: Mapping[str, Array]) -> dict[str, float]:
     """Return the matrices element by element, by the names of the law's parameters."""
     return {
-        f"{name}_{i + 1}_{j + 1}": float(matrix[i, j])
+        "_".join((name, *(str(k + 1) for k in place))): float(matrix[place])
         for name, matrix in found.items()
-        for i, j in np.ndindex(*matrix.shape)
+        for place in np.ndindex(*matrix.shape)
     }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from ...system import Derivation, Event, Expr, Function, Group, Quantity, System
+from ...system import Condition, Derivation, Event, Expr, Function, Group, Quantity, System
 from ...tables import read_parameters, read_scenarios
 from ..laws.controllers import Law
 from ..states import DEMAND, Pendulum, rate, velocity
@@ -25,6 +25,11 @@ from .tanks import BURNT, Fuel, Present, drained, place_parameters
 _HERE = Path(__file__).parent
 _EMPTY = sp.Rational(9, 10)
 """Part of the fuel at whose burning a run ends: the last point of the tables, beyond which they do not go."""
+_NONE = sp.Rational(1, 10**9)
+"""Part of the fuel that is none: runs begin with nothing burnt."""
+
+_REGULATED = 2
+"""Tanks that the regulator is made for: its matrices are those of two pendulums."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ class Beyond:
 def beyond(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Beyond:
     """Add the parameters of what the paper leaves out, and let the tanks drain."""
     tables = read_parameters(_HERE / "parameters.toml")
-    whole = Group("p", (*p, *tables["plant"], *place_parameters(len(pendulums), tables)))
+    sampling = tables["sampling"] if len(pendulums) == _REGULATED else ()
+    whole = Group("p", (*p, *tables["plant"], *sampling, *place_parameters(len(pendulums), tables)))
     fuel = drained(whole, pendulums, d)
     values = {"m0": fuel.fixed.mass, "I0": fuel.fixed.inertia}
     return Beyond(Present("p", whole.quantities, values), fuel)
@@ -102,8 +108,8 @@ def completed(
         )
         for law in paper.controllers
     ]
-    if len(fuel.tanks) == 2:
-        controllers.append(regulator(Group("c", tables["regulator"].quantities), angles, d))
+    if len(fuel.tanks) == _REGULATED:
+        controllers.append(regulator(Group("c", tables["regulator"].quantities), p.sample, angles, d))
     states = Group("x", (*paper.states, BURNT, *ANGLES))
     added = (sp.S.Zero,) * (1 + len(ANGLES))
     projection = (*paper.projection, BURNT.symbol, *(q.symbol for q in ANGLES))
@@ -115,6 +121,7 @@ def completed(
         outputs=Group("y", tuple(q for q, _ in outputs)),
         output=tuple(e for _, e in outputs),
         rhs=(*by_name.values(), p.flow, *gimbal_rates(p, d)),
+        limits=_limits(fuel),
         initial=(*paper.initial, *added),
         projection=projection,
         functions=tuple(_function(f, states, p, whole) for f in paper.functions),
@@ -132,6 +139,20 @@ def completed(
             ),
         ),
         steps=tuple(d.steps),
+    )
+
+
+def _limits(fuel: Fuel) -> tuple[Condition, ...]:
+    """Return that there is fuel in each place, and that no more was there than at the start."""
+    return (
+        Condition(
+            fuel.fixed.mass,
+            "the fuel that does not slosh is used up: flow = {flow:g} kg/s takes more than the tables of the tanks let "
+            "go, and m0 = {m0:g} kg is too little beside them",
+        ),
+        Condition(fuel.sloshing, "mass_part leaves the tanks no sloshing mass"),
+        Condition(fuel.reach, "arm_part leaves the pendulums no length"),
+        Condition(fuel.share + _NONE, "burnt is negative: the tanks would hold more than all their fuel"),
     )
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...mechanics import quaternion_rotation
-from ...system import Controller, Derivation, Expr, Group, Quantity
+from ...system import Condition, Controller, Derivation, Expr, Group, Quantity
 from ..states import INPUTS, QUATERNION, rate, velocity
 from .engine import clip
 
@@ -34,6 +34,8 @@ STATES = (
 )
 """Of a plane; the first three are measured."""
 MEASURED = 3
+_SAME = sp.Rational(1, 10**9)
+"""Part by which periods may differ that are the same: what is lost in writing one down."""
 APPLIED = Group("u_applied", tuple(Quantity(f"{q.name}_applied", q.unit, q.description) for q in INPUTS))
 
 
@@ -69,13 +71,15 @@ class Plane:
         )
 
 
-def regulator(c: Group, angles: Sequence[Expr], d: Derivation) -> Controller:
+def regulator(c: Group, sample: Expr, angles: Sequence[Expr], d: Derivation) -> Controller:
     """Define the law.
 
     Parameters
     ----------
     c : Group
         Matrices and limits of the law.
+    sample : Expr
+        Its sampling period, s.
     angles : sequence of Expr
         Attitude angles.
     d : Derivation
@@ -111,6 +115,12 @@ def regulator(c: Group, angles: Sequence[Expr], d: Derivation) -> Controller:
         memory=memory,
         start=begun,
         update=tuple(updates),
+        warnings=(
+            Condition(
+                _SAME * c.sample_of_gains - sp.Abs(sample - c.sample_of_gains),
+                "sample = {sample:g} s: the regulator's gains are made for sample_of_gains = {sample_of_gains:g} s",
+            ),
+        ),
         in_numbers=True,
     )
 

@@ -89,6 +89,8 @@ class Fuel:
     ----------
     share : Expr
         Part that is burnt.
+    sloshing, reach : Expr
+        Sloshing mass and length of the pendulums, over those of full tanks.
     fixed : Lump
         What does not slosh.
     tanks : tuple of Tank
@@ -96,6 +98,8 @@ class Fuel:
     """
 
     share: Expr
+    sloshing: Expr
+    reach: Expr
     fixed: Lump
     tanks: tuple[Tank, ...]
 
@@ -187,4 +191,4 @@ def drained(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Fuel:
         -sp.Add(*(t.fuel.out_rate for t in tanks)),
         -gyration * out,
     )
-    return Fuel(share, fixed, tuple(tanks))
+    return Fuel(share, part, reach, fixed, tuple(tanks))

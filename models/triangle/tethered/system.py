@@ -14,7 +14,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from ...system import TIME, Actuator, Controller, Derivation, Expr, Function, Group, Quantity, System
+from ...system import TIME, Actuator, Condition, Controller, Derivation, Expr, Function, Group, Quantity, System
 from ...tables import read_parameters, read_scenarios
 from ..controllers import shifted_state
 from ..dynamic.bodies import Bodies, bodies
@@ -90,7 +90,10 @@ def tethered(masses: str) -> System:
         rhs=(*acting.rhs, *reels, *(p.k_r * (w - reel) for w, reel in zip(winding, reels, strict=True))),
         output=(*polar(), MU.symbol, THETA.symbol, *errors(shifted, lengths, final), *pull.tensions),
         steps=tuple(d.steps),
-        limits=LIMITS,
+        limits=(
+            *LIMITS,
+            Condition(sp.Min(*out), "a tether is wound up wholly: no length of it is out"),
+        ),
         initial=_initial(p, s, start, massive, moving),
         reference=(*goal[:3], s.theta_f + s.spin * TIME.symbol, _spin_momentum(s, massive)),
         constraints=(inequality("initial", "0", s), inequality("final", "f", s)),

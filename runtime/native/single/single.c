@@ -14,6 +14,7 @@
 #define NR (l->model.nr)
 #define SEEN (l->model.nseen)
 #define LIMITS (l->model.nm)
+#define STATE_LIMITS (l->model.limits_of_state)
 #define NOISE (l->model.ne)
 #define DELAYED (l->model.input_delays != 0)
 #define WIENER (l->model.nw)
@@ -189,6 +190,7 @@ static double *divide(mv_loop *l, double *place)
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
         {&l->queue, mv_queued(l->schedule) * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
         {&l->mass, ALGEBRAIC ? NQ : 0}, {&l->kept, KEPT_SIZE},
+        {&l->margin, LIMITS}, {&l->margin_end, LIMITS},
         {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
         {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS}, {&l->noise, EVENTS},
     };

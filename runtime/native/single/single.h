@@ -20,6 +20,7 @@ typedef struct {
     int32_t nw, nj;           /* Wiener processes, noise of a random step */
     int32_t nv;               /* events */
     int32_t sampled, reference_constant;
+    int32_t limits_of_state;  /* limits read no input, and coordinates are states */
     int32_t method;           /* an mv_method */
     int32_t stiff_test;       /* the run ends where it is stiff to dop853 */
     mv_3_1 *rhs;              /* x, u, p -> dx */

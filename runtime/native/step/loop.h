@@ -29,7 +29,9 @@ static void mv_begin(mv_loop *l, mask alive)
     l->t_event = SPLAT(-MV_INFINITY);
     l->stalled = SPLAT(0);
     l->coarse = SPLAT(SURE);
-    l->happens = mv_none();
+    l->happens = l->broken = l->again = mv_none();
+    l->aim = SPLAT(MV_INFINITY);
+    l->held = SPLAT(1);
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
     for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
     for (int64_t i = 0; i < mv_queued(l->schedule) * NU; i++) l->queue[i] = SPLAT(0);
@@ -103,10 +105,13 @@ static void mv_end_at_tick(mv_loop *l, mask m, enum mv_status status)
  * has passed over the tick. */
 static mask mv_good_at_tick(mv_loop *l)
 {
-    if (SAMPLED) return mv_allowed(l, l->alive, l->column, l->u_cmd);
-    if (!PASSES || !LIMITS) return mv_all();
+    if (!LIMITS) return mv_all();
+    if (SAMPLED) return mv_take_margins(l, l->alive, l->column);
+    if (!PASSES) return mv_all();
     const mask over = AND(l->alive, LT(SPLAT(l->schedule->t[l->tick]), l->t));
-    return NOT(AND(over, NOT(mv_allowed(l, over, l->column, l->column + U_COLUMN))));
+    real margin[LIMITS + 1];
+    mv_call_limits(&l->model, l->column, l->column + U_COLUMN, margin);
+    return NOT(AND(over, NOT(mv_allowed(l, over, margin))));
 }
 
 static void mv_complete_row(mv_loop *l)

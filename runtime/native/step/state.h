@@ -5,6 +5,7 @@
  *   mv_model and CALL_NAME           see calls.h
  *   NQ, NX, NU, NZ, NY, NR           numbers of coordinates, states, inputs, memory, outputs and references
  *   LIMITS, NOISE, SEEN              of the model's limits, of the noise of one measurement, and of what is measured
+ *   STATE_LIMITS                     limits read no input, and the coordinates are the state
  *   SAMPLED                          the law is evaluated every so many ticks and its input held in between; the
  *                                    memory of any other law is the last NZ of the NQ coordinates
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
@@ -84,6 +85,11 @@ typedef struct {
     int64_t made[MEHVAR_LANES]; /* steps kept so far, */
     real waiting;              /* of which so many have ticks to come, in a ring: */
     real *kept;                /* KEPT times instants and rows as in `dense` */
+    REALS(margin, LIMITS);     /* at (t, q), see limits.h */
+    REALS(margin_end, LIMITS); /* at the end of the trial */
+    mask broken, again;        /* the trial breaks a limit; it is tried again */
+    real aim;                  /* the most that the next trial goes, to a limit */
+    real held;                 /* of the margin, by which a trial to a limit goes */
     REALS(guard, EVENTS);      /* at (t, q), see events.h */
     REALS(guard_end, EVENTS);  /* at the end of the trial */
     REALS(side, EVENTS);
@@ -163,21 +169,6 @@ static __attribute__((noinline)) void mv_slope(mv_loop *l, real t, const real *q
     }
     mv_refer(l, t);
     mv_call_loop(&l->model, q, l->r, dq);
-}
-
-/* Which of `lanes` keep the limits. */
-static inline mask mv_allowed(mv_loop *l, mask lanes, const real *x, const real *u)
-{
-    mask within = mv_all();
-    if (!LIMITS) return within;
-    real margin[LIMITS + 1];
-    mv_call_limits(&l->model, x, u, margin);
-    for (int i = 0; i < LIMITS; i++) {
-        const mask broken = AND(AND(lanes, within), NOT(LT(K(0), margin[i])));
-        l->violated = SELECT(broken, SPLAT(i), l->violated);
-        within = AND(within, NOT(broken));
-    }
-    return within;
 }
 
 #endif

@@ -7,6 +7,7 @@
 #include "dense.h"
 #include "events.h"
 #include "implicit.h"
+#include "limits.h"
 #include "random.h"
 #include "stiffness.h"
 
@@ -62,8 +63,9 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         *ratio = SELECT(broken, SPLAT(MV_NAN), *ratio);
         taken = AND(taken, NOT(broken));
     }
-    if (EVENTS) taken = mv_watch(l, h, open, taken);
     const real after = SELECT(last, target, l->t + h);
+    if (LIMITS) taken = mv_within_limits(l, h, after, taken);
+    if (EVENTS) taken = mv_watch(l, h, open, taken);
     l->trials += SELECT0(open, SPLAT(1));
     if (PASSES) {
         real sums[DENSE + !DENSE][NQ];
@@ -73,6 +75,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         if (mv_any(ticked)) mv_keep_step(l, h, after, ticked, sums);
     }
     if (STIFF_TEST) mv_test_stiffness(l, h, last_stage, AND(taken, goes_on), after);
+    if (LIMITS) mv_move_margins(l, taken);
     l->t = SELECT(taken, after, l->t);
     mv_blend(taken, l->q, l->y, NQ);
     mv_blend(taken, l->k[0], end, NQ);
@@ -80,16 +83,6 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     l->rejected += SELECT0(AND(open, NOT(taken)), SPLAT(1));
     l->error = SELECT(taken, mv_max(l->error, *ratio), l->error);
     return taken;
-}
-
-/* Lanes that have moved to q end there when that is beyond a limit. A sampled loop is looked at tick by tick. */
-static inline void mv_check_limits(mv_loop *l, mask moved)
-{
-    if (!LIMITS || SAMPLED) return;
-    real x[NX], u[NU], u_cmd[NU];
-    mv_refer(l, l->t);
-    mv_call_observe(&l->model, l->q, l->r, x, u, u_cmd);
-    mv_halt(l, AND(moved, NOT(mv_allowed(l, moved, x, u))), MV_LIMIT);
 }
 
 /* Before the first trial step from t to the target. */
@@ -101,6 +94,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
     if (EVENTS && (SAMPLED || !l->started)) mv_take_sides(l);
     if (l->ready) return;
     mv_slope(l, l->t, l->q, l->k[0]);
+    if (LIMITS && !SAMPLED && !l->started) mv_halt(l, NOT(mv_take_margins(l, l->alive, l->q)), MV_LIMIT);
     l->ready = !SAMPLED;
     mv_halt(l, AND(l->alive, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
     if (ORDER && !l->started) l->h = mv_first_step(l, target - l->t);
@@ -133,16 +127,24 @@ static void mv_advance(mv_loop *l, double t_tick)
         mask last = LE(room, K(STRETCH) * l->h);
         real h = ORDER ? SELECT(last, room, l->h) : l->h;
         if (EVENTS) h = mv_towards_event(l, start, room, h, &last);
+        if (LIMITS) {
+            last = AND(last, LE(room, l->aim));
+            h = mv_min(h, l->aim);
+        }
         real ratio;
         const mask taken = mv_trial(l, target, h, open, last, &ratio);
-        const mask refused = AND(AND(open, NOT(taken)), EVENTS ? EQ(l->reach, SPLAT(MV_INFINITY)) : mv_all());
+        const mask led = OR(EVENTS ? LT(l->reach, SPLAT(MV_INFINITY)) : mv_none(), LIMITS ? l->again : mv_none());
+        const mask refused = AND(AND(open, NOT(taken)), NOT(led));
         if (ORDER)
             mv_control(l, h, ratio, taken, refused);
         else
             mv_halt(l, refused, MV_NOT_FINITE);
         if (!ORDER && !EVENTS) l->t = SELECT(AND(taken, NOT(last)), start + K(trial + 1) * h, l->t); /* counted, not added up */
-        if (EVENTS) mv_fire(l, target - l->t);
-        mv_check_limits(l, taken);
+        if (EVENTS) {
+            const mask happens = l->happens;
+            mv_fire(l, target - l->t);
+            if (LIMITS && mv_any(happens)) mv_halt(l, AND(happens, NOT(mv_take_margins(l, happens, l->q))), MV_LIMIT);
+        }
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
     const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));

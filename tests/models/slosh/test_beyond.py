@@ -14,6 +14,8 @@ from mehvar.models.slosh import system
 from mehvar.papers.slosh.regulator import matrices, settings
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.model.model import load
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import simulate
 from tests import derived
 from tests.models.slosh.variants import Functions, Slosh, slosh
 from tests.reference import reference_draining as reference
@@ -174,12 +176,26 @@ def test_reported_rate_is_that_of_the_function_along_the_loop(law):
     assert abs(values["V_promise"] - values["V_dot"]) > 1e-6  # where nothing that the proof assumes holds
 
 
+def test_a_sampling_period_that_the_gains_are_not_made_for_is_warned_of():
+    model = craft()
+    (law,) = (law for law in model.system.controllers if law.name == "regulator")
+    (warning,) = law.warnings
+    period, made = model.system.parameters.sample, law.parameters.sample_of_gains
+    for value, fits in ((0.1, True), (0.1 + 1e-12, True), (0.2, False), (0.05, False)):
+        assert bool(warning.margin.subs({period: value, made: 0.1}) > 0) is fits
+
+
 @pytest.mark.soak
 def test_regulator_on_the_emulated_board_and_its_gains(tmp_path):
     """The same bits as on the host; and the gains that stand in the table are those of the generated Jacobian."""
     for name, text in derived.variant("slosh", inertia="ball", attitude="quaternion", craft="beyond").items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     model = load(tmp_path)
+    empty = simulate(model, "regulator", m0=5.0, m1=50.0, flow=0.06, t_end=520.0)
+    assert (empty.status, empty.t_stop) == (Status.LIMIT, pytest.approx(84.1585, abs=1e-4))
+    assert "the fuel that does not slosh is used up" in empty.reason
+    with pytest.warns(UserWarning, match=r"sample = 0.2 s: the regulator's gains are made for sample_of_gains = 0.1 s"):
+        assert simulate(model, "regulator", sample=0.2, t_end=1.0).advice
     request = BoardRequest("regulator", "unicorn", "mps2-m7", samples=100, selftest=4, profiled=False)
     assert run_on_board(model, request).max_ulp == 0
     kept = {q.name: q.default for q in model.manifest.controllers["regulator"].parameters}

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every declared combination of a model's structures: each is derived and checked, or a rule of the model refuses it.
+
+`python -m tests.models.structures build/structures.jsonl` goes through all of them and goes on where it was;
+`make soak` runs it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import sys
+import time
+import traceback
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from mehvar.codegen.generate import derive, installed_tree, load_model, system_of
+from mehvar.models.system import ModelError
+
+MODELS = ("triangle", "satellite", "slosh")
+FEW = 3
+"""Values of a choice up to which its combinations are generated whole; of further ones, numbers of members, none is."""
+
+Structure = Mapping[str, str]
+
+
+def structures(model: str) -> Iterator[Structure]:
+    """Yield each combination, those with values that stand first in a choice before others."""
+    choices = load_model(installed_tree(), model).STRUCTURE
+    places = itertools.product(*(range(len(values)) for values in choices.values()))
+    for place in sorted(places, key=max):
+        yield {name: values[k] for (name, values), k in zip(choices.items(), place, strict=True)}
+
+
+def outcome(model: str, structure: Structure, *, whole: bool = False) -> str:
+    """Derive and check a structure, or generate all its files; return the words of the rule that refuses it."""
+    tree = installed_tree()
+    try:
+        (derive if whole else system_of)(tree, model, structure)
+    except ModelError as refusal:
+        frames = traceback.extract_tb(refusal.__traceback__)
+        if Path(frames[-1].filename).is_relative_to(tree.root / "models" / model):
+            return str(refusal)
+        raise
+    return ""
+
+
+def main(record: Path) -> int:
+    """Go through all structures, noting each in a file; return how many failed."""
+    record.parent.mkdir(parents=True, exist_ok=True)
+    known = [json.loads(line) for line in record.read_text().splitlines()] if record.exists() else []
+    done = {(entry["model"], json.dumps(entry["structure"])) for entry in known}
+    pairs = [(model, structure) for model in MODELS for structure in structures(model)]
+    for model, structure in pairs:
+        if (model, json.dumps(structure)) in done:
+            continue
+        small, started, text = all(_place(model, structure, name) < FEW for name in structure), time.monotonic(), ""
+        try:
+            text, kind = outcome(model, structure, whole=small), "generated" if small else "checked"
+            kind = "refused" if text else kind
+        except Exception as error:
+            kind, text = "failed", f"{type(error).__name__}: {error}"
+        entry = {"model": model, "structure": structure, "outcome": kind, "text": text}
+        known.append(entry | {"seconds": round(time.monotonic() - started, 1)})
+        with record.open("a") as file:
+            file.write(json.dumps(known[-1]) + "\n")
+    failed = [entry for entry in known if entry["outcome"] == "failed"]
+    for entry in failed:
+        print(entry["model"], entry["structure"], entry["text"])
+    print(f"{len(known)} structures, {len(failed)} failed")
+    return len(failed)
+
+
+def _place(model: str, structure: Structure, name: str) -> int:
+    choices: Mapping[str, tuple[str, ...]] = load_model(installed_tree(), model).STRUCTURE
+    return choices[name].index(structure[name])
+
+
+if __name__ == "__main__":
+    raise SystemExit(bool(main(Path(sys.argv[1]))))

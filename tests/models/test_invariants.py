@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model's physics needs: wherever its limits hold, states that are declared positive are, and so are masses."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from tests import derived
+
+BEYOND = {"inertia": "ball", "attitude": "quaternion", "craft": "beyond"}
+MATTER = ("mass1", "length1", "inertia1", "mass2", "length2", "inertia2", "m0_now", "I0_now")
+"""Definitions of the draining craft that are masses, moments of inertia and lengths."""
+POINTS = 4000
+
+
+def whole(expression, definitions):
+    """Return an expression without definitions."""
+    while used := expression.free_symbols & definitions.keys():
+        expression = expression.xreplace({symbol: definitions[symbol] for symbol in used})
+    return expression
+
+
+def violations(system, positive, drawn):
+    """Return which of the expressions are not positive at a point where all limits hold, and at how many they do."""
+    margins = [whole(sp.sympify(limit.margin), system.definitions) for limit in system.limits]
+    wanted = {name: whole(expression, system.definitions) for name, expression in positive.items()}
+    symbols = sorted(set().union(*(e.free_symbols for e in (*margins, *wanted.values()))), key=str)
+    values = {symbol: drawn(symbol.name) for symbol in symbols}
+    evaluate = sp.lambdify(symbols, [*margins, *wanted.values()], "numpy", cse=True)
+    rows = [np.broadcast_to(row, POINTS) for row in evaluate(*values.values())]
+    holds = np.all(np.array(rows[: len(margins)]) > 0, axis=0)
+    bad = [name for name, row in zip(wanted, rows[len(margins) :], strict=True) if not np.all(row[holds] > 0)]
+    return bad, int(holds.sum())
+
+
+@pytest.mark.parametrize("structure", [{"model": "dynamic"}, {"model": "tethered", "masses": "general"}])
+def test_states_that_are_declared_positive_are_so_within_the_limits(structure):
+    system, rng = derived.system("triangle", **structure), np.random.default_rng(1)
+    positive = {q.name: q.symbol for q in system.states if q.positive}
+    bad, held = violations(system, positive, lambda _: rng.uniform(-1, 1, POINTS))
+    assert (bad, len(positive)) == ([], 6 if structure["model"] == "tethered" else 3)
+    assert held > 20
+
+
+def test_matter_is_positive_within_the_limits():
+    system, rng = derived.system("slosh", **BEYOND), np.random.default_rng(1)
+    spreads = {"burnt": (-50.0, 800.0), "m0": (1.0, 200.0), "m1": (1.0, 400.0), "m2": (1.0, 400.0)}
+
+    def drawn(name):
+        if name.startswith("share_at"):
+            return [0.0, 0.25, 0.5, 0.75, 0.9][int(name[-1]) - 1]
+        return rng.uniform(*spreads.get(name, (0.05, 1.0)), POINTS)
+
+    named = {symbol.name: symbol for symbol in system.definitions}
+    bad, held = violations(system, {name: named[name] for name in MATTER}, drawn)
+    assert bad == []
+    assert held > 100
