@@ -135,7 +135,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 def _example(manifest: Manifest) -> dict[str, object]:
     """Return what the example law on a plant is made of: for each input a gain on a state, while there are states."""
-    from mehvar.models.units import dimension, product, unit_text
+    from mehvar.units import dimension, product, unit_text
 
     gains = []
     for i, u in enumerate(manifest.inputs):

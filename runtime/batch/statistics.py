@@ -31,12 +31,14 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
 """A series of all runs is looked at in slabs of 64 MiB, of which a quantile needs a few copies; half as much means
 twice the passes over chunks that hold more samples than a slab."""
-_SUMMARY = re.compile(r"^(final|minimum|maximum)\((\w+)\)$")
+_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
 class Success:
     """Which runs succeed: those that reached their end and fulfil a condition, if there is one.
+
+    A condition that names the status is about that as well: runs that did not reach their end may fulfil it.
 
     Raises
     ------
@@ -49,16 +51,16 @@ class Success:
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return whether each stored run of some blocks succeeds."""
-        complete: NDArray[np.bool_] = np.isin(store.read(STATUS, blocks), COMPLETE)
+        status = store.read(STATUS, blocks)
         if self._criterion is None:
-            return complete
+            return np.isin(status, COMPLETE)
         self.check(scalars(store), notes(store))
-        return complete & self._criterion({name: column(store, name, blocks) for name in self._criterion.names})
+        return self._criterion.succeeds(status, lambda name: column(store, name, blocks))
 
-    def check(self, names: Sequence[str], notes: Mapping[str, str]) -> None:
-        """Raise InputError when the condition asks for a name that is not known, or that a note says has no number."""
+    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Raise InputError when the condition asks for what is not known or has no number, or mixes units."""
         if self._criterion is not None:
-            self._criterion.check(names, notes)
+            self._criterion.check(units, notes)
 
 
 class StopRule:
@@ -109,15 +111,16 @@ def notes(store: Store) -> dict[str, str]:
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
-def scalars(store: Store) -> list[str]:
-    """Return every name that stands for one number per run, as conditions use them."""
-    names: list[str] = []
+def scalars(store: Store) -> dict[str, str]:
+    """Return the unit of every name that stands for one number per run, as conditions use them."""
+    units: dict[str, str] = {}
+    wide = dict(zip(store.coordinate("variable"), store.array_attributes()["variable"].get("units", ()), strict=False))
     for name, variable in store.variables().items():
         if not variable.dimension and name not in (STATUS, "violated", "steps"):
-            names.append(name)
-        elif variable.dimension in ("state", "variable"):
-            names += [f"{name}({of})" for of in store.coordinate(variable.dimension)]
-    return names
+            units[name] = variable.attributes["units"]
+        elif variable.dimension in ("state", "variable", "event"):
+            units |= {f"{name}({of})": wide.get(of, "1") for of in store.coordinate(variable.dimension)}
+    return units
 
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:

@@ -49,6 +49,7 @@ class Status(IntEnum):
     LIMIT = 4
     EVENT = 6
     CHATTERING = 7
+    FAILURE = 8
 
     @property
     def text(self) -> str:
@@ -59,6 +60,11 @@ class Status(IntEnum):
     def complete(self) -> bool:
         """Whether the run came to its end: the end time, or an event that is declared to end it."""
         return self in COMPLETE
+
+    @property
+    def by_event(self) -> bool:
+        """Whether an event that ends runs ended it."""
+        return self in (Status.EVENT, Status.FAILURE)
 
 
 COMPLETE = (Status.DONE, Status.EVENT)

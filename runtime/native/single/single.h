@@ -45,7 +45,7 @@ typedef struct {
     mv_3_1 *guards;           /* x, u, p -> g; this and the next two null without events */
     mv_4_1 *loop_guards;      /* q, r, p, c -> g */
     mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
-    const int32_t *events;    /* of each its direction, whether it resets, whether it ends the run */
+    const int32_t *events;    /* of each its direction, whether it resets, an mv_ends */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */
     uint64_t seed, run;       /* of the noise that is not in e */

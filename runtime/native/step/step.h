@@ -102,7 +102,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
     if (l->ready) return;
     mv_slope(l, l->t, l->q, l->k[0]);
     l->ready = !SAMPLED;
-    mv_halt(l, AND(l->alive, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
+    mv_halt(l, AND(mv_going(l), NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
     if (ORDER && !l->started) l->h = mv_first_step(l, target - l->t);
     l->started = 1;
 }
@@ -110,7 +110,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
 /* Lanes that have a step to take before the tick. */
 static inline mask mv_behind(const mv_loop *l, real tick)
 {
-    return AND(AND(l->alive, EQ(l->status, SPLAT(MV_DONE))), LT(l->t, tick));
+    return AND(mv_going(l), LT(l->t, tick));
 }
 
 /* Lanes that may take a step while others must. */
@@ -146,7 +146,7 @@ static void mv_advance(mv_loop *l, double t_tick)
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
     const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));
-    const mask halted = AND(NE(l->status, SPLAT(MV_DONE)), NE(l->status, SPLAT(MV_EVENT)));
+    const mask halted = NOT(OR(EQ(l->status, SPLAT(MV_DONE)), mv_ended(l)));
     const mask stuck = AND(halted, LT(l->t, tick)); /* those that an event ended are to be recorded there */
     l->alive = AND(l->alive, NOT(OR(beyond, stuck)));
 }
