@@ -165,8 +165,9 @@ class Criterion:
                 inner = self._condition(operand)
                 return lambda values: np.logical_not(inner(values))
             case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
-                one, other, equal = self._number(left), self._whole(left, right), _EQUALITIES[type(op)]
-                return lambda values: equal(one(values), other)
+                name, equal, other = _name(left), _EQUALITIES[type(op)], self._whole(left, right)
+                self.names.add(name or "")
+                return lambda values: equal(values[name], other)
             case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
                 numbers = [self._number(part) for part in (left, *rest)]
                 pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
@@ -190,7 +191,9 @@ class Criterion:
 
     def _number(self, node: ast.expr) -> _Value:
         """Return what evaluates a node that is a number for each run."""
-        if (name := _name(node)) is not None:
+        if (name := _name(node)) == _STATUS:
+            raise self._refused("without numbers of the status, as in 'status == event'")
+        if name is not None:
             self.names.add(name)
             return lambda values: values[name]
         match node:
@@ -229,7 +232,7 @@ class _Kind:
 
     @staticmethod
     def of(unit: str) -> _Kind:
-        """Return what a number with this unit is in; one that is not of the SI, of a store of others, is its own kind."""
+        """Return what a number with this unit is in; one that is not of the SI is a kind of its own."""
         try:
             return _Kind(unit, dimension(unit), has_radians(unit))
         except ValueError:

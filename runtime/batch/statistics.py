@@ -114,10 +114,11 @@ def notes(store: Store) -> dict[str, str]:
 def scalars(store: Store) -> dict[str, str]:
     """Return the unit of every name that stands for one number per run, as conditions use them."""
     units: dict[str, str] = {}
-    wide = dict(zip(store.coordinate("variable"), store.array_attributes()["variable"].get("units", ()), strict=False))
+    attributes = store.array_attributes().get("variable", {})
+    wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
     for name, variable in store.variables().items():
         if not variable.dimension and name not in (STATUS, "violated", "steps"):
-            units[name] = variable.attributes["units"]
+            units[name] = variable.attributes.get("units", "1")
         elif variable.dimension in ("state", "variable", "event"):
             units |= {f"{name}({of})": wide.get(of, "1") for of in store.coordinate(variable.dimension)}
     return units
@@ -165,6 +166,8 @@ class Statistics:
         Runs in all, and those that are stored.
     statuses : mapping of str to int
         Runs by how they ended.
+    endings : mapping of str to (int, int)
+        Runs that each event ended, and how many of them it ended at their start.
     successes : int
         Runs that succeed; `probability` is their share, `low` and `high` its exact 95 % interval.
     rows : list of MetricStatistics
@@ -174,6 +177,7 @@ class Statistics:
     planned: int
     stored: int
     statuses: Mapping[str, int]
+    endings: Mapping[str, tuple[int, int]]
     successes: int
     probability: float
     low: float
@@ -215,12 +219,26 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         planned=store.n,
         stored=runs,
         statuses={STATUS_TEXT[code]: int(endings[code]) for code in np.flatnonzero(endings).tolist()},
+        endings=_endings(store, blocks),
         successes=successes,
         probability=successes / runs,
         low=low,
         high=high,
         rows=[_row(store, name, blocks) for name in metric_names(store)],
     )
+
+
+def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
+    """Return how many runs each event ended, and how many at their start."""
+    ends = store.array_attributes().get("event", {}).get("ends", ())
+    if not any(ends):
+        return {}
+    happened, begins = store.read("events", blocks) > 0, store.read("t_stop", blocks) == 0
+    return {
+        str(name): (int(np.count_nonzero(column)), int(np.count_nonzero(column & begins)))
+        for name, column, how in zip(store.coordinate("event"), happened.T, ends, strict=True)
+        if how and column.any()
+    }
 
 
 def metric_names(store: Store) -> list[str]:

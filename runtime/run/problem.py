@@ -358,12 +358,36 @@ def _check_consistent(
     if law.name not in model.manifest.controllers:
         return
     corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
-    for name, value, miss, good in zip(
-        model.state_names, x0, corrections, consistent(corrections, x0, options), strict=True
-    ):
-        if not good:
-            allowed = f"about {value + miss:.9g}, as its equation says: it is algebraic"
-            raise bad_value(f"initial state {name}", float(value), allowed, origin)
+    good = consistent(corrections, x0, options)
+    if good.all():
+        return
+    start = _solved(model, law, resolved, x0, corrections, options)
+    place = int(np.flatnonzero(~good)[0])
+    allowed = "what its equation says: it is algebraic. Newton's method does not find a value from here"
+    if start is not None:
+        others = ", ".join(f"{model.state_names[k]} = {start[k]:.9g}" for k in np.flatnonzero(~good)[1:])
+        beside = f", beside {others}" if others else ""
+        allowed = f"about {start[place]:.9g}{beside}, as its equation says: it is algebraic"
+    raise bad_value(f"initial state {model.state_names[place]}", float(x0[place]), allowed, origin)
+
+
+_NEWTON_STEPS = 50
+"""From a start far away. Newton's method gains a bit a step at a double root and more elsewhere, so that it has come to
+the digits of a double by then or never does; half as many leave out double roots."""
+
+
+def _solved(
+    model: Model, law: Controller, resolved: Resolved, x0: FloatArray, corrections: FloatArray, options: RunOptions
+) -> FloatArray | None:
+    """Return the start with algebraic states that satisfy their equations; None if Newton's method finds none."""
+    x = x0
+    with np.errstate(all="ignore"):
+        for _ in range(_NEWTON_STEPS):
+            x = x + corrections
+            corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x)
+            if consistent(corrections, x, options).all():
+                return x + corrections
+    return None
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:

@@ -158,7 +158,7 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         const mask now = AND(turned, mv_counts(l, e, side));
         at_once = OR(at_once, now);
         l->fires[e] = SELECT0(now, SPLAT(1));
-        l->ahead[e] = SELECT(AND(resting, NOT(now)), goes, side);
+        l->ahead[e] = SELECT(AND(AND(resting, NE(goes, K(0))), NOT(now)), goes, side);
         l->reaches[e] = mv_fabs(l->guard[e]);
         before[e] = rests ? SELECT(resting, g[e], l->guard[e]) : l->guard[e];
         first[e] = last[e] = before[e];
@@ -170,7 +170,8 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         for (int e = 0; e < EVENTS; e++) {
             const real side = l->ahead[e], now = mv_side_from(l, e, side, SPLAT((double)look / LOOKS), g[e]);
             l->reaches[e] = mv_max(l->reaches[e], mv_fabs(g[e]));
-            const mask open = AND(lanes, NOT(crossed)), flips = AND(open, AND(NE(side, K(0)), NE(now, side)));
+            const mask open = AND(lanes, NOT(crossed)), rests_on = AND(LT(K(0), l->resting[e]), EQ(now, K(0)));
+            const mask flips = AND(AND(open, NOT(rests_on)), AND(NE(side, K(0)), NE(now, side)));
             const mask counts = AND(flips, mv_counts(l, e, side));
             here = OR(here, counts);
             l->fires[e] = SELECT(counts, SPLAT(1), l->fires[e]);
@@ -206,7 +207,7 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     const mask moves = AND(lanes, NOT(early)), misses = AND(aimed, NOT(crossed));
     const mask rough = LT(K(1), l->coarse);
     l->coarse = SELECT(moves, SELECT(misses, l->coarse * K(2), SPLAT(SURE)), l->coarse);
-    const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
+    const real least = mv_located(l, mv_max(part, SPLAT(PROBE)) * h), reach = mv_max(part * h + K(0.5) * least, least);
     l->reach = SELECT(early, reach, SELECT(open, SPLAT(MV_INFINITY), l->reach));
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
     const mask happens = AND(crossed, NOT(early));

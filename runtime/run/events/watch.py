@@ -92,17 +92,18 @@ class Watch:
             turned = self._resting & (ahead * goes < 0)
             if (turned & self._counts(ahead)).any():
                 return Crossing(tolerance / h, t + tolerance, _numbers(turned & self._counts(ahead)))
-            ahead = np.where(self._resting, goes, ahead)
+            ahead = np.where(self._resting & (goes != 0), goes, ahead)
         for look in range(1, _LOOKS + 1):
             value = values(look / _LOOKS)
             reaches = np.maximum(reaches, np.abs(value))
             side = self._side_from(ahead, look / _LOOKS, value)
-            flips = (ahead != 0) & (side != ahead)
+            rests_on = self._resting & (side == 0)
+            flips = (ahead != 0) & (side != ahead) & ~rests_on
             crosses = flips & self._counts(ahead)
             if crosses.any():
                 low, high = (look - 1) / _LOOKS, look / _LOOKS
                 return self._first(t, h, values, crosses, ahead, low, high, reaches, tolerance / h)
-            ahead = _over(ahead, side)
+            ahead = np.where(rests_on, ahead, _over(ahead, side))
         still = self._resting & (ahead == 0)
         self._noise = np.where(still, self._noise, 0.0)
         self._side, self._value, self._resting = ahead, value, still | (value == 0)
