@@ -165,8 +165,8 @@ class Criterion:
                 inner = self._condition(operand)
                 return lambda values: np.logical_not(inner(values))
             case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
-                name, equal, other = _name(left), _EQUALITIES[type(op)], self._whole(left, right)
-                self.names.add(name or "")
+                name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
+                self.names.add(name)
                 return lambda values: equal(values[name], other)
             case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
                 numbers = [self._number(part) for part in (left, *rest)]

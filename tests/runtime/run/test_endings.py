@@ -134,8 +134,8 @@ def test_an_input_that_jumps_past_an_event_ends_the_run(folder, backend):
 
 VARY = {
     "place_0": "uniform(-0.5, 0.5)", "w": "uniform(-1, 2)", "cliff": "uniform(0, 3)", "gate": "uniform(0, 3)",
-    "goal": "uniform(0.2, 3)", "floor": "uniform(-1.5, -0.2)", "hole": "uniform(0, 1)", "depth": "uniform(0.01, 0.3)", "strong": "uniform(0, 2)",
-    "k": "uniform(0, 1)",
+    "goal": "uniform(0.2, 3)", "floor": "uniform(-1.5, -0.2)", "hole": "uniform(0, 1)", "depth": "uniform(0.01, 0.3)",
+    "strong": "uniform(0, 2)", "k": "uniform(0, 1)",
 }  # fmt: skip
 
 
