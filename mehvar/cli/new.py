@@ -15,13 +15,13 @@ import typer
 
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import Manifest
-from mehvar.project import project_root
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.compiling.library import NATIVE
 from mehvar.runtime.model.catalogue import find_model, known_models, project_models, shipped_models
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
+from mehvar.versions import project_root
 
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")

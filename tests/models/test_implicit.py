@@ -182,14 +182,14 @@ def test_the_value_that_a_refusal_names_is_accepted(motored):
             simulate(motored, "on", method="rodas5p", parameters=values)
         named = float(re.search(r"must be about (\S+), as", str(refusal.value))[1])
         assert values["z"] * named**3 + 2 * named == pytest.approx(12, rel=1e-7)
-        assert simulate(motored, "on", method="rodas5p", parameters=values, initial={"i": named}).status.complete
+        assert simulate(motored, "on", method="rodas5p", z=values["z"], initial={"i": named}).status.complete
 
 
 def test_an_equation_that_no_value_satisfies_is_called_that(tmp_path):
     system = motor()
     nowhere = system.inputs.v + system.parameters.R * sp.sqrt(system.states.i**2)
-    zero = 0 * system.parameters.z * system.states.i**3
-    folder = folder_of(dataclasses.replace(system, rhs=(nowhere + zero, system.rhs[1])), tmp_path)
+    curved = system.parameters.z * system.states.i**3 + system.parameters.k * system.states.w
+    folder = folder_of(dataclasses.replace(system, rhs=(nowhere + curved, system.rhs[1])), tmp_path)
     with pytest.raises(InputError, match=r"initial state i = 6.*Newton's method does not find a value from here"):
         simulate(folder, "on", method="rodas5p")
 

@@ -41,6 +41,26 @@ def test_an_instrument_that_is_off_by_its_noise_is_noticed(case):
         assert gate.error(points(Machine(wrong, RANGES["satellite"]))) > 1e-3, row
 
 
+@pytest.mark.parametrize("case", SATELLITES, ids=title)
+def test_only_densities_know_the_sample_period(case):
+    """Each noise in turn: what is per root of a second has ten times the effect at a hundredth of the period."""
+    subject = subject_of(case)
+    names = [q.name for q in subject.system.parameters if "noise" in q.name and q.name != "bias_noise"]
+    units = {q.name: q.unit for q in subject.system.parameters}
+    at = points(subject).moved(quantum=0.0, **dict.fromkeys(names, 0.0))
+    ones = np.ones((len(at["Ts"]), len(subject.system.sensor.noise)))
+    for name in names:
+        few = at.moved(**{name: 1e-6})
+        effects = [
+            subject("measure", there.values["x"], ones, there.values["p"])
+            - subject("measure", there.values["x"], 0 * ones, there.values["p"])
+            for there in (few.moved(Ts=0.5), few.moved(Ts=0.005))
+        ]
+        scale = 10 if "^(1/2)" in units[name] else 1
+        assert np.abs(effects[0]).max() > 1e-9
+        np.testing.assert_allclose(effects[1], scale * effects[0], rtol=1e-3, atol=1e-13)
+
+
 def allan(rates, size):
     """Return the Allan deviation of rates over clusters of so many samples, which do not overlap."""
     means = rates[: len(rates) // size * size].reshape(-1, size).mean(axis=1)
