@@ -120,7 +120,7 @@ def _output(output: Output) -> numeric.Output:
 
 
 def _events(events: Sequence[Event]) -> tuple[numeric.Event, ...]:
-    return tuple(numeric.Event(e.name, e.direction, bool(e.reset), e.ends, e.title) for e in events)
+    return tuple(numeric.Event(e.name, e.direction, bool(e.reset), e.outcome, e.title) for e in events)
 
 
 def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:

@@ -21,8 +21,8 @@ from types import ModuleType
 from mehvar import errors
 from mehvar.errors import MehvarError, unknown_name
 from mehvar.manifest import FILE
-from mehvar.project import project_root
 from mehvar.schema import parse_toml
+from mehvar.versions import project_root
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))

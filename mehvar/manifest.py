@@ -33,8 +33,14 @@ METRIC_KINDS = (
 )  # fmt: skip
 """What a metric may be, numbered as in the C text of batches."""
 
+OF_SECONDS = ("settling", "settling_about_end")
+"""Kinds of metrics that say when something comes to stay."""
+
 DIRECTIONS = ("either", "rising", "falling")
 """Which crossings of its guard an event is about."""
+
+ENDS = ("", "run", "failure", "success")
+"""What an event ends: nothing, the run, or the run as one of these; numbered as in native/step/schedule.h."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
@@ -133,18 +139,18 @@ class Output(Quantity):
 
 @dataclass(frozen=True)
 class Event:
-    """What happens where a guard crosses zero; `resets` and `ends` say whether it assigns states and ends the run."""
+    """What happens where a guard crosses zero; `resets` says whether it assigns states, `ends` is one of `ENDS`."""
 
     name: str
     direction: str
     resets: bool
-    ends: bool
+    ends: str
     title: str
 
     @property
     def numbers(self) -> tuple[int, int, int]:
         """Direction, resets and ends as native/step/state.h has them."""
-        return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), int(self.ends)
+        return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), ENDS.index(self.ends)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -599,6 +605,8 @@ def _check_functions(manifest: Manifest) -> None:
     for event in (*manifest.events, *(event for law in manifest.controllers.values() for event in law.events)):
         if event.direction not in DIRECTIONS:
             raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
+        if event.ends not in ENDS:
+            raise SchemaError(f" = {event.ends!r}: must be one of {', '.join(map(repr, ENDS))}", f"events.{event.name}")
     if manifest.geometry:
         count = 3 * sum(shape.points for shape in manifest.geometry)
         _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})

@@ -7,7 +7,9 @@ import functools
 import re
 
 RESULT_NAMES = frozenset(
-    {"t", "run", "state", "variable", "final", "minimum", "maximum", "t_stop", "error", "steps", "violated", "status"}
+    """
+    t run state variable event final minimum maximum events t_stop error steps violated status
+    """.split()  # noqa: SIM905
 )
 """What results and stores call their own variables and axes; no variable of a model has such a name."""
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is installed."""
+"""What is around us: packages that are installed, and the project that one stands in."""
 
 from __future__ import annotations
 
 import platform
 import re
+from pathlib import Path
 
 
 def installed(*packages: str) -> dict[str, str]:
@@ -28,3 +29,16 @@ def required() -> frozenset[str]:
         return frozenset(re.split(r"[^\w-]", line.lower())[0] for line in requires("mehvar") or ())
     except PackageNotFoundError:
         return frozenset()
+
+
+def project_root(start: Path) -> Path | None:
+    """Return the nearest folder at or above `start` that has generated/, and a model in models/.
+
+    A model has system.py, or plant.toml if it is a law; where that is missing or misspelt, it has at least parameters.
+    """
+    for folder in (start, *start.parents):
+        models = folder / "models"
+        patterns = ("system.py", "*/system.py", "*/plant.toml", "*/parameters.toml")
+        if (folder / "generated").is_dir() and any(any(models.glob(pattern)) for pattern in patterns):
+            return folder
+    return None

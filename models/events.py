@@ -34,8 +34,11 @@ class Event(Located):
     reset : mapping of sympy.Symbol to Expr
         The value that a state has after the event, as a function of x, u, p and time before it; the others keep
         theirs. An event without resets is a switching surface.
-    ends : bool
-        Whether the run ends there.
+    ends : bool or {"failure", "success"}
+        Whether the run ends there, and what that is. A run that a failure ends never succeeds in a batch; one that
+        `True` or a success ends came to its end, and succeeds if it fulfils the condition. An event of one direction
+        that ends runs has a side on which none is: what is past it at the start, or gets there by a reset or a jump of
+        the input, ends there. Past it at the start, a run failed unless the event is a success.
     title : str
         One line for people.
     """
@@ -44,8 +47,13 @@ class Event(Located):
     guard: Expr
     direction: str = "either"
     reset: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
-    ends: bool = False
+    ends: bool | str = False
     title: str = ""
+
+    @property
+    def outcome(self) -> str:
+        """What the event ends, one of `mehvar.manifest.ENDS`."""
+        return self.ends if isinstance(self.ends, str) else "run" if self.ends else ""
 
 
 def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivation | None = None) -> tuple[Event, ...]:

@@ -14,14 +14,13 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from mehvar.manifest import METRIC_KINDS, Metric, Scenario
+from mehvar.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
 from mehvar.schema import parse_toml
+from mehvar.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import Group, Interval, ModelError, Parameter, place, wrong
-from .units import dimension
 
-OF_SECONDS = ("settling", "settling_about_end")
 OF_COUNTS = ("sign_changes",)
 """Kinds of metrics that read the band; those of seconds need one."""
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)

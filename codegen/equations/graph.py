@@ -262,7 +262,8 @@ def _events(system: System) -> Iterator[Outcome]:
         for event in events:
             name, title = f"{law}{event.name}", event.title or "switching surface"
             yield Outcome(
-                f"{name}: {event.direction}{' ends' if event.ends else ''}", "guard", event.guard, "0 =", "", title
+                f"{name}: {event.direction}{event.outcome and f' ends {event.outcome}'}",
+                *("guard", event.guard, "0 =", "", title),
             )
             for q in system.states:
                 if q.symbol in event.reset:

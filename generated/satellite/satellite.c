@@ -281,7 +281,7 @@ void satellite_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     u[2] = mv_max(t_s3iwg, mv_min(Tz_inside, p[umax]));
 }
 
-/* state that a law sees; 30 operations. */
+/* state that a law sees; 32 operations. */
 void satellite_measure(const real *x, const real *e, const real *p, real *x_seen)
 {
     enum { roll = SATELLITE_X_ROLL };
@@ -300,6 +300,7 @@ void satellite_measure(const real *x, const real *e, const real *p, real *x_seen
     enum { e_wx = 3 };
     enum { e_wy = 4 };
     enum { e_wz = 5 };
+    enum { Ts = SATELLITE_P_TS };
     enum { noise = SATELLITE_P_NOISE };
     enum { noise_rate = SATELLITE_P_NOISE_RATE };
     enum { quantum = SATELLITE_P_QUANTUM };
@@ -309,12 +310,13 @@ void satellite_measure(const real *x, const real *e, const real *p, real *x_seen
     const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
     const real yaw_noisy = x[yaw] + e[e_yaw] * p[noise];
     const real t_c3v7y = K(1.0) / sensor_step;
+    const real t_fb2mr = p[noise_rate] / mv_sqrt(p[Ts]);
     x_seen[0] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + roll_noisy * t_c3v7y), roll_noisy);
     x_seen[1] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + pitch_noisy * t_c3v7y), pitch_noisy);
     x_seen[2] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + yaw_noisy * t_c3v7y), yaw_noisy);
-    x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
-    x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
-    x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
+    x_seen[3] = x[wx] + t_fb2mr * e[e_wx];
+    x_seen[4] = x[wy] + t_fb2mr * e[e_wy];
+    x_seen[5] = x[wz] + t_fb2mr * e[e_wz];
     x_seen[6] = x[hx];
     x_seen[7] = x[hy];
     x_seen[8] = x[hz];

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "b6614704d26661a1b45f58b7c4fa14faf3e57c04eea0161ff81091dd4158abce"
+#define SATELLITE_HASH "c1e9b3e895210bee140d5768c5eefd057056b464ad73d05ce7981b20c2cc6391"
 
 /* state x */
 enum {
@@ -93,8 +93,8 @@ enum {
     SATELLITE_P_REFLECTANCE = 25, /* part of the light that is thrown back [1] */
     SATELLITE_P_SUN_LATITUDE = 26, /* argument of latitude at which the Sun is highest [rad] */
     SATELLITE_P_SUN_ELEVATION = 27, /* angle of the Sun above the plane of the orbit [rad] */
-    SATELLITE_P_NOISE = 28, /* standard deviation of the measured angles [rad] */
-    SATELLITE_P_NOISE_RATE = 29, /* standard deviation of the measured rates [rad/s] */
+    SATELLITE_P_NOISE = 28, /* standard deviation of one measurement of the angles, noise-equivalent angle [rad] */
+    SATELLITE_P_NOISE_RATE = 29, /* angle random walk of the gyro: density of the noise of the measured rates [rad/s^(1/2)] */
     SATELLITE_P_QUANTUM = 30, /* rounding step of the measured angles, 0 for none [rad] */
     SATELLITE_P_TORQUE_LOST = 31, /* control torque that ends a run [N m] */
     SATELLITE_P_PITCH_LOST = 32, /* pitch that ends a run, before the angles are singular [rad] */
@@ -463,7 +463,7 @@ void satellite_reference(const mv_real *t, const mv_real *p, const mv_real *s, m
 enum {
     SATELLITE_CONSTRAINTS_NP = 33,
     SATELLITE_CONSTRAINTS_NS = 11,
-    SATELLITE_CONSTRAINTS_NMARGIN = 4
+    SATELLITE_CONSTRAINTS_NMARGIN = 2
 };
 void satellite_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 
@@ -813,7 +813,7 @@ void satellite_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv
 /* what measure computes once per run */
 enum {
     SATELLITE_MEASURE_PREPARE_NP = 33,
-    SATELLITE_MEASURE_PREPARE_NH = 2
+    SATELLITE_MEASURE_PREPARE_NH = 3
 };
 void satellite_measure_prepare(const mv_real *p, mv_real *h);
 
@@ -822,7 +822,7 @@ enum {
     SATELLITE_MEASURE_PREPARED_NX = 10,
     SATELLITE_MEASURE_PREPARED_NE = 6,
     SATELLITE_MEASURE_PREPARED_NP = 33,
-    SATELLITE_MEASURE_PREPARED_NH = 2,
+    SATELLITE_MEASURE_PREPARED_NH = 3,
     SATELLITE_MEASURE_PREPARED_NX_SEEN = 10
 };
 void satellite_measure_prepared(const mv_real *x, const mv_real *e, const mv_real *p, const mv_real *h, mv_real *x_seen);

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "b6614704d26661a1b45f58b7c4fa14faf3e57c04eea0161ff81091dd4158abce"
+HASH = "c1e9b3e895210bee140d5768c5eefd057056b464ad73d05ce7981b20c2cc6391"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -28,7 +28,7 @@ SIZES = {
     "measure": {'x': 10, 'e': 6, 'p': 33, 'x_seen': 10},
     "initial": {'p': 33, 's': 11, 'x': 10},
     "reference": {'t': None, 'p': 33, 's': 11, 'r': 3},
-    "constraints": {'p': 33, 's': 11, 'margin': 4},
+    "constraints": {'p': 33, 's': 11, 'margin': 2},
     "momentum": {'x': 10, 'p': 33, 'H': 3},
     "energy": {'x': 10, 'p': 33, 'E': None},
     "mrac": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'p': 33, 'c': 23, 'u': 3, 'z_next': 92},
@@ -63,8 +63,8 @@ SIZES = {
     "limits_prepared": {'x': 10, 'u': 3, 'p': 33, 'h': 1, 'margin': 3},
     "actuate_prepare": {'p': 33, 'h': 1},
     "actuate_prepared": {'x': 10, 'u_cmd': 3, 'p': 33, 'h': 1, 'u': 3},
-    "measure_prepare": {'p': 33, 'h': 2},
-    "measure_prepared": {'x': 10, 'e': 6, 'p': 33, 'h': 2, 'x_seen': 10},
+    "measure_prepare": {'p': 33, 'h': 3},
+    "measure_prepared": {'x': 10, 'e': 6, 'p': 33, 'h': 3, 'x_seen': 10},
     "mrac_prepare": {'p': 33, 'c': 23, 'h': 18},
     "mrac_prepared": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'c': 23, 'h': 18, 'u': 3, 'z_next': 92},
     "mrac_literal_prepare": {'p': 33, 'c': 23, 'h': 10},
@@ -394,6 +394,7 @@ def measure(x, e, p):
         e_wx = e[..., 3]
         e_wy = e[..., 4]
         e_wz = e[..., 5]
+        Ts = p[..., 9]
         noise = p[..., 28]
         noise_rate = p[..., 29]
         quantum = p[..., 30]
@@ -403,13 +404,14 @@ def measure(x, e, p):
         pitch_noisy = pitch + e_pitch * noise
         yaw_noisy = yaw + e_yaw * noise
         t_c3v7y = 1.0 / sensor_step
+        t_fb2mr = noise_rate / np.sqrt(Ts)
         return _vector(
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_c3v7y), roll_noisy),
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_c3v7y), pitch_noisy),
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_c3v7y), yaw_noisy),
-            wx + e_wx * noise_rate,
-            wy + e_wy * noise_rate,
-            wz + e_wz * noise_rate,
+            wx + t_fb2mr * e_wx,
+            wy + t_fb2mr * e_wy,
+            wz + t_fb2mr * e_wz,
             hx,
             hy,
             hz,
@@ -478,8 +480,6 @@ def constraints(p, s):
         Iw_x = p[..., 3]
         Iw_y = p[..., 4]
         Iw_z = p[..., 5]
-        omega0 = p[..., 6]
-        orbit_radius = p[..., 7]
         Ts = p[..., 9]
         half_period = s[..., 10]
         t_odutq = I_y + Iw_y
@@ -488,8 +488,6 @@ def constraints(p, s):
         return _vector(
             np.fmin(np.fmin(t_odutq - t_dukwy + t_l4gxo, t_l4gxo - I_y - Iw_y + t_dukwy), t_odutq + t_dukwy - I_x - Iw_x),
             half_period - Ts,
-            orbit_radius + -6378137.0,
-            0.0012394474623 - omega0,
         )
 
 
@@ -7559,12 +7557,15 @@ def measure_prepare(p):
     """What measure computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
+        Ts = p[..., 9]
+        noise_rate = p[..., 29]
         quantum = p[..., 30]
         m_ue2cf = (0.0 < quantum)
         sensor_step = np.where(m_ue2cf, quantum, 1.0)
         return _vector(
             sensor_step,
             1.0 / sensor_step,
+            noise_rate / np.sqrt(Ts),
         )
 
 
@@ -7589,11 +7590,11 @@ def measure_prepared(x, e, p, h):
         e_wy = e[..., 4]
         e_wz = e[..., 5]
         noise = p[..., 28]
-        noise_rate = p[..., 29]
         quantum = p[..., 30]
         (
             sensor_step,
             t_c3v7y,
+            t_fb2mr,
         ) = np.moveaxis(h, -1, 0)
         m_ue2cf = (0.0 < quantum)
         roll_noisy = roll + e_roll * noise
@@ -7603,9 +7604,9 @@ def measure_prepared(x, e, p, h):
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_c3v7y), roll_noisy),
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_c3v7y), pitch_noisy),
             np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_c3v7y), yaw_noisy),
-            wx + e_wx * noise_rate,
-            wy + e_wy * noise_rate,
-            wz + e_wz * noise_rate,
+            wx + t_fb2mr * e_wx,
+            wy + t_fb2mr * e_wy,
+            wz + t_fb2mr * e_wz,
             hx,
             hy,
             hz,

@@ -412,16 +412,20 @@ void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p,
 enum {
     measure_h_sensor_step,
     measure_h_t_c3v7y,
+    measure_h_t_fb2mr,
 };
 
-/* what measure computes once per run; 3 operations. */
+/* what measure computes once per run; 5 operations. */
 void satellite_measure_prepare(const real *p, real *h)
 {
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise_rate = SATELLITE_P_NOISE_RATE };
     enum { quantum = SATELLITE_P_QUANTUM };
     const mask m_ue2cf = LT(K(0.0), p[quantum]);
     const real sensor_step = SELECT(m_ue2cf, p[quantum], SPLAT(K(1.0)));
     h[measure_h_sensor_step] = sensor_step;
     h[measure_h_t_c3v7y] = K(1.0) / sensor_step;
+    h[measure_h_t_fb2mr] = p[noise_rate] / mv_sqrt(p[Ts]);
 }
 
 /* the rest of measure; 28 operations. */
@@ -444,10 +448,10 @@ void satellite_measure_prepared(const real *x, const real *e, const real *p, con
     enum { e_wy = 4 };
     enum { e_wz = 5 };
     enum { noise = SATELLITE_P_NOISE };
-    enum { noise_rate = SATELLITE_P_NOISE_RATE };
     enum { quantum = SATELLITE_P_QUANTUM };
     enum { sensor_step = measure_h_sensor_step };
     enum { t_c3v7y = measure_h_t_c3v7y };
+    enum { t_fb2mr = measure_h_t_fb2mr };
     const mask m_ue2cf = LT(K(0.0), p[quantum]);
     const real roll_noisy = x[roll] + e[e_roll] * p[noise];
     const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
@@ -455,9 +459,9 @@ void satellite_measure_prepared(const real *x, const real *e, const real *p, con
     x_seen[0] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + roll_noisy * h[t_c3v7y]), roll_noisy);
     x_seen[1] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + pitch_noisy * h[t_c3v7y]), pitch_noisy);
     x_seen[2] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + yaw_noisy * h[t_c3v7y]), yaw_noisy);
-    x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
-    x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
-    x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
+    x_seen[3] = x[wx] + h[t_fb2mr] * e[e_wx];
+    x_seen[4] = x[wy] + h[t_fb2mr] * e[e_wy];
+    x_seen[5] = x[wz] + h[t_fb2mr] * e[e_wz];
     x_seen[6] = x[hx];
     x_seen[7] = x[hy];
     x_seen[8] = x[hz];

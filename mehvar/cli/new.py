@@ -16,13 +16,13 @@ import typer
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.names import WORK
-from mehvar.project import project_root
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.compiling.library import NATIVE
 from mehvar.runtime.model.catalogue import find_model, known_models, project_models, shipped_models
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
+from mehvar.versions import project_root
 
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -140,7 +140,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 def _example(manifest: Manifest) -> dict[str, object]:
     """Return what the example law on a plant is made of: for each input a gain on a state, while there are states."""
-    from mehvar.models.units import dimension, product, unit_text
+    from mehvar.units import dimension, product, unit_text
 
     gains = []
     for i, u in enumerate(manifest.inputs):

@@ -316,7 +316,7 @@ def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
         "method": run.method,
         "checksum": run.checksum,
         "notes": list(notes),
-        **({"events": run.events} if run.may_happen else {}),
+        **({"events": run.events} if run.possible_events else {}),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
 

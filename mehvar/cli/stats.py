@@ -71,6 +71,9 @@ def print_statistics(store: Store, success: str | None = None) -> None:
     if statistics.writer is not None:
         typer.echo(f"being written by {statistics.writer}: these are the runs that are stored and whole now")
     typer.echo("  ".join(f"{text} {number}" for text, number in statistics.statuses.items()))
+    for name, (ended, begins) in statistics.endings.items():
+        at_start = f", {begins} of them at the start, past it already" if begins else ""
+        typer.echo(f"the event {name} ended {ended} runs{at_start}")
     condition = success or attributes["success"]
     typer.echo(
         f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, probability "

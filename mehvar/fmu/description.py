@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from mehvar.models.units import dimension
+from mehvar.units import dimension
 from mehvar.versions import installed
 
 from .sources import UNITS

@@ -116,7 +116,7 @@ def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
     for name, array in dataset.data_vars.items():
         if array.dims == ("run",):
             columns[str(name)] = _column(array)
-        elif array.ndim == 2 and array.dims[1] in ("state", "variable"):
+        elif array.ndim == 2 and array.dims[1] in ("state", "variable", "event"):
             for k, what in enumerate(array[array.dims[1]].values.tolist()):
                 text = f"{array.attrs.get('long_name', name)}: {what}"
                 columns[f"{name}_{what}"] = Column(array.values[:, k], units.get(what, "1"), text)

@@ -162,6 +162,32 @@ def identity(name: str, left: Reading, right: Reading) -> Gate:
     return Gate(name, lambda at: (left(at), right(at)))
 
 
+MEASUREMENTS = "measurements without noise"
+
+
+def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
+    """Require that a sensor shows the truth where its random numbers are zero, their mean, whatever their size.
+
+    Parameters
+    ----------
+    truth : callable
+        Points -> what is measured.
+    of : callable
+        Takes from what laws receive, shape (n, size), what is compared with it.
+    where : callable, optional
+        Points -> points at which it holds, such as those without rounding.
+    """
+
+    def sides(at: Points) -> tuple[Array, Array]:
+        here, sensor = at if where is None else where(at), at.machine.system.sensor
+        assert sensor is not None
+        none = np.zeros((len(here.values["x"]), max(len(sensor.noise), 1)))
+        shown = at.machine("measure", here.values["x"], none, here.values["p"])
+        return _columns(of(shown)), _columns(truth(here))
+
+    return Gate(MEASUREMENTS, sides)
+
+
 def derived_equations() -> Gate:
     """Require that the evaluated rates solve the derived equations, as generation does."""
 

@@ -10,8 +10,8 @@ import numpy as np
 from mehvar.codegen.functions.requests import Request
 from mehvar.models.check import formulas
 from mehvar.models.system import Group, System
-from mehvar.models.units import dimension
 from mehvar.physics.machine import Array, Machine, draw
+from mehvar.units import dimension
 
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9, "K": 2.3, "mol": 2.9, "cd": 3.1, "deg": 1.0}
 """Numbers of new units that make up an old one; no product of their small powers is 1, so no error cancels. A degree is

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
-_SUMMARY = re.compile(r"(final|minimum|maximum)\((\w+)\)")
+_SUMMARY = re.compile(r"(final|minimum|maximum|events)\((\w+)\)")
 _POINTS = 200
 """Numbers of runs at which convergence is drawn: a point every three pixels; each takes an interval to compute."""
 
@@ -83,11 +83,21 @@ class Runs:
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
         """Whether each run reached its end and fulfils the condition, if there is one."""
-        done: NDArray[np.bool_] = np.isin(self.dataset["status"].values, COMPLETE)
+        status = self.dataset["status"].values
         if not self.condition:
-            return done
+            return np.isin(status, COMPLETE)
         criterion = Criterion(self.condition, "success")
-        return done & criterion({name: self.column(name) for name in criterion.names})
+        criterion.check(self._units(), {})
+        return criterion.succeeds(status, self.column)
+
+    def _units(self) -> dict[str, str]:
+        """Return the unit of each number of a run by name."""
+        wide = dict(zip(self._places("minimum"), self.dataset["variable"].attrs["units"], strict=True))
+        units = {name: self.dataset[name].attrs["units"] for name in (*self.metrics, *self.drawn, "t_stop")}
+        for summary in ("final", "minimum", "maximum", "events"):
+            places = self._places(summary) if summary in self.dataset else []
+            units |= {f"{summary}({name})": wide.get(name, "1") for name in places}
+        return units
 
     @property
     def headline(self) -> str:

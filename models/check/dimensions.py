@@ -12,10 +12,11 @@ from fractions import Fraction
 import sympy as sp
 from sympy.core.relational import Relational
 
+from mehvar.units import Dimension, dimension, product, unit_text
+
 from ..derivation import Definition
 from ..quantities import LARGEST, TIME, ModelError
 from ..system import System
-from ..units import Dimension, dimension, product, unit_text
 from .entries import graph
 from .vectors import Vector, known, own
 

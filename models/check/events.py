@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from mehvar.manifest import DIRECTIONS
+from mehvar.manifest import DIRECTIONS, ENDS
 
 from ..events import Event
 from ..forms import algebraic_rows
@@ -64,6 +64,8 @@ def _check_distinct(events: Iterable[Event]) -> None:
     for event in events:
         where = f"{event.origin}: event {event.name!r}"
         check_names([event.direction], DIRECTIONS, f"{where}: direction")
+        if event.outcome not in ENDS or event.ends == "":
+            raise ModelError(f"{where}: ends = {event.ends!r}: must be False, True, 'failure' or 'success'")
         if not _NAME.fullmatch(event.name):
             raise ModelError(f"{where}: must be letters, digits and underscores, beginning with a letter")
         if event.name in seen:

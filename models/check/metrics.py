@@ -7,12 +7,12 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.manifest import METRIC_KINDS
+from mehvar.manifest import METRIC_KINDS, OF_SECONDS
+from mehvar.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..system import Metric, System
-from ..tables import OF_COUNTS, OF_SECONDS, check_metric_numbers, check_names, place_of
-from ..units import dimension, has_radians
+from ..tables import OF_COUNTS, check_metric_numbers, check_names, place_of
 from .dimensions import check_radians, placed
 from .features import check_distinct
 from .names import check_name

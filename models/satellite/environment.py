@@ -131,7 +131,8 @@ def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:
         rounded = step * sp.floor(noisy / step + sp.Rational(1, 2))
         measurement[quantity.name] = sp.Piecewise((rounded, plant.quantum > 0), (noisy, True))
     for quantity, rate in zip(RATES, rates, strict=True):
-        measurement[quantity.name] = rate + plant.noise_rate * getattr(NOISE, f"e_{quantity.name}")
+        size = plant.noise_rate / sp.sqrt(plant.Ts)
+        measurement[quantity.name] = rate + size * getattr(NOISE, f"e_{quantity.name}")
     if chart == "quaternion":
         turns = [(axis, measurement[name]) for axis, name in ((2, "yaw"), (1, "pitch"), (0, "roll"))]
         measurement |= {f"q{k}": part for k, part in enumerate(quaternion_of_turns(turns))}

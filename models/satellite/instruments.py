@@ -2,12 +2,16 @@
 """Instruments in place of a measured state: a gyro whose bias walks, a magnetometer, a Sun sensor.
 
 Attitude comes of a star tracker, whose noise and steps are those of the measured angles; momenta of the wheels and the
-place on the orbit are known.
+place on the orbit are known. White noise of gyro and magnetometer is a density, as data sheets print it: a sample
+has it over the root of the sample period, so that a mean over a time does not depend on how often one samples. What a
+camera or a Sun sensor gets wrong in one picture is a standard deviation, whatever the period.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+import sympy as sp
 
 from ..system import Expr, Group, Quantity, RandomStep, Sensor
 
@@ -41,7 +45,8 @@ def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Seque
     bias = dict(zip(("wx", "wy", "wz"), (q.symbol for q in BIAS), strict=True))
     seen = states.quantities[: -len(BIAS)]
     measured = [row + bias.get(q.name, 0) for q, row in zip(seen, sensor.measured, strict=False)]
-    for quantities, values, size in ((FIELD, field, plant.field_noise), (SUN, sun, plant.sun_noise)):
+    of_field = plant.field_noise / sp.sqrt(plant.Ts)
+    for quantities, values, size in ((FIELD, field, of_field), (SUN, sun, plant.sun_noise)):
         measured += [value + size * noise[q.name].symbol for q, value in zip(quantities, values, strict=True)]
     return Sensor(
         Group("e", (*sensor.noise.quantities, *noise.values())), tuple(measured), Group("seen", (*seen, *FIELD, *SUN))
@@ -50,5 +55,6 @@ def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Seque
 
 def drift(states: Group, plant: Group) -> RandomStep:
     """Return the random walk of the bias."""
-    change = {q.name: q.symbol + plant.bias_noise * e for q, e in zip(BIAS, _DRIFT.symbols, strict=True)}
+    size = plant.bias_noise * sp.sqrt(plant.Ts)
+    change = {q.name: q.symbol + size * e for q, e in zip(BIAS, _DRIFT.symbols, strict=True)}
     return RandomStep(_DRIFT, tuple(change.get(q.name, q.symbol) for q in states))

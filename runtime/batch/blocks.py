@@ -38,6 +38,7 @@ BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None
 IMPOSSIBLE = 5
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
 _T_STIFF = f"where {EXPLICIT} found the run stiff, which {STIFF} then made again from the start"
+_EVENTS = "how often each event happened"
 _SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
 
 
@@ -90,7 +91,7 @@ class Blocks:
 
     def variables(self) -> list[Variable]:
         """Return what a store holds for each run."""
-        manifest, wide = self.plan.model.manifest, self.quantities()
+        manifest, wide, events = self.plan.model.manifest, self.quantities(), self._kernel.loop.events
         flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
         drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
         return [
@@ -110,6 +111,7 @@ class Blocks:
                 "error", "float64", attributes={"units": "1", "long_name": "largest error of a step over its tolerance"}
             ),
             *([Variable("t_stiff", "float64", attributes={"units": "s", "long_name": _T_STIFF})] if self._auto else []),
+            *([Variable("events", "int64", "event", len(events), {"long_name": _EVENTS})] if events else []),
             Variable("steps", "int64", attributes={"units": "1", "long_name": "accepted steps of the integrator"}),
             Variable("violated", "int8", attributes={"long_name": "which limit ended the run, -1 for none"}),
             Variable(STATUS, "uint8", attributes={"long_name": "how the run ended", **flags}),
@@ -122,16 +124,24 @@ class Blocks:
             "state": Coordinate(list(self.plan.model.state_names)),
             "variable": Coordinate(list(wide), {"units": [q.unit for q in wide.values()]}),
         }
+        if events := self._kernel.loop.events:
+            coordinates["event"] = Coordinate([event.name for event in events], {"ends": [e.ends for e in events]})
         if len(self.instants):
             coordinates["t"] = Coordinate(self.instants, {"units": "s", "long_name": "time"})
         return coordinates
 
-    def scalars(self) -> list[str]:
-        """Return every name that stands for one number per run, as conditions use them."""
-        wide = [f"{summary}({name})" for summary in _SUMMARIES for name in self._kernel.variables]
-        ends = [f"final({name})" for name in self.plan.model.state_names]
-        stiff = ["t_stiff"] if self._auto else []
-        return [*self.plan.labels(), *(m.name for m in self.metrics), "t_stop", "error", *stiff, *ends, *wide]
+    def scalars(self) -> dict[str, str]:
+        """Return the unit of every name that stands for one number per run, as conditions use them."""
+        wide = {name: quantity.unit for name, quantity in self.quantities().items()}
+        return {
+            **{label: q.unit for label, q in zip(self.plan.labels(), self.plan.quantities(), strict=True)},
+            **{metric.name: metric.unit for metric in self.metrics},
+            **{"t_stop": "s", "error": "1"},
+            **({"t_stiff": "s"} if self._auto else {}),
+            **{f"final({name})": wide[name] for name in self.plan.model.state_names},
+            **{f"{summary}({name})": unit for summary in _SUMMARIES for name, unit in wide.items()},
+            **{f"events({event.name})": "1" for event in self._kernel.loop.events},
+        }
 
     def quantities(self) -> dict[str, Quantity]:
         """Return every variable of a run, in the order of the kernel's columns."""
@@ -167,6 +177,7 @@ class Blocks:
         return {
             **dict(zip(plan.labels(), draw.values.T, strict=True)),
             **values,
+            **({"events": np.where(bad[:, None], 0, block.events)} if block.events.size else {}),
             "steps": np.where(bad, 0, block.steps),
             "violated": np.where(bad, -1, block.violated).astype(np.int8),
             STATUS: np.where(bad, IMPOSSIBLE, block.status).astype(np.uint8),

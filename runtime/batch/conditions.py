@@ -6,19 +6,24 @@ from __future__ import annotations
 import ast
 import contextlib
 import functools
+import itertools
 import math
 import operator
 import sys
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, shown, unknown_name
+from mehvar.units import Dimension, dimension, has_radians, product, unit_text
 
 from ..arguments import literals_are_numbers
+from ..run.problem import COMPLETE, Status
 
 Values = Mapping[str, NDArray[Any]]
 
@@ -31,6 +36,7 @@ _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Gt: operator.gt,
     ast.GtE: operator.ge,
 }
+_EQUALITIES: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {ast.Eq: operator.eq, ast.NotEq: operator.ne}
 _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -39,6 +45,8 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 _DEEPEST = 100
 """Levels of a condition, far more than anybody writes, and a tenth of what Python's own stack bears."""
+_STATUS = "status"
+_WORDS = {status.name.lower(): int(status) for status in Status}
 _USAGE = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
 
 
@@ -49,7 +57,9 @@ class Criterion:
     ----------
     text : str
         Comparisons (< <= > >=) of sums and products of numbers, abs(...), and names of one number per run; `and`,
-        `or`, `not` join them. `final(NAME)`, `minimum(NAME)`, `maximum(NAME)` take a variable of the runs.
+        `or`, `not` join them. `final(NAME)`, `minimum(NAME)`, `maximum(NAME)` take a variable of the runs,
+        `events(NAME)` counts an event. `status == WORD` and `status != WORD` are about how a run ended, `==` and `!=`
+        otherwise about counts and whole numbers.
     origin : str
         How messages call the text.
 
@@ -66,6 +76,7 @@ class Criterion:
         _check_depth(tree, self._refused)
         if not literals_are_numbers(tree, text.strip()):
             raise self._refused()
+        self._tree = tree
         self._holds = self._condition(tree)
         if not self.names:
             raise self._refused(f"{_USAGE}: it names no number of a run")
@@ -76,13 +87,61 @@ class Criterion:
             result: NDArray[np.bool_] = np.asarray(self._holds(values), dtype=np.bool_)
         return result
 
-    def check(self, names: Collection[str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for a name that is not known, or that has no number for the reason that is noted."""
-        for name in sorted(self.names):
-            if name not in names:
-                raise unknown_name("number of a run", name, names, f"{self._origin} = {shown(self.text)}")
+    def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
+        """Return which runs succeed: they fulfil the condition and came to their end, unless it names the status.
+
+        Parameters
+        ----------
+        status : array
+            How each run ended.
+        column : callable
+            Returns one number of each run by its name.
+        """
+        counted = tuple(Status) if _STATUS in self.names else COMPLETE
+        holds = self({name: status if name == _STATUS else column(name) for name in self.names})
+        return np.isin(status, counted) & holds
+
+    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Raise InputError for names that are not known or have no number, and for numbers of different units.
+
+        Parameters
+        ----------
+        units : mapping of str to str
+            Of each number of a run by name.
+        notes : mapping of str to str
+            Why some have no number.
+        """
+        for name in sorted(self.names - {_STATUS}):
+            if name not in units:
+                raise unknown_name("number of a run", name, units, f"{self._origin} = {shown(self.text)}")
             if name in notes:
                 raise bad_value(self._origin, self.text, f"about numbers that the runs have: {name} is {notes[name]}")
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
+                for one, other in itertools.pairwise((node.left, *node.comparators)):
+                    self._alike(one, other, units)
+
+    def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
+        """Return what two numbers that are compared or added are; None of numbers without a name, which fit all."""
+        first, second = self._kind(one, units), self._kind(other, units)
+        if first and second and not first.fits(second):
+            what = f"{ast.unparse(one)} is in {first.unit}, {ast.unparse(other)} in {second.unit}"
+            raise self._refused(f"about numbers of one unit: {what}")
+        return first or second
+
+    def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:
+        """Return the unit of a number."""
+        if (name := _name(node)) is not None:
+            return _Kind.of(units[name])
+        match node:
+            case ast.UnaryOp(operand=inner) | ast.Call(args=[inner]):
+                return self._kind(inner, units)
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
+                return self._alike(left, right, units)
+            case ast.BinOp(left=left, op=op, right=right):
+                power = 1 if isinstance(op, ast.Mult) else -1
+                return _times(self._kind(left, units), self._kind(right, units), power)
+        return None
 
     def _parsed(self) -> ast.expr:
         try:
@@ -105,6 +164,10 @@ class Criterion:
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 inner = self._condition(operand)
                 return lambda values: np.logical_not(inner(values))
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
+                name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
+                self.names.add(name)
+                return lambda values: equal(values[name], other)
             case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
                 numbers = [self._number(part) for part in (left, *rest)]
                 pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
@@ -113,9 +176,24 @@ class Criterion:
                 )
         raise self._refused()
 
+    def _whole(self, left: ast.expr, right: ast.expr) -> int:
+        """Return what the status or a count is compared with."""
+        name = _name(left) or ""
+        match right:
+            case ast.Name(id=word) if name == _STATUS and word in _WORDS:
+                return _WORDS[word]
+            case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
+                return value
+        raise self._refused(
+            f"with == and != about the status, one of {', '.join(_WORDS)}, or about a count and a whole number, as in "
+            "'status == event and events(NAME) == 1'"
+        )
+
     def _number(self, node: ast.expr) -> _Value:
         """Return what evaluates a node that is a number for each run."""
-        if (name := _name(node)) is not None:
+        if (name := _name(node)) == _STATUS:
+            raise self._refused("without numbers of the status, as in 'status == event'")
+        if name is not None:
             self.names.add(name)
             return lambda values: values[name]
         match node:
@@ -144,6 +222,38 @@ class Criterion:
         raise self._refused(f"{_USAGE}, with numbers up to {sys.float_info.max:.3g}")
 
 
+@dataclass(frozen=True)
+class _Kind:
+    """What a number is in: a unit, its dimension, and whether it is an angle, which of a product nobody knows."""
+
+    unit: str
+    dimension: Dimension
+    angle: bool | None
+
+    @staticmethod
+    def of(unit: str) -> _Kind:
+        """Return what a number with this unit is in; one that is not of the SI is a kind of its own."""
+        try:
+            return _Kind(unit, dimension(unit), has_radians(unit))
+        except ValueError:
+            return _Kind(unit, {unit: Fraction(1)}, None)
+
+    def fits(self, other: _Kind) -> bool:
+        """Whether the two can be compared."""
+        return self.dimension == other.dimension and (None in (self.angle, other.angle) or self.angle == other.angle)
+
+
+def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
+    """Return what one number times a power of another is in; None where neither has a unit."""
+    if other is None:
+        return one
+    if one is None and power == 1:
+        return other
+    factors = ((one.dimension if one else {}, 1), (other.dimension, power))
+    whole = product(*factors)
+    return _Kind(unit_text(whole), whole, None)
+
+
 def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
     """Refuse a tree that is deeper than what walks it by recursion can go."""
     level: list[ast.AST] = [tree]
@@ -160,7 +270,7 @@ def _name(node: ast.expr) -> str | None:
         case ast.Name(id=name):
             return name
         case ast.Call(
-            func=ast.Name(id="final" | "minimum" | "maximum" as which), args=[ast.Name(id=name)], keywords=[]
+            func=ast.Name(id="final" | "minimum" | "maximum" | "events" as which), args=[ast.Name(id=name)], keywords=[]
         ):
             return f"{which}({name})"
     return None

@@ -65,6 +65,8 @@ class Block:
         Samples on the grid that was asked for, NaN after the run's end; no samples unless asked for.
     t_stiff : array, (n,)
         Where `method="auto"` found the run stiff, s; NaN otherwise.
+    events : array of int64, (n, events)
+        How often each event of the loop happened.
     """
 
     final: FloatArray
@@ -78,6 +80,7 @@ class Block:
     steps: NDArray[np.int64]
     series: FloatArray
     t_stiff: FloatArray
+    events: NDArray[np.int64]
 
 
 def compile_kernel(
@@ -239,7 +242,10 @@ class Kernel:
         schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
-        block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
+        loop = self.loop
+        block = _empty(
+            len(p), len(loop.manifest.states), len(self.variables), len(loop.metrics), rows, len(loop.events)
+        )
         metrics, signals = self._metric_structures
         halt = ctypes.c_int32(0)
         job = _Job(
@@ -351,7 +357,8 @@ class Kernel:
 
 
 _RESULTS = {
-    **{name: name for name in ("final", "minimum", "maximum", "t_stop", "error", "series", "steps", "violated")},
+    **{name: name for name in ("final", "minimum", "maximum", "t_stop", "error", "series")},
+    **{name: name for name in ("steps", "events", "violated")},
     **{"metric_values": "metrics", "status": "status", "t_stiff": "t_stiff"},
 }
 """Where the fields of a job are in a block."""
@@ -395,7 +402,7 @@ def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     return library
 
 
-def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Block:
+def _empty(n: int, states: int, variables: int, metrics: int, rows: int, events: int) -> Block:
     return Block(
         final=np.empty((n, states)),
         minimum=np.empty((n, variables)),
@@ -408,6 +415,7 @@ def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Bloc
         steps=np.empty(n, np.int64),
         series=np.full((n, rows, variables), np.nan),
         t_stiff=np.empty(n),
+        events=np.zeros((n, events), np.int64),
     )
 
 

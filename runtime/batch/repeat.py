@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -152,7 +153,7 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
     row = number - store.runs(block).start
     numbers = _numbers(run, plan, number)
     variables = store.variables()
-    if not run.status.complete:
+    if run.status is not Status.DONE and not run.status.by_event:
         numbers["final"] = store.read("final", [block])[row]
     differences = [f"{name} is not in both" for name in sorted(numbers.keys() ^ variables.keys())]
     batch_only = {"error"} if run.options["method"] in FIXED else set()
@@ -176,6 +177,9 @@ def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
     }
     if run.options["method"] == AUTO:
         own["t_stiff"] = run.t_stiff
+    if run.possible_events:
+        counts = Counter(name for _, name in run.events)
+        own["events"] = [counts[event.name] for event in run.possible_events]
     drawn = dict(zip(plan.labels(), plan.drawn(number).values(), strict=True))
     return {**drawn, **metrics(run, run.manifest), **_saved(run, plan, series), **own}
 
@@ -184,9 +188,10 @@ def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, 
     """Return the series at the instants that a store has; NaN after the end of a run."""
     if plan.campaign.save_every is None:
         return {}
-    dt = float(run.options["dt_out"])
-    rows = np.rint(rows_of(plan.campaign.save_every, float(run.options["t_end"]), dt, plan.origin) / dt).astype(int)
-    inside = rows < len(run.t) - (run.status is Status.EVENT)  # whose last sample is of no grid
+    dt, end = float(run.options["dt_out"]), float(run.options["t_end"])
+    rows = np.rint(rows_of(plan.campaign.save_every, end, dt, plan.origin) / dt).astype(int)
+    instants, last = rows_of(dt, end, dt, plan.origin), len(run.t) - 1
+    inside = rows < last + (run.t[-1] == instants[min(last, len(instants) - 1)])  # an event may end a run between two
     return {name: np.where(inside, values[np.where(inside, rows, 0)], math.nan) for name, values in series.items()}
 
 

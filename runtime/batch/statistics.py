@@ -31,12 +31,14 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
 """A series of all runs is looked at in slabs of 64 MiB, of which a quantile needs a few copies; half as much means
 twice the passes over chunks that hold more samples than a slab."""
-_SUMMARY = re.compile(r"^(final|minimum|maximum)\((\w+)\)$")
+_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
 class Success:
     """Which runs succeed: those that reached their end and fulfil a condition, if there is one.
+
+    A condition that names the status is about that as well: runs that did not reach their end may fulfil it.
 
     Raises
     ------
@@ -49,16 +51,16 @@ class Success:
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return whether each stored run of some blocks succeeds."""
-        complete: NDArray[np.bool_] = np.isin(store.read(STATUS, blocks), COMPLETE)
+        status = store.read(STATUS, blocks)
         if self._criterion is None:
-            return complete
+            return np.isin(status, COMPLETE)
         self.check(scalars(store), notes(store))
-        return complete & self._criterion({name: column(store, name, blocks) for name in self._criterion.names})
+        return self._criterion.succeeds(status, lambda name: column(store, name, blocks))
 
-    def check(self, names: Sequence[str], notes: Mapping[str, str]) -> None:
-        """Raise InputError when the condition asks for a name that is not known, or that a note says has no number."""
+    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Raise InputError when the condition asks for what is not known or has no number, or mixes units."""
         if self._criterion is not None:
-            self._criterion.check(names, notes)
+            self._criterion.check(units, notes)
 
 
 class StopRule:
@@ -109,15 +111,17 @@ def notes(store: Store) -> dict[str, str]:
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
-def scalars(store: Store) -> list[str]:
-    """Return every name that stands for one number per run, as conditions use them."""
-    names: list[str] = []
+def scalars(store: Store) -> dict[str, str]:
+    """Return the unit of every name that stands for one number per run, as conditions use them."""
+    units: dict[str, str] = {}
+    attributes = store.array_attributes().get("variable", {})
+    wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
     for name, variable in store.variables().items():
         if not variable.dimension and name not in (STATUS, "violated", "steps"):
-            names.append(name)
-        elif variable.dimension in ("state", "variable"):
-            names += [f"{name}({of})" for of in store.coordinate(variable.dimension)]
-    return names
+            units[name] = variable.attributes.get("units", "1")
+        elif variable.dimension in ("state", "variable", "event"):
+            units |= {f"{name}({of})": wide.get(of, "1") for of in store.coordinate(variable.dimension)}
+    return units
 
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
@@ -164,6 +168,8 @@ class Statistics:
         Who is writing the store now.
     statuses : mapping of str to int
         Runs by how they ended.
+    endings : mapping of str to (int, int)
+        Runs that each event ended, and how many of them it ended at their start.
     successes : int
         Runs that succeed; `probability` is their share, `low` and `high` its exact 95 % interval.
     rows : list of MetricStatistics
@@ -174,6 +180,7 @@ class Statistics:
     stored: int
     writer: str | None
     statuses: Mapping[str, int]
+    endings: Mapping[str, tuple[int, int]]
     successes: int
     probability: float
     low: float
@@ -217,12 +224,26 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         stored=runs,
         writer=writer,
         statuses={STATUS_TEXT[code]: int(endings[code]) for code in np.flatnonzero(endings).tolist()},
+        endings=_endings(store, blocks),
         successes=successes,
         probability=successes / runs,
         low=low,
         high=high,
         rows=[_row(store, name, blocks) for name in metric_names(store)],
     )
+
+
+def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
+    """Return how many runs each event ended, and how many at their start."""
+    ends = store.array_attributes().get("event", {}).get("ends", ())
+    if not any(ends):
+        return {}
+    happened, begins = store.read("events", blocks) > 0, store.read("t_stop", blocks) == 0
+    return {
+        str(name): (int(np.count_nonzero(column)), int(np.count_nonzero(column & begins)))
+        for name, column, how in zip(store.coordinate("event"), happened.T, ends, strict=True)
+        if how and column.any()
+    }
 
 
 def metric_names(store: Store) -> list[str]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, read_manifest
-from mehvar.project import project_root
+from mehvar.versions import project_root
 
 
 def shipped_models() -> dict[str, Path]:

@@ -20,7 +20,7 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
-from .events.watch import Watch
+from .events.watch import Crossing, Watch
 from .margins import Margins
 from .noise import Draws, Stream
 from .options import FIXED, IMPLICIT, SMALLEST_RTOL
@@ -149,16 +149,42 @@ class _Loop:
             if self.problem.events[event].resets:
                 assert self._resets is not None
                 q = np.asarray(self._resets(q, self._input(t, q), self.problem.p, np.float64(event)), dtype=np.float64)
-        if self.watch.settle(t, before, q, fires):
+        past = self.watch.settle(t, before, q, fires)
+        if not any(self.problem.events[event].ends for event in fires):
+            self.happened += [(float(t), event) for event in past]
+        if self.watch.stalled:
             raise _EndOfRun(Status.CHATTERING, t)
         return q
 
-    def end_at(self, t: float, q: FloatArray, fires: Sequence[int]) -> None:
-        """End the run where one of the events does that, with a sample."""
-        if any(self.problem.events[event].ends for event in fires):
+    def begin(self, t: float, q: FloatArray) -> None:
+        """Look where guards are when a step begins; end the run that is past an event which ends it."""
+        if self.watch is None:
+            return
+        begins = self.watch.begins
+        past = self.watch.begin(t, q)
+        if not self.watch.finite:
+            raise _EndOfRun(Status.NOT_FINITE, t)
+        self.happened += [(float(t), event) for event in past]
+        self.end_at(t, q, begins)
+
+    def crossing(self, t: float, h: float, within: Callable[[float], FloatArray]) -> Crossing | None:
+        """Return the first crossing in a step; guards that are no numbers at its end end the run."""
+        assert self.watch is not None
+        crossing = self.watch.crossing(t, h, within)
+        if crossing is None and not self.watch.finite:
+            raise _EndOfRun(Status.NOT_FINITE, t + h)
+        return crossing
+
+    def end_at(self, t: float, q: FloatArray, begins: bool = False) -> None:
+        """End the run where an event has happened that does that, with a sample unless there is one."""
+        ends = {self.problem.events[event].ends for at, event in self.happened if at == t} - {""}
+        if not ends:
+            return
+        if self.rows[-1][0] != t:
             held = (q, self.u, self.u_cmd, self.z)
             self._write(t, *((*self.observed(t, q), self.own_states(q)) if self.continuous else held))
-            raise _EndOfRun(Status.EVENT, t)
+        failed = "failure" in ends or (begins and "run" in ends)
+        raise _EndOfRun(Status.FAILURE if failed else Status.EVENT, t)
 
     def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
         """Return what process noise adds over a step from q, as native/step/random.h has it."""
@@ -453,6 +479,7 @@ class _Solver:
         from .solvers import Rock4, Rodas5P
 
         problem, statistics = self._loop.problem, self._loop.statistics
+        self._loop.begin(t, x)
         if not np.all(np.isfinite(self._evaluate(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
         implicit = {"jac": self._jacobian, "mass": self._loop.mass} if problem.method in IMPLICIT else {}
@@ -461,8 +488,6 @@ class _Solver:
         rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
         tolerances = {"rtol": rtol, "atol": problem.atol * tighter}
         solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
-        if self._loop.watch:
-            self._loop.watch.begin(t, x)
         self._begin(t, x)
         while solver.status == "running":
             if self.trials == problem.max_steps:
@@ -485,7 +510,7 @@ class _Solver:
             if cut is None:
                 self._end_beyond(solver.t, solver.y)
             else:
-                self._loop.end_at(cut.t, cut.y, cut.fires)
+                self._loop.end_at(cut.t, cut.y)
                 if end - cut.t <= 2 * np.spacing(end):
                     return
                 solver = method(self._evaluate, cut.t, cut.y, end, **tolerances, **implicit)
@@ -512,7 +537,7 @@ class _Solver:
         def within(part: float) -> FloatArray:
             return np.asarray(dense(t + part * h) if part < 1 else solver.y, dtype=np.float64)
 
-        crossing = self._loop.watch.crossing(t, h, within)
+        crossing = self._loop.crossing(t, h, within)
         if crossing is None:
             return None
         instant = min(crossing.t, float(solver.t))
@@ -566,19 +591,18 @@ class _Solver:
 
     def _past_events(self, t: float, x: FloatArray, h: float) -> FloatArray:
         """Take a fixed step, with an end at each event on the way."""
-        watch, end = self._loop.watch, t + h
-        assert watch is not None
-        watch.begin(t, x)
+        end = t + h
+        self._loop.begin(t, x)
         while end - t > 2 * np.spacing(end):
             begin, span, start = t, end - t, x
 
             def within(part: float, begin: float = begin, span: float = span, start: FloatArray = start) -> FloatArray:
                 return self._fixed_step(begin, start, part * span) if part else start
 
-            crossing = watch.crossing(t, span, within)
+            crossing = self._loop.crossing(t, span, within)
             if crossing is None:
                 return within(1.0)
             t = crossing.t
             x = self._loop.happen(t, within(crossing.part), crossing.fires)
-            self._loop.end_at(t, x, crossing.fires)
+            self._loop.end_at(t, x)
         return x

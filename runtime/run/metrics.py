@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, unknown_name
-from mehvar.manifest import Event, Manifest, Metric
+from mehvar.manifest import OF_SECONDS, Event, Manifest, Metric
 
 from ..model.functions import FloatArray
+from .problem import Status
 from .simulate import Run
 
 if TYPE_CHECKING:
@@ -38,9 +39,9 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        `inf` for a settling time of something that does not settle; NaN where the series holds NaN or the run ended
-        before the part that counts. Under a law that is none of the model's, those are left out that are about what the
-        model's laws report.
+        `inf` for a settling time of something that does not settle; NaN where the series holds NaN, where the run ended
+        before the part that counts, and where it is cut short of what the metric is about, see `is_open`. Under a law
+        that is none of the model's, those are left out that are about what the model's laws report.
 
     Raises
     ------
@@ -56,7 +57,16 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
         else json.loads(run.attrs.get("events", '{"name": []}'))["name"]
     )
     counts = Counter(log)
-    return {name: evaluate(metric, t, series, counts) for name, metric in metrics_of(manifest, law, series).items()}
+    known = metrics_of(manifest, law, series)
+    return {name: evaluate(metric, t, series, counts, cut_of(run)) for name, metric in known.items()}
+
+
+def cut_of(run: Run | xarray.Dataset) -> float:
+    """Return where a run ended before its time, s; infinity for one that did not."""
+    if isinstance(run, Run):
+        return math.inf if run.status is Status.DONE else run.t_stop
+    status = run.attrs.get("status", Status.DONE.text)
+    return math.inf if status == Status.DONE.text else float(run.attrs["t_stop"])
 
 
 def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
@@ -72,8 +82,18 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
     }
 
 
-def undetermined(metrics: Mapping[str, Metric], end: float, dt: float) -> dict[str, str]:
-    """Say why each metric is undetermined of whose window a run has no sample.
+def is_open(metric: Metric, cut: float) -> bool:
+    """Tell whether a metric is about what comes after the end of a run that is cut short.
+
+    What a run has been through, its extremes, sums and counts, is known up to its end, and so is where it ended. That
+    something stays where it is, and a value at an instant, are not.
+    """
+    of_the_end = metric.kind in OF_SECONDS or (metric.kind == "final" and math.isfinite(metric.until))
+    return of_the_end and cut < metric.until
+
+
+def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: float = math.inf) -> dict[str, str]:
+    """Say why each metric is undetermined of whose window a run has no sample, or not the end.
 
     Parameters
     ----------
@@ -81,6 +101,8 @@ def undetermined(metrics: Mapping[str, Metric], end: float, dt: float) -> dict[s
         Those of a run.
     end, dt : float
         Where the run ends and its sampling step, s.
+    cut : float
+        The same where it ended before its time.
     """
     reasons = {}
     for name, metric in metrics.items():
@@ -88,6 +110,8 @@ def undetermined(metrics: Mapping[str, Metric], end: float, dt: float) -> dict[s
             reasons[name] = f"the window begins at {metric.since:g} s, after the end of the run at {end:g} s"
         elif min(math.ceil(metric.since / dt * (1 - _ROUNDING)) * dt, end) > metric.until * (1 + _ROUNDING):
             reasons[name] = f"no sample lies in the window, {metric.since:g} s to {metric.until:g} s"
+        elif is_open(metric, cut):
+            reasons[name] = f"the run ended at {cut:g} s, before its time"
     return {name: f"undetermined: {reason}" for name, reason in reasons.items()}
 
 
@@ -112,15 +136,21 @@ def event_number(metric: Metric, name: str, events: Sequence[Event]) -> int:
 
 
 def evaluate(
-    metric: Metric, t: FloatArray, series: Mapping[str, FloatArray], counts: Mapping[str, int] | None = None
+    metric: Metric,
+    t: FloatArray,
+    series: Mapping[str, FloatArray],
+    counts: Mapping[str, int] | None = None,
+    cut: float = math.inf,
 ) -> float:
-    """Return one metric of series by name; `counts` says how often each event happened."""
+    """Return one metric of series by name, of a run with these counts of its events and cut short at an instant."""
     if metric.kind == COUNT:
         return float(sum((counts or {}).get(name, 0) for name in metric.of))
     if metric.kind not in _KINDS:
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
+    if is_open(metric, cut):
+        return math.nan
     whole = t.size > 0 and metric.since <= t[0] and t[-1] <= metric.until
     window = slice(None) if whole else (t >= metric.since) & (t <= metric.until)
     if not (isinstance(window, slice) or window.any()):

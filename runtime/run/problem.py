@@ -49,6 +49,7 @@ class Status(IntEnum):
     LIMIT = 4
     EVENT = 6
     CHATTERING = 7
+    FAILURE = 8
 
     @property
     def text(self) -> str:
@@ -59,6 +60,11 @@ class Status(IntEnum):
     def complete(self) -> bool:
         """Whether the run came to its end: the end time, or an event that is declared to end it."""
         return self in COMPLETE
+
+    @property
+    def by_event(self) -> bool:
+        """Whether an event that ends runs ended it."""
+        return self in (Status.EVENT, Status.FAILURE)
 
 
 COMPLETE = (Status.DONE, Status.EVENT)
@@ -352,12 +358,36 @@ def _check_consistent(
     if law.name not in model.manifest.controllers:
         return
     corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
-    for name, value, miss, good in zip(
-        model.state_names, x0, corrections, consistent(corrections, x0, options), strict=True
-    ):
-        if not good:
-            allowed = f"about {value + miss:.9g}, as its equation says: it is algebraic"
-            raise bad_value(f"initial state {name}", float(value), allowed, origin)
+    good = consistent(corrections, x0, options)
+    if good.all():
+        return
+    start = _solved(model, law, resolved, x0, corrections, options)
+    place = int(np.flatnonzero(~good)[0])
+    allowed = "what its equation says: it is algebraic. Newton's method does not find a value from here"
+    if start is not None:
+        others = ", ".join(f"{model.state_names[k]} = {start[k]:.15g}" for k in np.flatnonzero(~good)[1:])
+        beside = f", beside {others}" if others else ""
+        allowed = f"about {start[place]:.15g}{beside}, as its equation says: it is algebraic"
+    raise bad_value(f"initial state {model.state_names[place]}", float(x0[place]), allowed, origin)
+
+
+_NEWTON_STEPS = 50
+"""From a start far away. Newton's method gains a bit a step at a double root and more elsewhere, so that it has come to
+the digits of a double by then or never does; half as many leave out double roots."""
+
+
+def _solved(
+    model: Model, law: Controller, resolved: Resolved, x0: FloatArray, corrections: FloatArray, options: RunOptions
+) -> FloatArray | None:
+    """Return the start with algebraic states that satisfy their equations; None if Newton's method finds none."""
+    x = x0
+    with np.errstate(all="ignore"):
+        for _ in range(_NEWTON_STEPS):
+            x = x + corrections
+            corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x)
+            if consistent(corrections, x, options).all():
+                return x + corrections
+    return None
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:

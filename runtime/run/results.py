@@ -15,7 +15,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import Controller, Manifest, Metric
 from mehvar.versions import installed
 
-from .metrics import evaluate, metrics_of, undetermined
+from .metrics import cut_of, evaluate, metrics_of, undetermined
 from .options import AUTO
 from .simulate import Run
 
@@ -38,7 +38,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
         sampled law, one per output, per number of the law's memory and per report of the law; one number per metric of
-        the model. Each has `units` and `long_name`; a metric whose window no sample is in has a `note` too. The
+        the model. Each has `units` and `long_name`; a metric that has no number has a `note` too. The
         attributes hold model, law, scenario, status, effective parameters and the manifest, structured ones as JSON.
     """
     manifest, about, series = run.manifest, _descriptions(run.manifest, run.controller), run.variables()
@@ -50,7 +50,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
         raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
     form = _form(run.t.tobytes(), _texts({name: about[name] for name in series}), _texts(numbers))
     counts = Counter(name for _, name in run.events)
-    values = {name: evaluate(metric, run.t, series, counts) for name, metric in known.items()}
+    values = {name: evaluate(metric, run.t, series, counts, cut_of(run)) for name, metric in known.items()}
     dataset = form.copy(data={**series, **values})
     dataset.attrs = _attributes(run)
     return dataset
@@ -81,7 +81,7 @@ def notes_of(run: Run) -> dict[str, str]:
 
 
 def _notes(run: Run, known: Mapping[str, Metric]) -> dict[str, str]:
-    return undetermined(known, run.t_stop, float(run.options["dt_out"]))
+    return undetermined(known, run.t_stop, float(run.options["dt_out"]), cut_of(run))
 
 
 def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:
@@ -115,7 +115,7 @@ def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, st
 def _attributes(run: Run) -> dict[str, str | float]:
     manifest: Manifest = run.manifest
     instants, names = zip(*run.events, strict=True) if run.events else ((), ())
-    events = {"events": json.dumps({"t": instants, "name": names})} if run.may_happen else {}
+    events = {"events": json.dumps({"t": instants, "name": names})} if run.possible_events else {}
     return {
         "title": f"{manifest.title}: {run.controller.title}",
         "model": manifest.model,

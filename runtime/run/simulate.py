@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Manifest, Scenario, reads_memory
+from mehvar.manifest import Controller, Event, Manifest, Scenario, reads_memory
 from mehvar.names import identifier
 
 from ..arguments import check_arguments
@@ -126,9 +126,9 @@ class Run:
         return columns
 
     @property
-    def may_happen(self) -> bool:
-        """Whether the loop has events."""
-        return bool(events_of(self.manifest, self.controller, self.hold is not None))
+    def possible_events(self) -> tuple[Event, ...]:
+        """What may happen in the loop."""
+        return events_of(self.manifest, self.controller, self.hold is not None)
 
     @property
     def checksum(self) -> str:
@@ -373,12 +373,11 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
         last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
         message = model.manifest.limits[trajectory.violated]
         return f"{say(message, {**resolved.values, **last})} ({at})"
-    if trajectory.events and trajectory.status in (Status.EVENT, Status.CHATTERING):
+    if trajectory.status.by_event:
+        return _ending(problem, trajectory, at)
+    if trajectory.events and trajectory.status is Status.CHATTERING:
         name = problem.events[trajectory.events[-1][1]].name
-        what = (
-            "ends the run" if trajectory.status is Status.EVENT else "happens again and again without progress in time"
-        )
-        return f"the event {name} {what} {at}"
+        return f"the event {name} happens again and again without progress in time {at}"
     if trajectory.status is Status.NOT_FINITE:
         broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
         name = model.input_names[broken[0]] if broken.size else ""
@@ -387,6 +386,17 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     if trajectory.status is Status.STEP_UNDERFLOW:
         return f"the tolerance needs a step below the resolution of time {at}"
     return f"more than {problem.max_steps} steps from one sample to the next {at}"
+
+
+def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
+    """Say which event ended a run, and how."""
+    last = [problem.events[k] for t, k in trajectory.events if t == trajectory.t_stop]
+    ends = [event for event in last if event.ends]
+    event = next((event for event in ends if event.ends == "failure"), ends[0])
+    begins = trajectory.t_stop == problem.t[0]
+    word = "failure" if trajectory.status is Status.FAILURE else event.ends
+    how = "" if word == "run" else f" as a {word}"
+    return f"the event {event.name} ends the run{how} {at}{': its guard is past zero at the start' if begins else ''}"
 
 
 def _effective(problem: Problem) -> dict[str, float | str]:

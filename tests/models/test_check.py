@@ -37,9 +37,9 @@ from mehvar.models.system import (
     System,
 )
 from mehvar.models.tables import read_scenarios
-from mehvar.models.units import dimension, unit_text
 from mehvar.names import ARGUMENTS
 from mehvar.runtime.run.options import OPTIONS
+from mehvar.units import dimension, unit_text
 from tests.derived import system
 from tests.models.edits import cart, put, turner
 

@@ -89,7 +89,7 @@ class Texts:
     versions: Mapping[str, str]
 
 
-_KINDS = {"long_name": str, "units": str, "note": str, "flag_values": int, "flag_meanings": str}
+_KINDS = {"long_name": str, "units": str, "note": str, "flag_values": int, "flag_meanings": str, "ends": str}
 """Attributes of an array: each is one of these, or a list of them."""
 _OWN = ("t_stop", "error", "t_stiff")
 """Numbers of a run that are neither drawn nor metrics."""

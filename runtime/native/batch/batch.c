@@ -106,10 +106,13 @@ static void mv_happen(mv_loop *l, mask lanes, int event)
     ((mv_block *)l)->happened[event] += SELECT0(lanes, SPLAT(1));
 }
 
-static void save(const mv_block *b, int64_t row)
+static void save(const mv_block *b, mask lanes, int64_t tick)
 {
+    const int64_t row = tick / b->job->save_every;
+    if (row >= b->job->rows || tick % b->job->save_every) return;
+    const real saved = SELECT0(lanes, SPLAT(1));
     for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < b->job->runs; lane++) {
-        if (!AT(b->loop.alive, lane)) continue;
+        if (!AT(saved, lane)) continue;
         double *to = b->job->series + ((b->first + lane) * b->job->rows + row) * COLUMNS;
         for (int i = 0; i < COLUMNS; i++) to[i] = AT(b->loop.column[i], lane);
     }
@@ -134,11 +137,15 @@ static void mv_record(mv_loop *l, mask lanes, int due)
     const double t = l->schedule->t[l->tick];
     sum_up(b, lanes, SPLAT(t));
     if (due) b->times[b->records++] = t;
-    if (b->job->rows && l->tick % b->job->save_every == 0 && l->tick / b->job->save_every < b->job->rows)
-        save(b, l->tick / b->job->save_every);
+    save(b, l->alive, l->tick);
 }
 
-static void mv_record_end(mv_loop *l, mask lanes) { sum_up((mv_block *)l, lanes, l->t); }
+static void mv_record_end(mv_loop *l, mask lanes)
+{
+    mv_block *b = (mv_block *)l;
+    sum_up(b, lanes, l->t);
+    save(b, AND(lanes, EQ(l->t, SPLAT(l->schedule->t[l->tick + 1]))), l->tick + 1);
+}
 
 static void finish(mv_block *b)
 {
@@ -157,6 +164,7 @@ static void finish(mv_block *b)
         job->status[run] = (uint8_t)AT(l->status, lane);
         job->violated[run] = (int32_t)AT(l->violated, lane);
         job->steps[run] = (int64_t)AT(l->steps, lane);
+        for (int e = 0; e < EVENTS; e++) job->events[run * EVENTS + e] = (int64_t)AT(b->happened[e], lane);
         mv_metrics(b, lane, job->metric_values + run * job->metrics);
     }
 }

@@ -31,7 +31,7 @@ typedef struct {
     const mv_metric *metric;
     const mv_signal *signal;
     double *final, *minimum, *maximum, *metric_values, *t_stop, *t_stiff, *error, *series;
-    int64_t *steps;
+    int64_t *steps, *events; /* of each event, how often it happened */
     int32_t *violated;
     uint8_t *status;
     const volatile int32_t *stop;

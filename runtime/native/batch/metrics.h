@@ -67,23 +67,27 @@ static void mv_count(mv_block *b, mask lanes, real now)
     }
 }
 
-/* Settling time of one lane about its own last value. */
+/* Whether a lane ended before a metric's window did. */
+static inline int mv_cut(const mv_block *b, const mv_metric *m, int lane)
+{
+    return AT(b->loop.status, lane) != MV_DONE && AT(b->loop.t, lane) < m->until;
+}
+
+/* Settling time of one lane about its own last value, of a window that it came to the end of. */
 static double mv_settled_about_end(const mv_block *b, const mv_metric *m, const real *history, int lane, int64_t count)
 {
-    const double band = m->band, broken = AT(b->t_record, lane), stop = broken < m->until ? broken : m->until;
+    const double band = m->band;
     int64_t last = b->records - 1;
-    while (last > 0 && b->times[last] > stop) last--;
-    if (stop == broken && b->times[last] != stop) last++; /* a run that broke off between two records of the others */
+    while (last > 0 && b->times[last] > m->until) last--;
     const int64_t first = last - count + 1;
     const double end = AT(history[last], lane);
     int64_t i = last;
     while (i >= first && __builtin_fabs(AT(history[i], lane) - end) <= band) i--;
-    if (i < first) return count == 1 ? stop : b->times[first];
+    if (i < first) return b->times[first];
     if (i == last) return __builtin_inf();
     const double before = AT(history[i], lane) - end, after = AT(history[i + 1], lane) - end;
-    const double t = i + 1 == last ? stop : b->times[i + 1];
     const double part = (before - __builtin_copysign(band, before)) / (before - after);
-    return part - part == 0.0 ? b->times[i] + part * (t - b->times[i]) : t;
+    return part - part == 0.0 ? b->times[i] + part * (b->times[i + 1] - b->times[i]) : b->times[i + 1];
 }
 
 static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_tally *tally, int lane, int64_t count)
@@ -110,7 +114,14 @@ static double mv_events(const mv_block *b, const mv_signal *signal, int signals,
     return count;
 }
 
-/* The metrics of one lane, NaN where nothing was counted. */
+/* Whether a metric is about what comes after the end of a lane: whether it stays, or its value at an instant. */
+static inline int mv_open(const mv_block *b, const mv_metric *m, int lane)
+{
+    const int settling = m->kind == MV_SETTLING || m->kind == MV_SETTLING_ABOUT_END;
+    return mv_cut(b, m, lane) && (settling || (m->kind == MV_FINAL && m->until < MV_INFINITY));
+}
+
+/* The metrics of one lane, NaN where nothing was counted or its end came before what counts. */
 static void mv_metrics(const mv_block *b, int lane, double *out)
 {
     const mv_tally *tally = b->tally;
@@ -118,7 +129,7 @@ static void mv_metrics(const mv_block *b, int lane, double *out)
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
         const int64_t count = (int64_t)AT(b->counts[m], lane);
-        out[m] = count ? mv_metric_value(b, metric, tally, lane, count) : __builtin_nan("");
+        out[m] = count && !mv_open(b, metric, lane) ? mv_metric_value(b, metric, tally, lane, count) : __builtin_nan("");
         if (metric->kind == MV_EVENTS) out[m] = mv_events(b, signal, metric->signals, lane);
         signal += metric->signals;
         tally += metric->signals;

@@ -46,7 +46,7 @@ typedef struct {
     mv_3_1 *guards;           /* x, u, p -> g; this and the next two null without events */
     mv_4_1 *loop_guards;      /* q, r, p, c -> g */
     mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
-    const int32_t *events;    /* of each its direction, whether it resets, whether it ends the run */
+    const int32_t *events;    /* of each its direction, whether it resets, an mv_ends */
     const double *p, *c, *s;
     const double *u_own, *z_own; /* what a law elsewhere gave for the sample at hand; null with one of the model */
     const double *e;          /* ne numbers for each evaluation of the law */

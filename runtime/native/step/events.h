@@ -10,7 +10,10 @@
  * The side of a guard is the sign that it has; it changes along the flow alone. A guard that is zero where a step begins,
  * after an event or at the start of a run, rests: it is looked at over the time since, which has no root there, and goes
  * to the side that its rate says, as soon as it is larger than its noise, if that kept an event
- * from being located as well as others. */
+ * from being located as well as others.
+ *
+ * An event of one direction that ends runs has a side which no run is on: that to which it leads. A lane that comes there
+ * otherwise than along the flow, at the start, by a reset or an input that jumps, ends there too. */
 #ifndef MEHVAR_EVENTS_H
 #define MEHVAR_EVENTS_H
 
@@ -155,7 +158,7 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         const mask now = AND(turned, mv_counts(l, e, side));
         at_once = OR(at_once, now);
         l->fires[e] = SELECT0(now, SPLAT(1));
-        l->ahead[e] = SELECT(AND(resting, NOT(now)), goes, side);
+        l->ahead[e] = SELECT(AND(AND(resting, NE(goes, K(0))), NOT(now)), goes, side);
         l->reaches[e] = mv_fabs(l->guard[e]);
         before[e] = rests ? SELECT(resting, g[e], l->guard[e]) : l->guard[e];
         first[e] = last[e] = before[e];
@@ -167,7 +170,8 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         for (int e = 0; e < EVENTS; e++) {
             const real side = l->ahead[e], now = mv_side_from(l, e, side, SPLAT((double)look / LOOKS), g[e]);
             l->reaches[e] = mv_max(l->reaches[e], mv_fabs(g[e]));
-            const mask open = AND(lanes, NOT(crossed)), flips = AND(open, AND(NE(side, K(0)), NE(now, side)));
+            const mask open = AND(lanes, NOT(crossed)), rests_on = AND(LT(K(0), l->resting[e]), EQ(now, K(0)));
+            const mask flips = AND(AND(open, NOT(rests_on)), AND(NE(side, K(0)), NE(now, side)));
             const mask counts = AND(flips, mv_counts(l, e, side));
             here = OR(here, counts);
             l->fires[e] = SELECT(counts, SPLAT(1), l->fires[e]);
@@ -203,7 +207,7 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     const mask moves = AND(lanes, NOT(early)), misses = AND(aimed, NOT(crossed));
     const mask rough = LT(K(1), l->coarse);
     l->coarse = SELECT(moves, SELECT(misses, l->coarse * K(2), SPLAT(SURE)), l->coarse);
-    const real least = mv_located(l, part * h), reach = mv_max(part * h + K(0.5) * least, least);
+    const real least = mv_located(l, mv_max(part, SPLAT(PROBE)) * h), reach = mv_max(part * h + K(0.5) * least, least);
     l->reach = SELECT(early, reach, SELECT(open, SPLAT(MV_INFINITY), l->reach));
     mv_halt(l, AND(lanes, NOT(mv_finite(l->guard_end, EVENTS))), MV_NOT_FINITE);
     const mask happens = AND(crossed, NOT(early));
@@ -224,6 +228,25 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     return AND(lanes, NOT(early));
 }
 
+/* End `lanes` by an event, which happens there; `begins` at their start, where only a success is none that has failed. */
+static void mv_end_by(mv_loop *l, mask lanes, int event, int begins)
+{
+    const int ends = EVENT(event, 2), fails = ends == MV_FAILS || (begins && ends == MV_ENDS);
+    if (fails) mv_halt(l, lanes, MV_FAILURE);
+    else if (ends) mv_halt(l, AND(lanes, NE(l->status, SPLAT(MV_FAILURE))), MV_EVENT);
+}
+
+/* End those of `lanes` that are past an event, on the side to which it leads. */
+static void mv_end_past(mv_loop *l, mask lanes, int event, int begins)
+{
+    const int direction = EVENT(event, 0);
+    if (!EVENT(event, 2) || !direction) return;
+    const mask past = AND(lanes, LT(K(0), l->side[event] * K(direction)));
+    if (!mv_any(past)) return;
+    mv_happen(l, past, event);
+    mv_end_by(l, past, event, begins);
+}
+
 /* Guards, and the sides of those that changed otherwise than along the flow: before the first step, and where an input
  * has jumped. */
 static void mv_take_sides(mv_loop *l)
@@ -236,7 +259,12 @@ static void mv_take_sides(mv_loop *l)
         l->resting[e] = SELECT(same, l->resting[e], SELECT0(EQ(g[e], K(0)), SPLAT(1)));
         l->noise[e] = SELECT0(same, l->noise[e]);
         l->guard[e] = g[e];
+        if (EVENT(e, 2) && EVENT(e, 0) && !l->started)
+            l->side[e] = SELECT(EQ(g[e], K(0)), SPLAT(-EVENT(e, 0)), l->side[e]); /* from zero it may happen at once */
     }
+    mv_halt(l, AND(l->alive, NOT(mv_finite(g, EVENTS))), MV_NOT_FINITE);
+    const mask going = mv_going(l);
+    for (int e = 0; e < EVENTS; e++) mv_end_past(l, going, e, !l->started);
 }
 
 static mask mv_reset(mv_loop *l)
@@ -247,7 +275,7 @@ static mask mv_reset(mv_loop *l)
         const mask lanes = AND(l->happens, LT(K(0), l->fires[e]));
         if (!mv_any(lanes)) continue;
         mv_happen(l, lanes, e);
-        if (EVENT(e, 2)) mv_halt(l, lanes, MV_EVENT);
+        mv_end_by(l, lanes, e, 0);
         if (!EVENT(e, 1)) continue;
         if (SAMPLED) {
             mv_copy(x, l->q, NX);
@@ -281,7 +309,7 @@ static void mv_fire(mv_loop *l, real room)
 {
     const mask happens = l->happens;
     if (!mv_any(happens)) return;
-    const mask reset = mv_reset(l);
+    const mask reset = mv_reset(l), going = AND(happens, mv_going(l));
     l->happens = mv_none();
     real g[EVENTS + 1];
     mv_guards(l, l->t, l->q, g);
@@ -291,6 +319,7 @@ static void mv_fire(mv_loop *l, real room)
         l->side[e] = SELECT(AND(other, NOT(resting)), mv_side(g[e]), l->side[e]);
         l->resting[e] = SELECT(other, SELECT0(resting, SPLAT(1)), l->resting[e]);
         l->guard[e] = SELECT(happens, g[e], l->guard[e]);
+        mv_end_past(l, AND(going, AND(other, NOT(resting))), e, 0);
     }
     if (mv_any(reset)) {
         mv_slope(l, l->t, l->q, l->y);

@@ -120,11 +120,14 @@ static void mv_complete_row(mv_loop *l)
     if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
 }
 
-/* Record the lanes of which an event was the end, between the ticks. */
+/* Record the lanes of which an event was the end, unless that is a sample. */
 static void mv_sample_end(mv_loop *l)
 {
-    const mask ended = AND(l->alive, EQ(l->status, SPLAT(MV_EVENT)));
-    if (!mv_any(ended)) return;
+    const mask ended = AND(l->alive, mv_ended(l));
+    const int due = l->tick % l->schedule->record_every == 0; /* the tick, and with it who has not left it */
+    const mask left = AND(ended, due ? LT(SPLAT(l->schedule->t[l->tick]), l->t) : mv_all());
+    l->alive = AND(l->alive, NOT(ended));
+    if (!mv_any(left)) return;
     mv_refer(l, l->t);
     if (SAMPLED) {
         mv_copy(l->column, l->q, NX);
@@ -133,8 +136,7 @@ static void mv_sample_end(mv_loop *l)
         mv_copy(l->column + Z_COLUMN, mv_integrated(l, l->q), NZ);
     }
     mv_complete_row(l);
-    mv_record_end(l, ended);
-    l->alive = AND(l->alive, NOT(ended));
+    mv_record_end(l, left);
 }
 
 static void mv_tick(mv_loop *l)

@@ -13,7 +13,11 @@ enum mv_status {
     MV_LIMIT,
     MV_EVENT = 6, /* in stores 5 is a run that never began */
     MV_CHATTERING,
+    MV_FAILURE, /* an event, declared to be one or past already at the start */
 };
+
+/* Whether an event ends a run, and what that is. */
+enum mv_ends { MV_GOES_ON, MV_ENDS, MV_FAILS, MV_SUCCEEDS };
 
 typedef struct {
     const double *t;          /* the ticks: integration stops at each of them exactly */

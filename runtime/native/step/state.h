@@ -19,7 +19,7 @@
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
  *                                    three beside it (dop853)
  *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
- *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, whether it ends
+ *   EVENTS, EVENT(e, k)              of the model's events; of each its direction, whether it resets, an mv_ends
  *   STIFF_TEST                       a run ends where it is stiff to the method, dop853, see stiffness.h
  *   DENSE, SLOPES                    sums of the method's dense output, and how many slopes are in them; see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n

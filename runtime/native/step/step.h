@@ -94,9 +94,9 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
     if (EVENTS && (SAMPLED || !l->started)) mv_take_sides(l);
     if (l->ready) return;
     mv_slope(l, l->t, l->q, l->k[0]);
-    if (LIMITS && !SAMPLED && !l->started) mv_halt(l, NOT(mv_take_margins(l, l->alive, l->q)), MV_LIMIT);
+    if (LIMITS && !SAMPLED && !l->started) mv_halt(l, AND(mv_going(l), NOT(mv_take_margins(l, l->alive, l->q))), MV_LIMIT);
     l->ready = !SAMPLED;
-    mv_halt(l, AND(l->alive, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
+    mv_halt(l, AND(mv_going(l), NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
     if (ORDER && !l->started) l->h = mv_first_step(l, target - l->t);
     l->started = 1;
 }
@@ -104,7 +104,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
 /* Lanes that have a step to take before the tick. */
 static inline mask mv_behind(const mv_loop *l, real tick)
 {
-    return AND(AND(l->alive, EQ(l->status, SPLAT(MV_DONE))), LT(l->t, tick));
+    return AND(mv_going(l), LT(l->t, tick));
 }
 
 /* Lanes that may take a step while others must. */
@@ -143,12 +143,13 @@ static void mv_advance(mv_loop *l, double t_tick)
         if (EVENTS) {
             const mask happens = l->happens;
             mv_fire(l, target - l->t);
-            if (LIMITS && mv_any(happens)) mv_halt(l, AND(happens, NOT(mv_take_margins(l, happens, l->q))), MV_LIMIT);
+            const mask going = AND(happens, mv_going(l));
+            if (LIMITS && mv_any(going)) mv_halt(l, AND(going, NOT(mv_take_margins(l, going, l->q))), MV_LIMIT);
         }
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
     const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));
-    const mask halted = AND(NE(l->status, SPLAT(MV_DONE)), NE(l->status, SPLAT(MV_EVENT)));
+    const mask halted = NOT(OR(EQ(l->status, SPLAT(MV_DONE)), mv_ended(l)));
     const mask stuck = AND(halted, LT(l->t, tick)); /* those that an event ended are to be recorded there */
     l->alive = AND(l->alive, NOT(OR(beyond, stuck)));
 }

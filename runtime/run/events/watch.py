@@ -50,19 +50,33 @@ class Watch:
     def __init__(self, guards: _Guards, events: Sequence[Event], end: float) -> None:
         self._guards, self._end = guards, end
         self._direction = np.array([event.numbers[0] for event in events])
+        self._forbidden = np.where([bool(event.ends) for event in events], self._direction, 0)
+        self.begins = True
         self._value = self._side = np.full(len(events), np.nan)
         self._zero = self._noise = np.zeros(len(events))
         self._resting = np.zeros(len(events), bool)
         self._last, self._stalled = -np.inf, 0
 
-    def begin(self, t: float, q: FloatArray) -> None:
-        """Take the sides of guards that changed otherwise than along the flow: at the start, or with an input."""
+    def begin(self, t: float, q: FloatArray) -> tuple[int, ...]:
+        """Take the sides of guards that changed otherwise than along the flow: at the start, or with an input.
+
+        Returns the events that end runs which the state is past.
+        """
         value = self._guards(t, q)
         same = value == self._value
         self._side = np.where(same, self._side, np.sign(value))
         self._resting = np.where(same, self._resting, value == 0)
         self._noise = np.where(same, self._noise, 0.0)
         self._value = value
+        if self.begins:  # from zero an event that ends runs may happen at once
+            self._side = np.where(value == 0, -self._forbidden, self._side)
+        self.begins = False
+        return _numbers(self._side * self._forbidden > 0)
+
+    @property
+    def finite(self) -> bool:
+        """Whether all guards are numbers where they were taken last."""
+        return bool(np.all(np.isfinite(self._value)))
 
     def crossing(self, t: float, h: float, within: _Within) -> Crossing | None:
         """Return the first crossing in a step, whose coordinates at a part of it are given; move on to its end."""
@@ -78,17 +92,18 @@ class Watch:
             turned = self._resting & (ahead * goes < 0)
             if (turned & self._counts(ahead)).any():
                 return Crossing(tolerance / h, t + tolerance, _numbers(turned & self._counts(ahead)))
-            ahead = np.where(self._resting, goes, ahead)
+            ahead = np.where(self._resting & (goes != 0), goes, ahead)
         for look in range(1, _LOOKS + 1):
             value = values(look / _LOOKS)
             reaches = np.maximum(reaches, np.abs(value))
             side = self._side_from(ahead, look / _LOOKS, value)
-            flips = (ahead != 0) & (side != ahead)
+            rests_on = self._resting & (side == 0)
+            flips = (ahead != 0) & (side != ahead) & ~rests_on
             crosses = flips & self._counts(ahead)
             if crosses.any():
                 low, high = (look - 1) / _LOOKS, look / _LOOKS
                 return self._first(t, h, values, crosses, ahead, low, high, reaches, tolerance / h)
-            ahead = _over(ahead, side)
+            ahead = np.where(rests_on, ahead, _over(ahead, side))
         still = self._resting & (ahead == 0)
         self._noise = np.where(still, self._noise, 0.0)
         self._side, self._value, self._resting = ahead, value, still | (value == 0)
@@ -138,8 +153,8 @@ class Watch:
         self._side, self._resting = np.where(still, 0.0, _over(ahead, value)), still
         return Crossing(part, t + part * h, _numbers(happens))
 
-    def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> bool:
-        """Take the sides after events at the coordinates `before`; return whether they come without progress."""
+    def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> tuple[int, ...]:
+        """Take the sides after events at the coordinates `before`; return events that end runs which q is past."""
         earlier, value = self._guards(t, before), self._guards(t, q)
         happens = np.isin(np.arange(len(value)), fires)
         side = np.where(happens, 0, self._side)
@@ -150,6 +165,11 @@ class Watch:
         self._value = value
         self._stalled = self._stalled + 1 if t - self._last <= _STALLED * self._end else 0
         self._last = t
+        return _numbers(other & ~resting & (self._side * self._forbidden > 0))
+
+    @property
+    def stalled(self) -> bool:
+        """Whether events come without progress in time."""
         return self._stalled >= _CHATTERING
 
     def _counts(self, side: FloatArray) -> _Mask:

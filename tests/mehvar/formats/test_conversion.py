@@ -15,7 +15,7 @@ from scipy.io import loadmat
 import mehvar
 from mehvar.errors import InputError
 from mehvar.formats.conversion import convert, flat_name
-from mehvar.models.units import UNITS
+from mehvar.units import UNITS
 
 
 @pytest.fixture(scope="module")

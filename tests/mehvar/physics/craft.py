@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mehvar.physics.gates import Gate, Reading, Symmetry, balance, dot, identity, symmetric
+from mehvar.physics.gates import Gate, Reading, Symmetry, balance, dot, identity, measures, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from tests.mehvar.physics import rotations
 from tests.mehvar.physics.rotors import Rotors
+from tests.mehvar.physics.satellite import shown, unrounded
 
 AXES = ("roll", "pitch", "yaw")
 
@@ -39,6 +40,7 @@ def gates_of(subject: Machine) -> list[Gate]:
         identity("initial state", lambda at: at.call("initial"), _initial),
         identity("square wave", lambda at: at.call("reference"), _square_wave),
         symmetric(Symmetry("quaternion of either sign", frozenset({"q0", "q1", "q2", "q3"}))),
+        measures(lambda at: shown(_measured(at)), shown, unrounded),
     ]
 
 
@@ -228,6 +230,16 @@ def _field(at: Points) -> Array:
     away = place / radius
     field = at["field_moment"][:, None] / radius**3 * (north - 3 * dot(north, away)[:, None] * away)
     return rotations.apply(_body_axes(at), field)
+
+
+def _measured(at: Points) -> Array:
+    """Return what instruments are to show: the state with the gyro's bias, field and Sun in body axes."""
+    sun = rotations.apply(_body_axes(at), _direction(at["sun_ascension"], at["sun_declination"]))
+    truth = {f"w{i}": at[f"w{i}"] + at[f"bias_{i}"] for i in "xyz"}
+    truth |= dict(zip(_names("mag_"), _field(at).T, strict=True))
+    truth |= dict(zip(_names("sensed_"), _lit(at) * sun.T, strict=True))
+    names = [q.name for q in at.machine.system.seen]
+    return np.column_stack([truth[name] if name in truth else at[name] for name in names])
 
 
 def _lit(at: Points) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mehvar.physics.gates import Gate, Symmetry, balance, dot, identity, never_rises, symmetric
+from mehvar.physics.gates import Gate, Symmetry, balance, dot, identity, measures, never_rises, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from tests.mehvar.physics import rotations
 
@@ -13,6 +13,7 @@ from tests.mehvar.physics import rotations
 def gates_of(subject: Machine) -> list[Gate]:
     """Return what must hold for a chart."""
     quaternion = subject.system.structure["chart"] == "quaternion"
+    read = shown if quaternion else np.asarray
     found = [
         identity("energy of body and wheels", _energy, _energy_of_parts),
         identity("momentum of body and wheels", lambda at: at.call("momentum"), _momentum_of_parts),
@@ -31,11 +32,23 @@ def gates_of(subject: Machine) -> list[Gate]:
         symmetric(_OPPOSITE_NODE),
         symmetric(_half_turn(quaternion)),
         identity("order of axes", lambda at: _spinning(_free(at)), _relabelled),
+        measures(lambda at: read(at.values["x"]), read, unrounded),
     ]
     if quaternion:
         found.append(balance("unit quaternion", lambda at: dot(_q(at), _q(at)), lambda at: np.zeros(len(_q(at)))))
         found.append(symmetric(Symmetry("quaternion of either sign", frozenset({"q0", "q1", "q2", "q3"}))))
     return found
+
+
+def unrounded(at: Points) -> Points:
+    """Return the points with a star tracker that does not round."""
+    return at.moved(quantum=0.0)
+
+
+def shown(x: Array) -> Array:
+    """Return vectors that begin with a quaternion, whose sign means nothing, as products of it."""
+    q = x[:, :4]
+    return np.hstack([np.einsum("ni,nj->nij", q, q).reshape(-1, 16), x[:, 4:]])
 
 
 _OPPOSITE_NODE = Symmetry(

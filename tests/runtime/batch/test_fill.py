@@ -312,9 +312,7 @@ def test_success_is_the_end_and_a_condition(whole: Store) -> None:
         Success("max_roh < 1")(whole, whole.stored())
 
 
-@pytest.mark.parametrize(
-    "text", ["max_rho", "max_rho <", "1", "__import__('os').system('x') < 1", "max_rho == 1", "-rho"]
-)
+@pytest.mark.parametrize("text", ["max_rho", "max_rho <", "1", "__import__('os').system('x') < 1", "-rho"])
 def test_what_is_no_condition_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="must be a condition"):
         Success(text)

@@ -234,10 +234,11 @@ def test_the_stop_rule_looks_at_the_whole_width() -> None:
 
 
 def test_a_condition_of_success_on_an_unknown_name_is_refused_before_any_run() -> None:
-    Success("m < 1").check(("a", "b", "m"), {})
-    Success(None).check((), {})
+    known = {"a": "s", "b": "m", "m": "1"}
+    Success("m < 1").check(known, {})
+    Success(None).check({}, {})
     with pytest.raises(InputError, match="nonsense"):
-        Success("nonsense < 1").check(("a", "b", "m"), {})
+        Success("nonsense < 1").check(known, {})
 
 
 def test_fewer_runs_than_a_regression_needs_say_nothing(rng: np.random.Generator) -> None:
