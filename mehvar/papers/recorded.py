@@ -77,5 +77,5 @@ def recorded_scene(dataset: xr.Dataset, manifest: Manifest) -> tuple[Reproductio
         scene = paper.scene(runs)
     except KeyError:
         return None
-    title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+    title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
     return paper, replace(scene, runs={title: next(iter(scene.runs.values()))})

@@ -95,7 +95,7 @@ class Runs:
         about, n = self.dataset.attrs, self.successful.size
         condition = f" ({self.condition})" if self.condition else ""
         return (
-            f"{about['title']} (scenario {about['scenario']})\n"
+            f"{about['title']} (scenario {case_text(about)})\n"
             f"{int(self.successful.sum())} of {n} runs succeed{condition}"
         )
 

@@ -135,7 +135,7 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
 
 def headline(dataset: xr.Dataset) -> str:
     """Return what was run and, when it ended early, why."""
-    text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"
+    text = f"{dataset.attrs['title']} (scenario {case_text(dataset.attrs)})"
     if dataset.attrs["status"] in [status.text for status in COMPLETE]:
         return text
     return f"{text}\nended early: {dataset.attrs['reason']}"

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.ledger.page import FILTERS
-from mehvar.papers.claims import Check, Claim, ClaimVerdict
+from mehvar.papers.claims import Check, Claim, ClaimVerdict, tally
 from mehvar.papers.deviations import Deviation
 from mehvar.papers.reproduction import Reproduction
 from mehvar.pictures.scene import Scene
@@ -75,10 +75,9 @@ def paper_stage(model: str, paper: Reproduction, scene: Scene) -> Stage:
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
-    claims = [claim for report in reports for claim in report.claims]
-    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
     content = {
-        "reports": reports, "pages": pages, "counts": counts, "total": len(claims), "others": others, "facts": facts,
+        "reports": reports, "pages": pages, "others": others, "facts": facts, "verdicts": list(ClaimVerdict),
+        "counts": tally(claim for report in reports for claim in report.claims),
     }  # fmt: skip
     return Page(
         "What the papers say, computed anew",

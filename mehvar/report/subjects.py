@@ -113,7 +113,7 @@ def batch_sections(runs: Runs) -> list[Section]:
     successes, n = int(runs.successful.sum()), runs.successful.size
     low, high = interval(successes, n)
     condition = f" ({runs.condition})" if runs.condition else ""
-    text = f"{successes} of {n} runs succeed{condition}: {successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]."
+    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]."
     with style():
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
@@ -165,7 +165,7 @@ def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
         return paper_stage(name, *animated)
     if not manifest.geometry:
         return None
-    title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+    title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
     return _geometry_stage({title: dataset}, load(name))
 
 
@@ -246,7 +246,7 @@ def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Se
     known = metrics_of(manifest, about["controller"], list(map(str, dataset.data_vars)))
     values = metrics(dataset, manifest)
     rows = [(name, f"{value:.6g}", known[name].unit, known[name].description) for name, value in values.items()]
-    text = f"{about['title']}, scenario {about['scenario']}: {about['reason']}, t = {float(about['t_stop']):g} s."
+    text = f"{about['title']}, scenario {case_text(about)}: {about['reason']}, t = {float(about['t_stop']):g} s."
     with style():  # a paper's picture calls functions of the model
         ours = is_installed(manifest.model, manifest.hash)
         figure = (run_picture if ours else panels_picture)(dataset, manifest)

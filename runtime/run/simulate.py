@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .calls import events_of
+from .changes import changed_options, changed_values
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
@@ -71,6 +72,8 @@ class Run:
         Effective parameters with their origins.
     options : mapping
         Effective method, tolerances, sampling.
+    changed : mapping
+        What the caller set other than the scenario has it: choices, parameters, options, initial states, inputs.
     events : tuple of (float, str)
         What happened: the instant of each event in seconds, and its name.
     method : str
@@ -102,6 +105,7 @@ class Run:
     hold: float | None
     parameters: Resolved
     options: Mapping[str, float | str]
+    changed: Mapping[str, float | str]
     events: tuple[tuple[float, str], ...]
     method: Integrator
     t_stiff: float
@@ -240,7 +244,8 @@ def simulate(
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
-    suffix = variant_suffix(manifest, {name: others.pop(name) for name in manifest.choices if name in others}, origin)
+    choices = {name: others.pop(name) for name in manifest.choices if name in others}
+    suffix = variant_suffix(manifest, choices, origin)
     values = merged(parameters or {}, others, origin)
     given_values = dict(values)
     if controlled.delay:
@@ -280,6 +285,13 @@ def simulate(
         hold=problem.hold,
         parameters=resolved,
         options=_effective(problem),
+        changed={
+            **{name: str(word) for name, word in choices.items() if word != manifest.choices[name].values[0]},
+            **changed_values(manifest, controlled, case, given_values, resolved),
+            **changed_options(case, options),
+            **{name: float(x0[loaded.state_names.index(name)]) for name in initial or {}},
+            **_named_inputs(loaded.input_names, inputs),
+        },
         events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
         method=problem.method if math.isnan(trajectory.t_stiff) else STIFF,
         t_stiff=trajectory.t_stiff,
@@ -380,6 +392,15 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     if trajectory.status is Status.STEP_UNDERFLOW:
         return f"the tolerance needs a step below the resolution of time {at}"
     return f"more than {problem.max_steps} steps from one sample to the next {at}"
+
+
+def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Dataset | None) -> dict[str, float | str]:
+    """Return inputs as a title names them: numbers, and of all others that they are given."""
+    if not inputs:
+        return {}
+    values = {name: inputs[name] for name in names if name in inputs}
+    named = {f"u_{name}": float(v) if isinstance(v, int | float) else "given" for name, v in values.items()}
+    return named or {"inputs": "of a run"}
 
 
 def _effective(problem: Problem) -> dict[str, float | str]:

@@ -149,7 +149,7 @@ def _settling(t: FloatArray, error: FloatArray, band: float) -> float:
 def row_claims(runs: Runs) -> list[Claim]:
     """Return one claim for each row: its numbers are reproduced."""
     return [
-        Claim(f"R{k}", f"Row {row.name}: {row.title} (scenario {row.scenario}).", _checks(runs, row), TABLE.explanation)
+        Claim(f"R{k}", f"Row {row.name}: {row.title} (scenario {row.scenario}).", _checks(runs, row), TABLE.explanation, own=True)
         for k, row in enumerate(TABLE.row, 1)
     ]
 
