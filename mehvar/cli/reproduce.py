@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from mehvar.report.content import PaperReport
 
 _LIVE = "live"
+_MAKER = "mehvar reproduce"
+_NAMES = ("index.html", "claims.json", "beyond.json", "figures", _LIVE)
 _PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 
 
@@ -75,7 +77,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
         If a file cannot be written.
     """
     require_matplotlib()
-    check_folder(out)
+    check_folder(out, _MAKER, [*_NAMES, *(f"{name}.html" for name in paper_models())])
     from mehvar.report.content import beyond_folders, paper_report
     from mehvar.report.papers import paper_pages
 
@@ -120,7 +122,7 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
 
 
 def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], live: Iterable[str]) -> None:
-    with filling(out) as folder:
+    with filling(out, _MAKER) as folder:
         for model in live:
             export_web(model, folder / _LIVE)
         (folder / "figures").mkdir()

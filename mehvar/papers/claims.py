@@ -23,7 +23,7 @@ up to 2.5 % of two. No verdict changes with half or twice this."""
 COUNTS = 1.0
 """Allowed deviation of a count, absolute: a sign change at the end of a run is or is not within it."""
 
-PAPERS, OWN = "claims of the papers", "our own rows against an independent program"
+PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
 
 
 class ClaimVerdict(StrEnum):

@@ -11,6 +11,7 @@ from mehvar.errors import unknown_name
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.store.store import Store
+from mehvar.runtime.run.changes import case_text
 
 from .style import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mehvar.errors import unknown_name
 from mehvar.runtime.batch.conditions import Criterion
 from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError
+from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.problem import COMPLETE
 
 if TYPE_CHECKING:

@@ -19,6 +19,7 @@ from mehvar.errors import InputError, MissingError, bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, parse_manifest
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
+from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.metrics import metrics, metrics_of
 
 try:
@@ -225,10 +226,9 @@ class Results:
         from mehvar.report.page import Page
         from mehvar.report.subjects import batch_sections, run_sections
 
-        title = str(self._dataset.attrs.get("title", ""))
         if self._is_batch:
-            return Page(title, batch_sections(self._runs(None)))
-        return Page(title, run_sections(self._dataset, self._manifest))
+            return Page(self._title, batch_sections(self._runs(None)))
+        return Page(self._title, run_sections(self._dataset, self._manifest))
 
     def animate(self) -> Animation:
         """Return the run as a 3-D animation, which a notebook shows and `save(path)` writes.
@@ -248,8 +248,12 @@ class Results:
                 f"no animation of {about['model']} with {about['controller']}: there is one of a single run of a model "
                 "that is here, and that declares its geometry or has a paper whose scene shows such a run"
             )
-        title = str(self._dataset.attrs["title"])
-        return Animation(page_text(Page(title, [Section("animation", "Animation", [stage])])))
+        return Animation(page_text(Page(self._title, [Section("animation", "Animation", [stage])])))
+
+    @property
+    def _title(self) -> str:
+        about = self._dataset.attrs
+        return f"{about['title']} (scenario {case_text(about)})"
 
     @property
     def _is_batch(self) -> bool:

@@ -66,10 +66,14 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
     return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
 
 
-def paper_stage(model: str, paper: Reproduction, scene: Scene) -> Stage:
-    """Return the animation of a paper, with its words and its script."""
+def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
+    """Return a paper's animation: of the paper's own runs with what they show, or of any runs, which end at `until`."""
     words = paper.captions.scene
-    return Stage(model, words.title, words.caption, model, paper.script, scene)
+    if until is None:
+        return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
+    shown = max(float(series["t"][-1]) for series in scene.runs.values())
+    part = f" Of {until:g} s the first {shown:g} are shown." if shown < until else ""
+    return Stage(model, "Motion", words.caption + part, model, paper.script, scene)
 
 
 def _overview(

@@ -27,6 +27,7 @@ from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.model.model import load
+from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.results import to_dataset
 
@@ -113,7 +114,8 @@ def batch_sections(runs: Runs) -> list[Section]:
     successes, n = int(runs.successful.sum()), runs.successful.size
     low, high = interval(successes, n)
     condition = f" ({runs.condition})" if runs.condition else ""
-    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]."
+    share = f"{successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]"
+    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {share}."
     with style():
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
@@ -162,7 +164,7 @@ def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
     if not is_installed(name, manifest.hash):
         return None
     if animated := recorded_scene(dataset, manifest):
-        return paper_stage(name, *animated)
+        return paper_stage(name, *animated, float(dataset["t"].values[-1]))
     if not manifest.geometry:
         return None
     title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
@@ -174,7 +176,8 @@ def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Datase
     name = model.manifest.model
     if has_paper(name):
         paper = load_reproduction(name)
-        return paper_stage(name, paper, paper.scene(runs))
+        until = max(float(dataset["t"].values[-1]) for dataset in datasets.values())
+        return paper_stage(name, paper, paper.scene(runs), until)
     return _geometry_stage(datasets, model) if model.manifest.geometry and datasets else None
 
 

@@ -24,6 +24,7 @@ from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
+from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
 from tests.derived import generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
@@ -214,7 +215,8 @@ def test_the_papers_claims_are_counted_first_and_our_own_rows_apart(report):
             assert count in line
             assert "".join(count.split()) in page
     assert page.index("".join(report.counts[0].split(":")[0].split())) < page.index("".join(OWN.split()))
-    assert "\n".join(report.counts) in (Path(__file__).parents[3] / "docs/reference/report.md").read_text(encoding="utf-8")
+    said = Path(__file__).parents[3] / "docs" / "reference" / "report.md"
+    assert "\n".join(report.counts) in said.read_text(encoding="utf-8")
 
 
 def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
@@ -302,12 +304,13 @@ def test_an_old_report_stays_when_a_new_one_fails(tmp_path, monkeypatch):
     def broken(runs):
         raise RuntimeError("no claims today")
 
-    (tmp_path / "index.html").write_text("old")
+    with filling(tmp_path, "mehvar reproduce") as folder:
+        (folder / "index.html").write_text("old")
     _only_claims(monkeypatch, broken)
     with pytest.raises(RuntimeError, match="no claims today"):
         reproduce(tmp_path)
     assert (tmp_path / "index.html").read_text() == "old"
-    assert [path.name for path in tmp_path.iterdir()] == ["index.html"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".mehvar", "index.html"]
 
 
 def test_refuses_an_output_folder_that_is_a_file(tmp_path):

@@ -72,7 +72,8 @@ def test_a_claim_about_the_print_does_not_hold_under_a_reading_of_something_else
 @pytest.mark.parametrize("name", paper_models())
 def test_what_is_said_of_the_print_and_refuted_is_judged_as_printed(name):
     refuted = [text for text in load_reproduction(name).texts if text.refuted]
-    assert [text.number for text in refuted if text.printed] == [text.number for text in refuted if "print" in text.text]
+    of_the_print = [text.number for text in refuted if "print" in text.text]
+    assert [text.number for text in refuted if text.printed] == of_the_print
 
 
 def test_the_papers_claims_and_our_own_rows_are_counted_apart():
