@@ -114,8 +114,8 @@ def batch_sections(runs: Runs) -> list[Section]:
     successes, n = int(runs.successful.sum()), runs.successful.size
     low, high = interval(successes, n)
     condition = f" ({runs.condition})" if runs.condition else ""
-    share = f"{successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]"
-    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {share}."
+    estimate = f"{successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]"
+    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {estimate}."
     with style():
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]

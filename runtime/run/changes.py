@@ -25,7 +25,8 @@ def changed_values(
 ) -> dict[str, float]:
     """Return the given parameters whose values are not the scenario's."""
     parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
-    plain = {q.name: q.default for q in parameters} | case.values | case.controllers.get(law.name, {})
+    defaults = {q.name: q.default for q in parameters}
+    plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
     return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
 
 
