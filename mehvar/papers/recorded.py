@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.pictures.scene import Scene
+from mehvar.pictures.style import case_text
 from mehvar.runtime.model.catalogue import is_installed
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import Resolved
-from mehvar.runtime.run.changes import case_text
 
 from .reproduction import Reproduction, has_paper, load_reproduction
 

@@ -11,9 +11,8 @@ from mehvar.errors import unknown_name
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.store.store import Store
-from mehvar.runtime.run.changes import case_text
 
-from .style import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
+from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, pretty_unit, require_matplotlib, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

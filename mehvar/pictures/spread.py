@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from mehvar.errors import unknown_name
 from mehvar.runtime.batch.conditions import Criterion
 from mehvar.runtime.batch.statistics import interval
-from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, label, new_figure, pretty_unit
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, case_text, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Iterator
+import json
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError
-from mehvar.runtime.run.changes import case_text
+from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 """Okabe and Ito's palette without its yellow, which is too faint on white."""
 BAND_LOW, BAND_HIGH = "band-low", "band-high"
 """The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
+_MOST_CHANGES = 4
+"""Of a title, which is one line: with twice as many it is two."""
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""
 
@@ -132,6 +135,20 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
         ax.xaxis.label.set_visible(False)
         ax.tick_params(labelbottom=False)
     ax.set_ylabel(text)
+
+
+def case_text(about: Mapping[str, Any]) -> str:
+    """Return what was run, of the attributes of a run or a batch: "paper, theta_0 = 0.3" of the scenario paper."""
+    if "campaign" in about:
+        campaign = json.loads(about["campaign"])
+        plain = {name: row.default for name, row in OPTIONS.items()}
+        options = {name: value for name, value in campaign["options"].items() if value != plain.get(name)}
+        changed = {**campaign["parameters"], **options, **campaign["initial"]}
+    else:
+        changed = json.loads(about["changed"])
+    parts = [f"{name} = {v:.6g}" if isinstance(v, float) else f"{name} = {v}" for name, v in changed.items()]
+    more = [f"{len(parts) - _MOST_CHANGES} more"] if len(parts) > _MOST_CHANGES else []
+    return ", ".join([about["scenario"], *parts[:_MOST_CHANGES], *more])
 
 
 def headline(dataset: xr.Dataset) -> str:

@@ -19,7 +19,6 @@ from mehvar.errors import InputError, MissingError, bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, parse_manifest
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
-from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.metrics import metrics, metrics_of
 
 try:
@@ -252,6 +251,8 @@ class Results:
 
     @property
     def _title(self) -> str:
+        from mehvar.pictures.style import case_text
+
         about = self._dataset.attrs
         return f"{about['title']} (scenario {case_text(about)})"
 

@@ -22,12 +22,11 @@ from mehvar.papers.runs import Runs as PaperRuns
 from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
-from mehvar.pictures.style import require_matplotlib, style
+from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.model.model import load
-from mehvar.runtime.run.changes import case_text
 from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.results import to_dataset
 

@@ -25,8 +25,7 @@ from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .calls import events_of
-from .changes import changed_options, changed_values
-from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, merged, read_options
+from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -287,8 +286,8 @@ def simulate(
         options=_effective(problem),
         changed={
             **{name: str(word) for name, word in choices.items() if word != manifest.choices[name].values[0]},
-            **changed_values(manifest, controlled, case, given_values, resolved),
-            **changed_options(case, options),
+            **_changed_values(manifest, controlled, case, given_values, resolved),
+            **_changed_options(case, options),
             **{name: float(x0[loaded.state_names.index(name)]) for name in initial or {}},
             **_named_inputs(loaded.input_names, inputs),
         },
@@ -392,6 +391,23 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     if trajectory.status is Status.STEP_UNDERFLOW:
         return f"the tolerance needs a step below the resolution of time {at}"
     return f"more than {problem.max_steps} steps from one sample to the next {at}"
+
+
+def _changed_values(
+    manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
+) -> dict[str, float]:
+    """Return the given parameters whose values are not the scenario's."""
+    parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
+    defaults = {q.name: q.default for q in parameters}
+    plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
+    return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
+
+
+def _changed_options(case: Scenario, options: RunOptions) -> dict[str, float | str]:
+    """Return the options that are neither the defaults nor the scenario's, but for who computes and when to give up."""
+    plain = {"t_end": case.duration, "dt_out": case.step}
+    others = ("backend", "max_steps")
+    return {name: v for name, v in options.changes().items() if name not in others and v != plain.get(name)}
 
 
 def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Dataset | None) -> dict[str, float | str]:
