@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -108,6 +108,13 @@ SettingTexts = Annotated[
         autocompletion=complete_settings,
     ),
 ]
+
+
+def end_time(text: str | None) -> dict[str, Any]:
+    """Return the value of --t-end by the name of its option; nothing where it is not given."""
+    if text is None:
+        return {}
+    return {"t_end": OPTIONS["t_end"].check(read_value(text, "s", "t_end", "--t-end"), "--t-end")}
 
 
 def required_law(manifest: Manifest, controller: str | None) -> str:

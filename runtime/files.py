@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -52,13 +53,20 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             temporary.unlink()
 
 
-def check_folder(folder: str | os.PathLike[str]) -> None:
+def check_folder(folder: str | os.PathLike[str], maker: str = "", names: Iterable[str] = ()) -> None:
     """Refuse before the work a folder that could not be written after it.
+
+    Parameters
+    ----------
+    folder : path
+        Made later if it does not exist.
+    maker, names : str
+        The command with what it is about, as `filling` records it, and what it writes there.
 
     Raises
     ------
     InputError
-        If it is no folder, or cannot be made or written.
+        If it is no folder, cannot be made or written, or has one of the names from elsewhere.
     """
     target = Path(folder)
     there = next(place for place in (target, *target.absolute().parents) if place.exists())
@@ -66,6 +74,23 @@ def check_folder(folder: str | os.PathLike[str]) -> None:
         raise bad_value("out", str(folder), f"a folder that can be made, but {there} is a file", "--out")
     if not os.access(there, os.W_OK):
         raise bad_value("out", str(folder), f"a folder that can be made, but you may not write into {there}", "--out")
+    _check_maker(target, maker, names)
+
+
+def _check_maker(folder: Path, maker: str, names: Iterable[str]) -> None:
+    makers = _makers(folder)
+    for name in names:
+        if (folder / name).exists() and makers.get(name) != maker:
+            whose = f"`{makers[name]}` made" if name in makers else f"`{maker}` did not make"
+            raise bad_value("out", str(folder), f"another folder: this one has {name}, which {whose}", "--out")
+
+
+def _makers(folder: Path) -> dict[str, str]:
+    """Return by name what filled a folder; nothing of one whose record cannot be read."""
+    with suppress(OSError, ValueError):
+        record = json.loads((folder / _MAKERS).read_text(encoding="utf-8"))
+        return {str(name): str(maker) for name, maker in record.items()} if isinstance(record, dict) else {}
+    return {}
 
 
 def check_file(path: str | os.PathLike[str]) -> None:
@@ -84,14 +109,20 @@ def check_file(path: str | os.PathLike[str]) -> None:
         raise bad_value("output file", name, "a file in a folder that can be written")
 
 
+_MAKERS = ".mehvar"
+"""File that says which command wrote what in a folder: the same one may replace it."""
+
+
 @contextmanager
-def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
+def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
     """Give a temporary folder, and move what was written there into `folder` when the block ends well.
 
     Parameters
     ----------
     folder : path
         Made if it does not exist; what else it holds stays.
+    maker : str
+        The command with what it is about; what another one wrote, or somebody else, is not replaced.
 
     Yields
     ------
@@ -100,6 +131,8 @@ def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
 
     Raises
     ------
+    InputError
+        If a file of the same name is there that this command did not write.
     OSError
         If something cannot be written; the message names `folder`.
     """
@@ -108,7 +141,10 @@ def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=there) as scratch:
             yield Path(scratch)
+            names = sorted(path.name for path in Path(scratch).iterdir())
+            _check_maker(Path(folder), maker, names)
             target.mkdir(parents=True, exist_ok=True)
+            write_atomic(target / _MAKERS, json.dumps(_makers(target) | dict.fromkeys(names, maker), indent=1) + "\n")
             for path in sorted(Path(scratch).rglob("*")):
                 place = target / path.relative_to(scratch)
                 if path.is_dir():

@@ -31,6 +31,7 @@ from mehvar.settings import (
     complete_models,
     complete_scenarios,
     complete_varied,
+    end_time,
     read_values,
     required_law,
     whole,
@@ -92,7 +93,7 @@ def command(
     """
     manifest = find_model(read_campaign(Path(model)).model if model.endswith(".toml") else model)
     batch = _campaign(
-        model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=_seconds(t_end),
+        model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, **end_time(t_end),
         out=out, until=until, success=success, save=_save(save), set=read_values(settings, manifest),
         vary=_dispersions(vary or ()),
     )  # fmt: skip
@@ -168,10 +169,6 @@ def _save(text: str | None) -> Save | None:
     if name != "every" or not value:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
     return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value, "s", "every", "--save"), "--save"))
-
-
-def _seconds(text: str | None) -> Any:
-    return None if text is None else OPTIONS["t_end"].check(read_value(text, "s", "t_end", "--t-end"), "--t-end")
 
 
 def _client(scheduler: str | None) -> Any:

@@ -12,7 +12,7 @@ import typer
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import read_manifest
+from mehvar.manifest import FILE, read_manifest
 from mehvar.runtime.files import check_folder
 from mehvar.settings import read_settings
 from mehvar.terminal import working
@@ -71,6 +71,7 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         raise bad_value("--emit", emit, "casadi")
     if out is not None:
         check_folder(out)
+        _check_own(out, names[0])
     for model in names:
         with working(f"deriving {model}"):
             report = generation.generate(tree, model, out, structure, emit == "casadi")
@@ -78,6 +79,12 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
         if report.written:
             _note_hidden(out or tree.root / "generated" / model)
+
+
+def _check_own(out: Path, model: str) -> None:
+    """Refuse a folder that another model was generated into: its files would stay beside those of this one."""
+    if (out / FILE).is_file() and (there := read_manifest(out).model) != model:
+        raise bad_value("out", str(out), f"another folder: this one has the model {there}", "--out")
 
 
 def _note_hidden(folder: Path) -> None:

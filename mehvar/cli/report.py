@@ -20,6 +20,8 @@ from mehvar.terminal import progress
 if TYPE_CHECKING:
     from mehvar.report.page import Page
 
+_PAGE = "index.html"
+
 
 def command(
     subject: Annotated[
@@ -29,25 +31,29 @@ def command(
             autocompletion=complete_models,
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("report"),
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the page; SUBJECT-report unless given.")
+    ] = None,
 ) -> None:  # fmt: skip
     """Write the page.
 
     Raises
     ------
     InputError
-        For a model, a result or a store that is none, a folder that cannot be made, or without matplotlib.
+        For a model, a result or a store that is none, a folder that cannot be made or has another page, or without
+        matplotlib.
     """
     require_matplotlib()
-    check_folder(out)
+    out, maker = out or Path(f"{Path(subject).stem}-report"), f"mehvar report {subject}"
+    check_folder(out, maker, [_PAGE])
     from mehvar.report.page import page_text
 
     with progress(f"report {subject}") as advance:
         advance(0, 1, "(the first run compiles)")
         page = page_text(_page(subject))
-    with filling(out) as folder:
-        (folder / "index.html").write_text(page, encoding="utf-8")
-    typer.echo(f"report: {out / 'index.html'}")
+    with filling(out, maker) as folder:
+        (folder / _PAGE).write_text(page, encoding="utf-8")
+    typer.echo(f"report: {out / _PAGE}")
 
 
 def _page(subject: str) -> Page:

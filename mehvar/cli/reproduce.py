@@ -15,7 +15,7 @@ import typer
 
 from mehvar.codegen.generate import installed_tree
 from mehvar.ledger.judging import judged
-from mehvar.papers.claims import ClaimVerdict
+from mehvar.papers.claims import ClaimVerdict, tally, tally_text
 from mehvar.papers.reproduction import paper_models
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.compiling.compiler import find_compiler
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from mehvar.report.content import PaperReport
 
 _LIVE = "live"
+_MAKER = "mehvar reproduce"
+_NAMES = ("index.html", "claims.json", "beyond.json", "figures", _LIVE)
 _PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 
 
@@ -39,14 +41,13 @@ def command(
 ) -> int:
     """Write the report; return the exit status."""
     with progress("reproduce") as advance:
-        failures = reproduce(out, advance)
-    typer.echo(f"report: {out / 'index.html'}")
-    for failure in failures:
-        typer.echo(failure)
+        counts, failures = reproduce(out, advance)
+    for line in [*counts, f"report: {out / 'index.html'}", *failures]:
+        typer.echo(line)
     return int(bool(failures))
 
 
-def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
+def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], list[str]]:
     """Compute every figure and claim of every paper and beyond it, a batch and boards of each system; write the report.
 
     Everything is computed before anything is written.
@@ -63,6 +64,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     Returns
     -------
     list of str
+        How many claims of the papers hold, and apart how many rows of our own; a line for each.
+    list of str
         What fails, a line for each kind: claims that do not hold and are not refuted as documented, laws whose bits on
         the board are not the host's, functions that CasADi's own C computes otherwise. Empty where nothing does.
 
@@ -74,7 +77,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
         If a file cannot be written.
     """
     require_matplotlib()
-    check_folder(out)
+    check_folder(out, _MAKER, [*_NAMES, *(f"{name}.html" for name in paper_models())])
     from mehvar.report.content import beyond_folders, paper_report
     from mehvar.report.papers import paper_pages
 
@@ -89,7 +92,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started), live), live)
     if advance is not None:
         advance(len(models), len(models))
-    return _failures(reports)
+    counts = tally(claim for report in reports for claim in report.claims)
+    return [tally_text(kind, of) for kind, of in counts.items()], _failures(reports)
 
 
 def _failures(reports: Sequence[PaperReport]) -> list[str]:
@@ -118,7 +122,7 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
 
 
 def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], live: Iterable[str]) -> None:
-    with filling(out) as folder:
+    with filling(out, _MAKER) as folder:
         for model in live:
             export_web(model, folder / _LIVE)
         (folder / "figures").mkdir()
@@ -135,7 +139,7 @@ def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], 
 
 
 def _claims_text(decided: Iterable[tuple[Manifest, Sequence[Claim]]]) -> str:
-    fields = ("number", "text", "expected", "measured", "verdict", "note", "outcome")
+    fields = ("number", "kind", "text", "expected", "measured", "verdict", "note", "outcome")
     entries = [
         {"model": manifest.model, **{field: getattr(claim, field) for field in fields}}
         for manifest, claims in decided

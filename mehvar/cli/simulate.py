@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import bad_value, together, unknown_name
+from mehvar.errors import InputError, bad_value, together, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.files import check_file
@@ -33,6 +33,7 @@ from mehvar.settings import (
     complete_inputs,
     complete_models,
     complete_scenarios,
+    end_time,
     read_settings,
     read_values,
     required_law,
@@ -97,28 +98,31 @@ def command(
         return repeat(store, run, out, plot, model, trust_model)
     if model is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
-    ends = [] if t_end is None else [f"t_end={t_end}"]
-    texts = [*(settings or ()), *ends]
-    _check(find_model(model), controller, scenario, texts, out, plot)
+    _check(find_model(model), controller, scenario, settings, t_end, out, plot)
     assert controller is not None
-    values = read_values(texts, find_model(model))
+    values = read_values(settings, find_model(model)) | end_time(t_end)
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
     _check_inputs(find_model(model), scenario, values, opened, "--input" if inputs is None else f"--inputs {inputs}")
-    return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json)
+    origin = "--set" if t_end is None else "--t-end and --set" if settings else "--t-end"
+    return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json, origin)
 
 
 def _check(
     manifest: Manifest,
     controller: str | None,
     scenario: str | None,
-    texts: Sequence[str],
+    texts: Sequence[str] | None,
+    t_end: str | None,
     out: Path | None,
     plot: Path | None,
 ) -> None:
     """Refuse in one message whatever can be seen before a run."""
 
     def check_settings() -> None:
-        parameters, _ = split_settings(read_values(texts, manifest), manifest.choices, "run", "--set")
+        values = read_values(texts, manifest)
+        if t_end is not None and "t_end" in values:
+            raise InputError("t_end is given twice: by --t-end and by --set")
+        parameters, _ = split_settings(values, manifest.choices, "run", "--set")
         if law := manifest.controllers.get(controller or ""):
             check_values(manifest, law, parameters, "--set", (*OPTIONS, *manifest.choices))
         else:
@@ -128,6 +132,7 @@ def _check(
         lambda: controller == OPEN_LOOP or manifest.controller(required_law(manifest, controller)),
         lambda: manifest.scenario(scenario),
         check_settings,
+        lambda: end_time(t_end),
         lambda: _check_outputs(out, plot),
     )
 
@@ -182,6 +187,7 @@ def simulate(
     plot: Path | None,
     opened: Mapping[str, Any],
     as_json: bool = False,
+    origin: str = "--set",
 ) -> int:
     """Run, print, save; return the exit status.
 
@@ -190,11 +196,11 @@ def simulate(
     InputError
         For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
     """
-    parameters, options = split_settings(settings, find_model(model).choices, "run", "--set")
+    parameters, options = split_settings(settings, find_model(model).choices, "run", origin)
     with progress(f"{model} {controller or OPEN_LOOP}") as advance:
         advance(0, 1, "(the first run compiles)")
         run = simulate_run(
-            model, controller, scenario, parameters, progress=advance, origin="--set", **options, **opened
+            model, controller, scenario, parameters, progress=advance, origin=origin, **options, **opened
         )
     return _finish(run, out, plot, as_json, as_described=not settings)
 

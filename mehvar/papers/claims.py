@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TypeAlias
@@ -22,15 +23,22 @@ up to 2.5 % of two. No verdict changes with half or twice this."""
 COUNTS = 1.0
 """Allowed deviation of a count, absolute: a sign change at the end of a run is or is not within it."""
 
+PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
+
 
 class ClaimVerdict(StrEnum):
-    """What became of a claim."""
+    """Verdict on a claim."""
 
     HOLDS = "holds"
     NOTE = "holds with a note"
     READING = "holds under another reading"
+    PRINTED = "does not hold as printed"
     REFUTED = "does not hold, as documented"
     FAILS = "does not hold"
+
+    def of(self, count: int) -> str:
+        """Return the verdict of so many claims, in words."""
+        return f"{count} {self if count == 1 else self.replace('holds', 'hold').replace('does', 'do')}"
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,8 @@ class Claim:
     """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail.
 
     What a paper says and our documents refute, in the reading that the model uses, is `refuted`: it fails when its
-    checks hold. A text that came damaged has other `readings`, and under one of them the claim may hold after all.
+    checks hold. A text that came damaged has other `readings`, and under one of them the claim may hold after all;
+    not so one about the text as it is `printed`. A claim of our `own` is a row of numbers of an independent program.
     """
 
     number: str
@@ -75,15 +84,24 @@ class Claim:
     explanation: str = ""
     refuted: bool = False
     readings: tuple[TriedReading, ...] = ()
+    printed: bool = False
+    own: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Whose claim it is: `PAPERS` or `OWN`."""
+        return OWN if self.own else PAPERS
 
     @property
     def verdict(self) -> ClaimVerdict:
-        """What became of the claim."""
+        """Verdict on the claim."""
         failed = [check for check in self.checks if not check.holds]
         if any(check.essential for check in failed):
             if not self.refuted:
                 return ClaimVerdict.FAILS
-            return ClaimVerdict.READING if any(r.holds for r in self.readings) else ClaimVerdict.REFUTED
+            if not any(r.holds for r in self.readings):
+                return ClaimVerdict.REFUTED
+            return ClaimVerdict.PRINTED if self.printed else ClaimVerdict.READING
         if self.refuted:
             return ClaimVerdict.FAILS
         return ClaimVerdict.NOTE if failed else ClaimVerdict.HOLDS
@@ -98,7 +116,8 @@ class Claim:
         if not holding:
             return f"Under none of {many} other readings tried." if many > 1 else "Not under the other reading tried."
         which = f"{len(holding)} of {many} other readings tried" if many > 1 else "the other reading tried"
-        return f"Holds under {which}: {'; '.join(holding)}."
+        holds = "Does not hold as printed; holds if read otherwise," if self.printed else "Holds"
+        return f"{holds} under {which}: {'; '.join(holding)}."
 
     @property
     def expected(self) -> str:
@@ -136,6 +155,7 @@ class ClaimText:
     text: str
     explanation: str = ""
     refuted: bool = False
+    printed: bool = False
     expected: Mapping[str, float] = field(default_factory=dict)
     reading: tuple[ReadingText, ...] = ()
 
@@ -171,7 +191,8 @@ def decide(
 
 def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], runs: Runs) -> Claim:
     tried = tuple(TriedReading(r.name, r.text, _tried(readings[r.name], text.number_of, runs)) for r in text.reading)
-    return Claim(text.number, text.text, tuple(checks(runs, text.number_of)), text.explanation, text.refuted, tried)
+    results = tuple(checks(runs, text.number_of))
+    return Claim(text.number, text.text, results, text.explanation, text.refuted, tried, text.printed)
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
@@ -187,6 +208,18 @@ def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
         "the runs reach their ends", "all", "; ".join(dict.fromkeys(run.reason for run in watched.lost)), False
     )
     return (ends, *(replace(check, measured="not measured", holds=False) for check in results))
+
+
+def tally(claims: Iterable[Claim]) -> dict[str, list[tuple[ClaimVerdict, int]]]:
+    """Count the papers' claims and our own rows apart, the papers' first; verdicts that none has are left out."""
+    several = list(claims)
+    counts = {kind: Counter(claim.verdict for claim in several if claim.kind == kind) for kind in (PAPERS, OWN)}
+    return {kind: [(verdict, of[verdict]) for verdict in ClaimVerdict if of[verdict]] for kind, of in counts.items()}
+
+
+def tally_text(kind: str, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
+    """Return the counts of a kind as one line."""
+    return f"{sum(count for _, count in counts)} {kind}: {'; '.join(v.of(count) for v, count in counts) or 'none'}"
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:

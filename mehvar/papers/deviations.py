@@ -95,4 +95,5 @@ def _run_claim(number: str, scenario: Scenario, law: str, row: Sequence[Deviatio
         f"The numbers of scenario {scenario.name} with {law} are reproduced (table below).",
         (check,),
         "; ".join(f"{d.metric.name}: {d.measured:.4g} instead of {d.expected:.4g}" for d in wrong),
+        own=True,
     )

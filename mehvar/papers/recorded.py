@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.pictures.scene import Scene
+from mehvar.pictures.style import case_text
 from mehvar.runtime.model.catalogue import is_installed
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
@@ -77,5 +78,5 @@ def recorded_scene(dataset: xr.Dataset, manifest: Manifest) -> tuple[Reproductio
         scene = paper.scene(runs)
     except KeyError:
         return None
-    title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+    title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
     return paper, replace(scene, runs={title: next(iter(scene.runs.values()))})

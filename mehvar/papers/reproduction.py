@@ -57,12 +57,13 @@ class FigureCaption:
 
 @dataclass(frozen=True)
 class SceneCaption:
-    """The words of the animation."""
+    """The words of the animation: a caption that is true of any run, title and what is `shown` by the paper's runs."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     title: str
     caption: str
+    shown: str
 
 
 @dataclass(frozen=True)

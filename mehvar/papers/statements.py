@@ -36,12 +36,13 @@ BEYOND = "beyond the paper"
 
 
 class StatementVerdict(StrEnum):
-    """What became of a sentence, best first."""
+    """Verdict on a sentence, best first."""
 
     HOLDS = "holds"
     NOTE = "holds with a note"
     READING = "holds under another reading"
     MISPRINT = "rests on a formula that is misprinted"
+    PRINTED = "does not hold as printed"
     REFUTED = "does not hold"
     OPEN = "undecided"
     BACKGROUND = "not judged"
@@ -51,6 +52,7 @@ _CLAIMS = {
     ClaimVerdict.HOLDS: StatementVerdict.HOLDS,
     ClaimVerdict.NOTE: StatementVerdict.NOTE,
     ClaimVerdict.READING: StatementVerdict.READING,
+    ClaimVerdict.PRINTED: StatementVerdict.PRINTED,
     ClaimVerdict.REFUTED: StatementVerdict.REFUTED,
     ClaimVerdict.FAILS: StatementVerdict.REFUTED,
 }

@@ -12,7 +12,7 @@ from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.store.store import Store
 
-from .style import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
+from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, pretty_unit, require_matplotlib, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
         rows = -(-len(shown) // columns)
         figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
         about = store.attributes
-        figure.suptitle(f"{about['title']} (scenario {about['scenario']}), {store.n} runs", fontsize=10, wrap=True)
+        figure.suptitle(f"{about['title']} (scenario {case_text(about)}), {store.n} runs", fontsize=10, wrap=True)
         axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
         for name, ax in zip(shown, axes, strict=False):
             (_draw_bands if name in series else _draw_histogram)(ax, store, name)

@@ -19,7 +19,7 @@ from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, label, new_figure, pretty_unit
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, case_text, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +105,7 @@ class Runs:
         about, n = self.dataset.attrs, self.successful.size
         condition = f" ({self.condition})" if self.condition else ""
         return (
-            f"{about['title']} (scenario {about['scenario']})\n"
+            f"{about['title']} (scenario {case_text(about)})\n"
             f"{int(self.successful.sum())} of {n} runs succeed{condition}"
         )
 

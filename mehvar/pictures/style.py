@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError, printable
+from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 
 if TYPE_CHECKING:
@@ -24,6 +26,8 @@ COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 """Okabe and Ito's palette without its yellow, which is too faint on white."""
 BAND_LOW, BAND_HIGH = "band-low", "band-high"
 """The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
+_MOST_CHANGES = 4
+"""Of a title, which is one line: with twice as many it is two."""
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""
 
@@ -169,9 +173,23 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
     ax.set_ylabel(text)
 
 
+def case_text(about: Mapping[str, Any]) -> str:
+    """Return what was run, of the attributes of a run or a batch: "paper, theta_0 = 0.3" of the scenario paper."""
+    if "campaign" in about:
+        campaign = json.loads(about["campaign"])
+        plain = {name: row.default for name, row in OPTIONS.items()}
+        options = {name: value for name, value in campaign["options"].items() if value != plain.get(name)}
+        changed = {**campaign["parameters"], **options, **campaign["initial"]}
+    else:
+        changed = json.loads(about["changed"])
+    parts = [f"{name} = {v:.6g}" if isinstance(v, float) else f"{name} = {v}" for name, v in changed.items()]
+    more = [f"{len(parts) - _MOST_CHANGES} more"] if len(parts) > _MOST_CHANGES else []
+    return ", ".join([about["scenario"], *parts[:_MOST_CHANGES], *more])
+
+
 def headline(dataset: xr.Dataset) -> str:
     """Return what was run and, when it ended early, why."""
-    text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"
+    text = f"{dataset.attrs['title']} (scenario {case_text(dataset.attrs)})"
     if dataset.attrs["status"] in [status.text for status in COMPLETE]:
         return text
     return f"{text}\nended early: {dataset.attrs['reason']}"

@@ -225,10 +225,9 @@ class Results:
         from mehvar.report.page import Page
         from mehvar.report.subjects import batch_sections, run_sections
 
-        title = str(self._dataset.attrs.get("title", ""))
         if self._is_batch:
-            return Page(title, batch_sections(self._runs(None)))
-        return Page(title, run_sections(self._dataset, self._manifest))
+            return Page(self._title, batch_sections(self._runs(None)))
+        return Page(self._title, run_sections(self._dataset, self._manifest))
 
     def animate(self) -> Animation:
         """Return the run as a 3-D animation, which a notebook shows and `save(path)` writes.
@@ -248,8 +247,14 @@ class Results:
                 f"no animation of {about['model']} with {about['controller']}: there is one of a single run of a model "
                 "that is here, and that declares its geometry or has a paper whose scene shows such a run"
             )
-        title = str(self._dataset.attrs["title"])
-        return Animation(page_text(Page(title, [Section("animation", "Animation", [stage])])))
+        return Animation(page_text(Page(self._title, [Section("animation", "Animation", [stage])])))
+
+    @property
+    def _title(self) -> str:
+        from mehvar.pictures.style import case_text
+
+        about = self._dataset.attrs
+        return f"{about['title']} (scenario {case_text(about)})"
 
     @property
     def _is_batch(self) -> bool:

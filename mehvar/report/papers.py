@@ -13,7 +13,7 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.ledger.page import FILTERS
-from mehvar.papers.claims import Check, Claim, ClaimVerdict
+from mehvar.papers.claims import Check, Claim, ClaimVerdict, tally
 from mehvar.papers.deviations import Deviation
 from mehvar.papers.reproduction import Reproduction
 from mehvar.pictures.scene import Scene
@@ -66,19 +66,22 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
     return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
 
 
-def paper_stage(model: str, paper: Reproduction, scene: Scene) -> Stage:
-    """Return the animation of a paper, with its words and its script."""
+def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
+    """Return a paper's animation: of the paper's own runs with what they show, or of any runs, which end at `until`."""
     words = paper.captions.scene
-    return Stage(model, words.title, words.caption, model, paper.script, scene)
+    if until is None:
+        return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
+    shown = max(float(series["t"][-1]) for series in scene.runs.values())
+    part = f" Of {until:g} s the first {shown:g} are shown." if shown < until else ""
+    return Stage(model, "Motion", words.caption + part, model, paper.script, scene)
 
 
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
-    claims = [claim for report in reports for claim in report.claims]
-    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
     content = {
-        "reports": reports, "pages": pages, "counts": counts, "total": len(claims), "others": others, "facts": facts,
+        "reports": reports, "pages": pages, "others": others, "facts": facts, "verdicts": list(ClaimVerdict),
+        "counts": tally(claim for report in reports for claim in report.claims),
     }  # fmt: skip
     return Page(
         "What the papers say, computed anew",

@@ -22,7 +22,7 @@ from mehvar.papers.runs import Runs as PaperRuns
 from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
-from mehvar.pictures.style import require_matplotlib, style
+from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
@@ -113,7 +113,8 @@ def batch_sections(runs: Runs) -> list[Section]:
     successes, n = int(runs.successful.sum()), runs.successful.size
     low, high = interval(successes, n)
     condition = f" ({runs.condition})" if runs.condition else ""
-    text = f"{successes} of {n} runs succeed{condition}: {successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]."
+    estimate = f"{successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]"
+    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {estimate}."
     with style():
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
@@ -162,10 +163,10 @@ def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
     if not is_installed(name, manifest.hash):
         return None
     if animated := recorded_scene(dataset, manifest):
-        return paper_stage(name, *animated)
+        return paper_stage(name, *animated, float(dataset["t"].values[-1]))
     if not manifest.geometry:
         return None
-    title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+    title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
     return _geometry_stage({title: dataset}, load(name))
 
 
@@ -174,7 +175,8 @@ def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Datase
     name = model.manifest.model
     if has_paper(name):
         paper = load_reproduction(name)
-        return paper_stage(name, paper, paper.scene(runs))
+        until = max(float(dataset["t"].values[-1]) for dataset in datasets.values())
+        return paper_stage(name, paper, paper.scene(runs), until)
     return _geometry_stage(datasets, model) if model.manifest.geometry and datasets else None
 
 
@@ -246,7 +248,7 @@ def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Se
     known = metrics_of(manifest, about["controller"], list(map(str, dataset.data_vars)))
     values = metrics(dataset, manifest)
     rows = [(name, f"{value:.6g}", known[name].unit, known[name].description) for name, value in values.items()]
-    text = f"{about['title']}, scenario {about['scenario']}: {about['reason']}, t = {float(about['t_stop']):g} s."
+    text = f"{about['title']}, scenario {case_text(about)}: {about['reason']}, t = {float(about['t_stop']):g} s."
     with style():  # a paper's picture calls functions of the model
         ours = is_installed(manifest.model, manifest.hash)
         figure = (run_picture if ours else panels_picture)(dataset, manifest)

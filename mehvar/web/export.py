@@ -17,7 +17,7 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.manifest import Controller, Manifest, Parameter, Quantity, Shape
 from mehvar.runtime.arguments import check_arguments
-from mehvar.runtime.files import check_folder, write_atomic
+from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.options import RunOptions
@@ -49,7 +49,8 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
     Raises
     ------
     InputError
-        For an unknown model, one without a law that runs a scenario, or an `out` that cannot be a folder.
+        For an unknown model, one without a law that runs a scenario, or an `out` that cannot be a folder or
+        has another page of that name.
     MissingError
         Without zig; the message says how to install it.
     BuildError
@@ -63,11 +64,12 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
     loaded.manifest.check_rates("a page")
     loaded.manifest.refuse_events("a page")
     zig_toolchain()  # before the runs, which take longer
-    page = Path(out) / f"{loaded.manifest.model}.html"
+    name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
+    check_folder(out, maker, [name])
     text = web_page(loaded.manifest, cases_of(loaded))
-    page.parent.mkdir(parents=True, exist_ok=True)
-    write_atomic(page, text)
-    return page
+    with filling(out, maker) as folder:
+        (folder / name).write_text(text, encoding="utf-8")
+    return Path(out) / name
 
 
 def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:

@@ -133,6 +133,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "parameter_origins": json.dumps(run.parameters.origins),
         "initial": json.dumps({q.name: float(v) for q, v in zip(manifest.states, run.x[0], strict=True)}),
         "options": json.dumps(run.options),
+        "changed": json.dumps(run.changed),
         **({"method": run.method, "t_stiff": run.t_stiff} if run.options["method"] == AUTO else {}),
         "statistics": json.dumps(run.statistics),
         **events,

@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,7 @@ from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .calls import events_of
-from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, merged, read_options
+from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
@@ -74,6 +74,8 @@ class Run:
         What the law warns of: parameters that it accepts but should not have.
     options : mapping
         Effective method, tolerances, sampling.
+    changed : mapping
+        What the caller set other than the scenario has it: choices, parameters, options, initial states, inputs.
     events : tuple of (float, str)
         What happened: the instant of each event in seconds, and its name.
     method : str
@@ -106,6 +108,7 @@ class Run:
     parameters: Resolved
     advice: tuple[str, ...]
     options: Mapping[str, float | str]
+    changed: Mapping[str, float | str]
     events: tuple[tuple[float, str], ...]
     method: Integrator
     t_stiff: float
@@ -244,7 +247,8 @@ def simulate(
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
-    suffix = variant_suffix(manifest, {name: others.pop(name) for name in manifest.choices if name in others}, origin)
+    choices = {name: others.pop(name) for name in manifest.choices if name in others}
+    suffix = variant_suffix(manifest, choices, origin)
     values = merged(parameters or {}, others, origin)
     given_values = dict(values)
     if controlled.delay:
@@ -286,6 +290,13 @@ def simulate(
         parameters=resolved,
         advice=texts,
         options=_effective(problem),
+        changed={
+            **{name: str(word) for name, word in choices.items() if word != manifest.choices[name].values[0]},
+            **_changed_values(manifest, controlled, case, given_values, resolved),
+            **_changed_options(case, options),
+            **{name: float(x0[loaded.state_names.index(name)]) for name in initial or {}},
+            **_named_inputs(loaded.input_names, inputs),
+        },
         events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
         method=problem.method if math.isnan(trajectory.t_stiff) else STIFF,
         t_stiff=trajectory.t_stiff,
@@ -397,6 +408,32 @@ def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
     word = "failure" if trajectory.status is Status.FAILURE else event.ends
     how = "" if word == "run" else f" as a {word}"
     return f"the event {event.name} ends the run{how} {at}{': its guard is past zero at the start' if begins else ''}"
+
+
+def _changed_values(
+    manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
+) -> dict[str, float]:
+    """Return the given parameters whose values are not the scenario's."""
+    parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
+    defaults = {q.name: q.default for q in parameters}
+    plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
+    return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
+
+
+def _changed_options(case: Scenario, options: RunOptions) -> dict[str, float | str]:
+    """Return the options that are neither the defaults nor the scenario's, but for who computes and when to give up."""
+    plain = {"t_end": case.duration, "dt_out": case.step}
+    others = ("backend", "max_steps")
+    return {name: v for name, v in options.changes().items() if name not in others and v != plain.get(name)}
+
+
+def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Dataset | None) -> dict[str, float | str]:
+    """Return inputs as a title names them: numbers, and of all others that they are given."""
+    if not inputs:
+        return {}
+    values = {name: inputs[name] for name in names if name in inputs}
+    named = {f"u_{name}": float(v) if isinstance(v, int | float) else "given" for name, v in values.items()}
+    return named or {"inputs": "of a run"}
 
 
 def _effective(problem: Problem) -> dict[str, float | str]:

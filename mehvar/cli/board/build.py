@@ -32,6 +32,7 @@ from mehvar.runtime.run.options import either
 from mehvar.terminal import print_table
 
 _TARGETS = ("sil", "unicorn")
+_NAMES = ("mehvar.mk", "mehvar.cmake", "build.sh", "firmware.elf")
 
 
 def command(
@@ -49,19 +50,20 @@ def command(
     """Compile a firmware; with a folder, write its sources and images there."""
     if target not in _TARGETS:
         raise bad_value("target", target, f"{either(_TARGETS)}: one image serves emulators and hardware", "--target")
+    maker = f"mehvar board build {model} {controller}"
     if out is not None:
-        check_folder(out)
+        check_folder(out, maker, _NAMES)
     image = build_image(
         compiled(model),
         BoardRequest(controller, target, board, compiler, scenario, raw=raw, tunable=tunable_of(inline, tunable)),
     )
     _print_image(image)
     if out is not None:
-        export(image, out)
+        export(image, out, maker)
         typer.echo(f"wrote {out}")
 
 
-def export(image: Image, out: Path) -> None:
+def export(image: Image, out: Path, maker: str) -> None:
     """Write sources, a CMake and a Make fragment, and the image into a folder that a vendor's project can take."""
     model = image.program.model.manifest.model
     texts = sources(image.program, image.board)
@@ -71,7 +73,7 @@ def export(image: Image, out: Path) -> None:
     texts["mehvar.mk"] = _make_fragment(portable)
     texts["mehvar.cmake"] = _cmake_fragment(portable)
     texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
-    with filling(out) as folder:
+    with filling(out, maker) as folder:
         write_sources(folder, texts)
         shutil.copy(image.path, folder / "firmware.elf")  # it stays a program
         if image.board is not None:

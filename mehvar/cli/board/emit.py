@@ -51,11 +51,12 @@ def command(
     """Write a package for a build system: sources, manifest, and what is yours to write."""
     if kind not in KINDS:
         raise unknown_name("build system", kind, KINDS, "--for")
-    check_folder(out)
+    maker = f"mehvar board emit {model} {controller}"
+    check_folder(out, maker, ["README.md", "src"])
     firmware = program(compiled(model), controller, scenario, tunable=tunable_of(inline, tunable))
-    with filling(out) as folder:
+    with filling(out, maker) as folder:
         write_sources(folder, package(firmware, kind))
-    typer.echo(f"wrote {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
+    typer.echo(f"wrote {out}: {', '.join(sorted(path.name for path in out.iterdir() if path.name[0] != '.'))}")
 
 
 def package(firmware: Program, kind: str) -> dict[str, str]:

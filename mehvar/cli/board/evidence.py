@@ -10,7 +10,7 @@ import typer
 
 from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
 from mehvar.errors import bad_value
-from mehvar.report.board.evidence import write_evidence
+from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
@@ -33,14 +33,15 @@ def command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:
     """Compile, run, disturb, write; return the exit status of the run."""
-    check_folder(out)
+    maker = f"mehvar board evidence {model} {controller}"
+    check_folder(out, maker, EVIDENCE_NAMES)
     if disturbed < 0:
         raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
     with working(f"{controller} of {model}: evidence"):
         evidence = collect(loaded, controller, board, compiler, samples, disturbed)
         misra = findings(evidence.run.image)
-    write_evidence(evidence, misra, out)
+    write_evidence(evidence, misra, out, maker)
     step = evidence.lengths[0]
     both = sum(len(c.outcomes) == 2 for c in evidence.conditions)
     typer.echo(

@@ -22,7 +22,7 @@ from mehvar.cli.board.loop import (
     with_settings,
 )
 from mehvar.pictures.style import require_matplotlib
-from mehvar.report.board.page import write_report
+from mehvar.report.board.page import REPORT_NAMES, write_report
 from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.files import check_folder
 from mehvar.settings import SettingTexts
@@ -41,10 +41,11 @@ def command(
 ) -> int:
     """Run and write; return the exit status."""
     require_matplotlib()
-    check_folder(out)
+    maker = f"mehvar board report {model} {controller}"
+    check_folder(out, maker, REPORT_NAMES)
     loaded = compiled(model)
     request = BoardRequest(controller, target, board, compiler, scenario, samples, every=1)
     outcome = outcome_of(loaded, with_settings(loaded, request, settings))
-    write_report(outcome, out)
+    write_report(outcome, out, maker)
     typer.echo(f"report: {out / 'index.html'}")
     return status_of(outcome)

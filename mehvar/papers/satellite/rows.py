@@ -149,8 +149,10 @@ def _settling(t: FloatArray, error: FloatArray, band: float) -> float:
 def row_claims(runs: Runs) -> list[Claim]:
     """Return one claim for each row: its numbers are reproduced."""
     return [
-        Claim(f"R{k}", f"Row {row.name}: {row.title} (scenario {row.scenario}).", _checks(runs, row), TABLE.explanation)
-        for k, row in enumerate(TABLE.row, 1)
+        Claim(
+            f"R{k}", f"Row {r.name}: {r.title} (scenario {r.scenario}).", _checks(runs, r), TABLE.explanation, own=True
+        )
+        for k, r in enumerate(TABLE.row, 1)
     ]
 
 

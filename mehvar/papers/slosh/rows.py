@@ -91,7 +91,7 @@ def _shown(value: float, unit: str) -> float:
 def row_claims(runs: Runs) -> list[Claim]:
     """Return one claim for each column of the table: its numbers are reproduced."""
     return [
-        Claim(f"R{k}", f"Metric table, {column.title}.", _checks(runs, column, k - 1), TABLE.explanation)
+        Claim(f"R{k}", f"Metric table, {column.title}.", _checks(runs, column, k - 1), TABLE.explanation, own=True)
         for k, column in enumerate(TABLE.run, 1)
     ]
 

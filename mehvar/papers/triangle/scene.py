@@ -12,14 +12,14 @@ from mehvar.pictures.style import BLACK
 
 from ..runs import Runs
 from .chart import target_shape
-from .shapes import COLLINEAR, RODS, R, vertices
+from .shapes import COLLINEAR, RODS, vertices
 
 if TYPE_CHECKING:
     from mehvar.pictures.scene import FloatArray
     from mehvar.runtime.run.simulate import Run
 
-_EVERY = 5
-"""Samples, of 0.01 s: twenty places a second of the run, between which a picture goes on straight lines."""
+_EVERY = 0.05
+"""Of the run, s: from one place to the next, between which a picture goes on straight lines."""
 _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "path law": ("path", {}),
     "sliding law": ("sliding", {}),
@@ -31,11 +31,16 @@ _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
 def scene(runs: Runs) -> Scene:
     """Return the animation of both laws, without and with a drift."""
     paper = runs("path", "paper")
-    target, final = target_shape(runs.model, paper), [paper.parameters.values[f"l{k}_f"] for k in (1, 2, 3)]
-    place = vertices(final, paper.parameters.values["theta_f"])
+    shape, values = target_shape(runs.model, paper), paper.parameters.values
+    target = vertices([values[f"l{k}_f"] for k in (1, 2, 3)], values["theta_f"])
     return Scene(
         {title: _series(runs(law, "paper", **settings)) for title, (law, settings) in _RUNS.items()},
-        {"target": [[p.real, p.imag] for p in place], "shape": [target.real, target.imag], "R": R, "rim": COLLINEAR},
+        {
+            "target": [[p.real, p.imag] for p in target],
+            "shape": [shape.real, shape.imag],
+            "R": values["R"],
+            "rim": COLLINEAR,
+        },
         (
             ScenePanel("rod length l [m]", _lines("l", "l<sub>{}</sub>")),
             ScenePanel("rod rate l′ [m/s]", _lines("u_l", "l<sub>{}</sub>′")),
@@ -51,9 +56,10 @@ def _lines(prefix: str, name: str) -> tuple[SceneLine, ...]:
 
 def _series(run: Run) -> dict[str, FloatArray]:
     names = ("theta", "rho", "phi", "l1", "l2", "l3", "u_l1", "u_l2", "u_l3")
-    series = {name: run.variables()[name][::_EVERY] for name in names}
+    every = max(1, round(_EVERY / (run.t[1] - run.t[0])))
+    series = {name: run.variables()[name][::every] for name in names}
     rods = np.column_stack([series[f"l{k}"] for k in (1, 2, 3)])
     points = np.array([vertices(lengths, theta) for lengths, theta in zip(rods, series["theta"], strict=True)])
     masses = {f"{axis}{k + 1}": part[:, k] for axis, part in (("x", points.real), ("y", points.imag)) for k in range(3)}
     rho, phi = series.pop("rho"), series.pop("phi")
-    return {"t": run.t[::_EVERY], **masses, "shape_x": rho * np.cos(phi), "shape_y": rho * np.sin(phi), **series}
+    return {"t": run.t[::every], **masses, "shape_x": rho * np.cos(phi), "shape_y": rho * np.sin(phi), **series}

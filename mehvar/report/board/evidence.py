@@ -17,9 +17,12 @@ from mehvar.runtime.files import filling
 _COMPILERS = "gcc has -fcondition-coverage from version 14 on; the compilers used here do not measure MC/DC"
 
 
-def write_evidence(evidence: Evidence, misra: Findings | None, out: Path) -> None:
-    """Write evidence.md and evidence.json into a folder."""
-    with filling(out) as folder:
+EVIDENCE_NAMES = ("evidence.md", "evidence.json")
+
+
+def write_evidence(evidence: Evidence, misra: Findings | None, out: Path, maker: str) -> None:
+    """Write evidence.md and evidence.json into a folder, in the name of a command."""
+    with filling(out, maker) as folder:
         (folder / "evidence.md").write_text("\n".join(_page(evidence, misra)) + "\n", encoding="utf-8")
         (folder / "evidence.json").write_text(
             json.dumps(evidence_facts(evidence, misra), indent=1) + "\n", encoding="utf-8"

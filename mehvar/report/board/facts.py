@@ -28,6 +28,7 @@ def facts(outcome: BoardRun) -> dict[str, Any]:
         "model": image.program.layout.model,
         "controller": image.program.layout.law,
         "scenario": image.program.scenario.name,
+        "changed": {**(request.parameters or {}), **(request.options or {})},
         "target": request.target,
         "board": board.name if board else "posix",
         "compiler": image.toolchain.version,

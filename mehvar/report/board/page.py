@@ -28,11 +28,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_report(outcome: BoardRun, out: Path) -> None:
-    """Write index.html, board.json and figures/ into a folder."""
+REPORT_NAMES = ("index.html", "board.json", "figures")
+
+
+def write_report(outcome: BoardRun, out: Path, maker: str) -> None:
+    """Write index.html, board.json and figures/ into a folder, in the name of a command."""
     results = facts(outcome) | {"metrics": metric_values(outcome)}
     rows = fact_rows(results, metric_rows(outcome, results["metrics"]))
-    with filling(out) as folder:
+    with filling(out, maker) as folder:
         (folder / "figures").mkdir()
         figures = [_saved(folder / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _FIGURES]
         (folder / "index.html").write_text(_page(results, figures, rows), encoding="utf-8")

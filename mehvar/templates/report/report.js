@@ -31,12 +31,12 @@
   const filters = document.querySelectorAll("[data-filter]");
   const apply = () => {
     const wanted = Array.from(filters, (filter) => [filter.dataset.filter, filter.value]);
-    let shown = 0;
-    for (const row of document.querySelectorAll("tr[data-paper]")) {
-      row.hidden = wanted.some(([key, value]) => value && row.dataset[key] !== value);
-      shown += !row.hidden;
-    }
-    document.getElementById("shown").textContent = `${shown} claims`;
+    const shown = Array.from(document.querySelectorAll("tbody[data-kind]"), (body) => {
+      const rows = Array.from(body.querySelectorAll("tr[data-paper]"));
+      for (const row of rows) row.hidden = wanted.some(([key, value]) => value && row.dataset[key] !== value);
+      return `${rows.filter((row) => !row.hidden).length} ${body.dataset.kind}`;
+    });
+    document.getElementById("shown").textContent = shown.join(", ");
   };
   filters.forEach((filter) => filter.addEventListener("change", apply));
 

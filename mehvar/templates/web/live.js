@@ -118,22 +118,42 @@
     if (run || left) requestAnimationFrame(frame);
   };
 
-  const again = () => {
+  /** What is said of a run goes before the next; what it drew stays, in grey, until the next one is drawn. */
+  const forget = (why) => {
     delete document.documentElement.dataset.done;
-    at("command").textContent = command();
-    const why = simulator.start(chosen.which, chosen.own);
-    at("refusal").textContent = why || "";
+    for (const id of ["here", "host", "verdict", "outcome", "cost"]) at(id).textContent = "";
+    at("run").hidden = why !== null;
+    at("command").textContent = why === null ? command() : "";
+    at("refusal").textContent = why ?? "";
+    at("views").classList.toggle("stale", why !== null);
+    at("views").inert = why !== null;
     motion?.rest();
-    if (why) { run = null; return; }
+  };
+
+  const again = () => {
+    const why = simulator.start(chosen.which, chosen.own);
+    forget(why);
+    if (why !== null) { run = null; left = 0; return; }
     const going = run !== null || left > 0;
     run = { chunk: 16, spent: 0, frames: 0 };
     if (!going) requestAnimationFrame(frame);
   };
 
-  /** From nothing to twice a number, or one to each side of zero, within its bounds. */
+  /** The nearest number with the four digits of a box that is not beyond another: below it with Math.floor. */
+  const rounded = (value, toward) => {
+    const unit = 10 ** (Math.floor(Math.log10(Math.abs(value) || 1)) - 3);
+    return Number((toward(value / unit) * unit).toPrecision(4));
+  };
+
+  /** From nothing to twice a number, or one to each side of zero; where that is a bound or beyond, inside of it. */
   const range = (q, value) => {
     const [low, high] = value ? [Math.min(0, 2 * value), Math.max(0, 2 * value)] : [-1, 1];
-    return [Math.max(low, q.lower ?? -Infinity), Math.min(high, q.upper ?? Infinity)];
+    const lower = Math.max(low, q.lower ?? -Infinity), upper = Math.min(high, q.upper ?? Infinity);
+    const margin = (upper - lower) / 1000; // what a finger can tell of a bar
+    return [
+      lower === q.lower ? rounded(lower + (q.lower_open ? margin : 0), Math.ceil) : lower,
+      upper === q.upper ? rounded(upper - (q.upper_open ? margin : 0), Math.floor) : upper,
+    ];
   };
 
   const slider = (q, value) => {

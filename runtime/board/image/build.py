@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import posixpath
 import re
@@ -40,6 +41,8 @@ LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
 _KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
 _INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
+_LARGEST = (2 - 2.0**-23) * 2.0**127
+"""The largest number of float."""
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
@@ -134,8 +137,18 @@ def program(
     values = {controller.delay: 1.0} if controller.delay else {}
     if resolved is None:
         resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
+    _check_float(resolved)
     own = None if tunable is None else tuple(tunable)
     return Program(model, controller, case, resolved, period or period_of(controller, case, resolved), raw, own)
+
+
+def _check_float(resolved: Resolved) -> None:
+    """Refuse a parameter that is infinite in float; one that is infinite already stays so."""
+    for name, value in resolved.values.items():
+        if _LARGEST < abs(value) < math.inf:
+            raise bad_value(
+                name, value, f"at most {_LARGEST:.6g} in size: a board computes in float", resolved.origins[name]
+            )
 
 
 def sources(firmware: Program, board: Board | None) -> dict[str, str]:

@@ -44,7 +44,7 @@ LINES: Mapping[tuple[str, str], tuple[tuple[str, ...], str, str]] = {
     ("board evidence", "out"): (EVIDENCE[:-2], "", "mehvar.cli.board.evidence.collect"),
     ("board emit", "out"): (EMIT[:-2], "", "mehvar.cli.board.emit.program"),
     ("export fmu", "out"): (FMU[:-2], "a.fmu", "mehvar.fmu.export.load"),
-    ("export web", "out"): (("export", "web", PENDULUM), "", "mehvar.web.export.load"),
+    ("export web", "out"): (("export", "web", PENDULUM), "", "mehvar.web.export.cases_of"),
 }
 """Of each option that names an output: a line without it, a name of its kind, empty for a folder, and the work."""
 ELSEWHERE = {("batch", "out"): "a store takes its place before its first run: tests/mehvar/cli/test_batch.py"}
@@ -92,6 +92,44 @@ def test_a_place_that_cannot_be_is_refused_before_the_work(
     for target in (BELOW_A_FILE.format(name), *([NOWHERE.format(name)] if name else [])):
         assert "must be" in refused(row, target, monkeypatch)
     assert [path.name for path in place.iterdir()] == ["file"]
+
+
+THERE = {
+    "generate": "manifest.json",
+    "report": "index.html",
+    "reproduce": "claims.json",
+    "board build": "build.sh",
+    "board report": "board.json",
+    "board evidence": "evidence.md",
+    "board emit": "README.md",
+    "export web": "pendulum.html",
+}
+"""What a command would replace in a folder, by its name."""
+
+
+@pytest.mark.parametrize("row", [row for row, (_, name, _) in LINES.items() if not name], ids=" ".join)
+def test_what_a_command_did_not_make_is_not_replaced(
+    row: tuple[str, str], place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = place / "own" / THERE[row[0]]
+    own.parent.mkdir()
+    own.write_text(
+        (Path(PENDULUM) / "manifest.json").read_text() if row[0] == "generate" else "something else", encoding="utf-8"
+    )
+    before = own.read_bytes()
+    assert "must be another folder: this one has" in refused(row, "own", monkeypatch)
+    assert own.read_bytes() == before
+
+
+def test_a_report_of_something_else_is_not_replaced_by_default(place: Path) -> None:
+    (place / "report").mkdir()
+    (place / "report" / "index.html").write_text("the papers'")
+    status, text = in_process("report", PENDULUM)
+    assert (status, text.splitlines()[-1]) == (0, f"report: {Path(PENDULUM).name}-report/index.html"), text
+    assert (place / "report" / "index.html").read_text() == "the papers'"
+    assert in_process("report", PENDULUM)[0] == 0
+    status, text = in_process("report", "triangle", "--out", f"{Path(PENDULUM).name}-report")
+    assert (status, f"which `mehvar report {PENDULUM}` made" in text) == (2, True), text
 
 
 @pytest.mark.parametrize("row", FILES, ids=" ".join)

@@ -14,7 +14,7 @@ from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
 from mehvar.errors import InputError
 from mehvar.papers.beyond import Beyond, BeyondWords, load_beyond
-from mehvar.papers.claims import Check, Claim, ClaimText
+from mehvar.papers.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict
 from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import PrintedCounts, Statements
@@ -24,6 +24,7 @@ from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
+from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
 from tests.derived import generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
@@ -89,8 +90,8 @@ def report(tmp_path_factory):
     steps = []
     with pytest.MonkeyPatch.context() as patch:
         small(patch)
-        failures = reproduce(out, lambda done, total, what="": steps.append((done, total, what)))
-    return SimpleNamespace(out=out, failures=failures, steps=steps, pages=read(out))
+        counts, failures = reproduce(out, lambda done, total, what="": steps.append((done, total, what)))
+    return SimpleNamespace(out=out, counts=counts, failures=failures, steps=steps, pages=read(out))
 
 
 def test_every_claim_holds_and_progress_reaches_the_end(report):
@@ -170,7 +171,7 @@ def test_page_shows_all_claims_captions_and_the_model(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     ours = [c["number"] for c in claims if c["model"] == "triangle"]
     assert ours == [*(claim.number for claim in paper.texts), "T1", "T2", "T3", "T4", "T5"]
-    assert set(claims[0]) == {"model", "number", "text", "expected", "measured", "outcome", "verdict", "note"}
+    assert set(claims[0]) == {"model", "number", "kind", "text", "expected", "measured", "outcome", "verdict", "note"}
     for claim in claims:
         assert f"{claim['model']}-claim-{claim['number']}" in report.pages[claim["model"]].ids
         assert typeset(claim["text"]).striptags() in words
@@ -198,7 +199,24 @@ def test_what_lies_beyond_the_papers_is_shown_and_counted_apart(report):
         assert "operations of the rates" in page.text
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     assert not {claim["number"] for claim in claims} & {claim["number"] for claim in beyond}
-    assert f"{len(claims)} claims" in report.pages["index"].text
+
+
+def test_the_papers_claims_are_counted_first_and_our_own_rows_apart(report):
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    numbers = {kind: [c for c in claims if c["kind"] == kind] for kind in (PAPERS, OWN)}
+    assert all(claim["number"].isdigit() for claim in numbers[PAPERS])
+    assert not any(claim["number"].isdigit() for claim in numbers[OWN])
+    page = "".join(report.pages["index"].text.split())
+    for (kind, several), line in zip(numbers.items(), report.counts, strict=True):
+        assert line.startswith(f"{len(several)} {kind}: ")
+        assert "".join(f"{len(several)} {kind}:".split()) in page
+        for verdict in {claim["verdict"] for claim in several}:
+            count = ClaimVerdict(verdict).of(sum(claim["verdict"] == verdict for claim in several))
+            assert count in line
+            assert "".join(count.split()) in page
+    assert page.index("".join(report.counts[0].split(":")[0].split())) < page.index("".join(OWN.split()))
+    said = Path(__file__).parents[3] / "docs" / "reference" / "report.md"
+    assert "\n".join(report.counts) in said.read_text(encoding="utf-8")
 
 
 def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
@@ -251,7 +269,7 @@ def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch)
     failing = Claim("1", "masses are <b>heavy</b>", (Check("m", "1e-3 kg", "-2 kg", False),), "they are light")
     _only_claims(monkeypatch, lambda runs: [failing])
     every = ", ".join(f"{name} 1" for name in paper_models())
-    assert reproduce(tmp_path) == [f"claims that do not hold: {every}; see the report"]
+    assert reproduce(tmp_path)[1] == [f"claims that do not hold: {every}; see the report"]
     pages = read(tmp_path)
     for page in pages.values():
         assert "b" not in page.elements
@@ -275,7 +293,7 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
     functions, laws, claims = (", ".join(f"{name} {what}" for name in paper_models()) for what in ("jac_x", "pd", "B1"))
-    assert capsys.readouterr().out.splitlines()[1:] == [
+    assert capsys.readouterr().out.splitlines()[3:] == [
         f"claims beyond the papers that do not hold: {claims}; see the report",
         f"laws that differ between board and host: {laws}; see the report",
         f"functions that differ from CasADi's own C: {functions}; see the report",
@@ -286,12 +304,13 @@ def test_an_old_report_stays_when_a_new_one_fails(tmp_path, monkeypatch):
     def broken(runs):
         raise RuntimeError("no claims today")
 
-    (tmp_path / "index.html").write_text("old")
+    with filling(tmp_path, "mehvar reproduce") as folder:
+        (folder / "index.html").write_text("old")
     _only_claims(monkeypatch, broken)
     with pytest.raises(RuntimeError, match="no claims today"):
         reproduce(tmp_path)
     assert (tmp_path / "index.html").read_text() == "old"
-    assert [path.name for path in tmp_path.iterdir()] == ["index.html"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".mehvar", "index.html"]
 
 
 def test_refuses_an_output_folder_that_is_a_file(tmp_path):
@@ -484,7 +503,7 @@ def test_static_pictures_can_be_had_and_claims_filtered(open_page):
     everything = browser.execute_script(f"return {rows}")
     Select(browser.find_element("css selector", "[data-filter=paper]")).select_by_visible_text("slosh")
     assert 0 < browser.execute_script(f"return {rows}") < everything
-    assert browser.find_element("id", "shown").text == f"{browser.execute_script(f'return {rows}')} claims"
+    assert browser.find_element("id", "shown").text == f"14 {PAPERS}, 8 {OWN}"
 
 
 def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page):

@@ -2,7 +2,11 @@
 import math
 from dataclasses import replace
 
+import pytest
+
 from mehvar.papers.claims import (
+    OWN,
+    PAPERS,
     Check,
     Claim,
     ClaimText,
@@ -14,7 +18,10 @@ from mehvar.papers.claims import (
     beside,
     count,
     decide,
+    tally,
+    tally_text,
 )
+from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
 from mehvar.runtime.model.model import load
 
@@ -50,6 +57,32 @@ def test_a_refuted_claim_may_hold_under_another_reading():
     assert one.verdict is ClaimVerdict.READING
     assert one.outcome == "Holds under 1 of 2 other readings tried: pounds: masses in lb."
     assert replace(one, refuted=False).verdict is ClaimVerdict.FAILS
+
+
+def test_a_claim_about_the_print_does_not_hold_under_a_reading_of_something_else():
+    bad, good = Check("m", "1", "2", False), Check("m", "1", "1", True)
+    readings = (TriedReading("pounds", "masses in lb", (good,)),)
+    claim = Claim("1", "", (bad,), refuted=True, readings=readings, printed=True)
+    assert claim.verdict is ClaimVerdict.PRINTED
+    assert claim.outcome.startswith("Does not hold as printed; holds if read otherwise, under the other reading tried")
+    assert replace(claim, readings=()).verdict is ClaimVerdict.REFUTED
+    assert replace(claim, checks=(good,), refuted=False).verdict is ClaimVerdict.HOLDS
+
+
+@pytest.mark.parametrize("name", paper_models())
+def test_what_is_said_of_the_print_and_refuted_is_judged_as_printed(name):
+    refuted = [text for text in load_reproduction(name).texts if text.refuted]
+    of_the_print = [text.number for text in refuted if "print" in text.text]
+    assert [text.number for text in refuted if text.printed] == of_the_print
+
+
+def test_the_papers_claims_and_our_own_rows_are_counted_apart():
+    good, bad = Check("m", "1", "1", True), Check("m", "1", "2", False)
+    claims = [Claim("1", "", (good,)), Claim("2", "", (bad,)), Claim("R1", "", (good,), own=True)]
+    assert [tally_text(kind, counts) for kind, counts in tally(claims).items()] == [
+        f"2 {PAPERS}: 1 holds; 1 does not hold",
+        f"1 {OWN}: 1 holds",
+    ]
 
 
 def test_readings_are_run_with_the_numbers_of_the_claim():

@@ -175,15 +175,59 @@ def test_it_moves_and_a_frame_costs_little(page, tmp_path):
         assert 1e3 * spent / frames < FRAME_MS
 
 
-def test_a_refusal_is_shown(page, tmp_path):
+SET = """
+const [name, value] = arguments, box = document.querySelector(`[aria-label^="${name}:"]`);
+box.value = value;
+box.dispatchEvent(new Event('change'));
+"""
+
+
+@pytest.mark.parametrize(("name", "value", "why"), [("l1_0", 9, "do not form a triangle"), ("R", 9, "must be in")])
+def test_a_refused_value_leaves_nothing_that_looks_like_its_run(page, tmp_path, name, value, why):
     with chromium(tmp_path) as browser:
         browser.get(page("triangle").as_uri())
+        checksum = eventually(browser, "document.documentElement.dataset.done")
+        assert browser.find_element("id", "command").text
+        browser.execute_script(SET, name, value)
+        assert why in browser.find_element("id", "refusal").text
+        assert not browser.find_element("id", "run").is_displayed()
+        said = [browser.find_element("id", part).get_property("textContent") for part in ("verdict", "here", "command")]
+        assert said == ["", "", ""]
+        views = "document.getElementById('views')"
+        assert browser.execute_script(f"return [getComputedStyle({views}).filter, {views}.inert]") == [
+            "grayscale(1)",
+            True,
+        ]
+        browser.find_element("id", "reset").click()
+        assert eventually(browser, "document.documentElement.dataset.done") == checksum
+        assert browser.find_element("id", "verdict").text == "the same bits"
+        assert browser.execute_script(f"return [getComputedStyle({views}).filter, {views}.inert]") == ["none", False]
+
+
+ENDS = """
+const found = [], menu = document.getElementById('case');
+for (const option of menu.options) {
+  menu.value = option.value;
+  menu.dispatchEvent(new Event('change'));
+  for (const bar of document.querySelectorAll('#controls input[type=range]')) for (const end of ['min', 'max']) {
+    const before = bar.value;
+    bar.value = bar[end];
+    bar.dispatchEvent(new Event('input'));
+    const why = document.getElementById('refusal').textContent;
+    if (why.includes('must be in')) found.push(why);
+    bar.value = before;
+    bar.dispatchEvent(new Event('input'));
+  }
+}
+return found;
+"""
+
+
+def test_sliders_end_on_values_that_their_bounds_allow(model, page, tmp_path):
+    with chromium(tmp_path) as browser:
+        browser.get(page(model).as_uri())
         eventually(browser, "document.documentElement.dataset.done")
-        browser.execute_script(
-            "const box = document.querySelector('[aria-label^=\"l1_0:\"]');"
-            "box.value = 9; box.dispatchEvent(new Event('change'))"
-        )
-        assert "do not form a triangle" in browser.find_element("id", "refusal").text
+        assert browser.execute_script(ENDS) == []
 
 
 def test_without_zig_it_says_what_to_install(monkeypatch, tmp_path):

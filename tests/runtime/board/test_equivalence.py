@@ -221,6 +221,12 @@ def test_a_difference_is_found():
     assert difference(a, np.nan_to_num(a)).size == np.inf
 
 
+def test_a_parameter_beyond_float_is_refused_by_name():
+    request = BoardRequest("path", "sil", samples=3, parameters={"H": 1e39})
+    with pytest.raises(InputError, match=r"H = 1e\+39 \(from --set\): must be at most 3.40282e\+38"):
+        run_on_board(load("triangle"), request)
+
+
 def test_what_cannot_be_run_is_refused():
     model = load("satellite")
     for request, text in (

@@ -135,7 +135,7 @@ def test_every_rule_that_is_not_kept_has_its_record() -> None:
 
 
 def test_the_page_says_what_was_collected(evidence: Evidence, tmp_path: Path) -> None:
-    write_evidence(evidence, Counter({("15.5", "app.c"): 3}), tmp_path / "a")
+    write_evidence(evidence, Counter({("15.5", "app.c"): 3}), tmp_path / "a", "the test")
     page = (tmp_path / "a" / "evidence.md").read_text()
     assert f"{evidence.lengths[0].bound} | {evidence.lengths[0].seen}" in page
     assert evidence.sha256 in page

@@ -17,7 +17,7 @@ import xarray
 import mehvar
 from mehvar import runtime
 from mehvar.runtime import InputError, Model, find_model
-from mehvar.runtime.files import filling, replacing, write_atomic
+from mehvar.runtime.files import check_folder, filling, replacing, write_atomic
 from mehvar.runtime.run.results import hidden_names
 
 ROOT = Path(mehvar.__file__).parent.parent
@@ -148,7 +148,7 @@ def test_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
 
 def test_a_folder_gets_all_files_or_none(tmp_path: Path) -> None:
     def interrupted() -> None:
-        with filling(tmp_path / "a" / "b") as folder:
+        with filling(tmp_path / "a" / "b", "maker") as folder:
             (folder / "half.txt").write_text("half")
             raise KeyboardInterrupt
 
@@ -157,16 +157,40 @@ def test_a_folder_gets_all_files_or_none(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "mine.txt").write_text("mine")
-    with filling(tmp_path / "a") as folder:
+    with filling(tmp_path / "a", "maker") as folder:
         (folder / "deep").mkdir()
         (folder / "deep" / "new.txt").write_text("new")
     assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*.txt")) == ["a/deep/new.txt", "a/mine.txt"]
     assert len(list(tmp_path.iterdir())) == 1
-    with filling(tmp_path / "other") as folder:
+    with filling(tmp_path / "other", "maker") as folder:
         (folder / "new.txt").write_text("new")
     assert (tmp_path / "other").stat().st_mode == (tmp_path / "a").stat().st_mode
-    with pytest.raises(OSError, match="cannot write /dev/full/a"), filling("/dev/full/a"):
+    with pytest.raises(OSError, match="cannot write /dev/full/a"), filling("/dev/full/a", "maker"):
         pass
+
+
+def test_a_folder_keeps_what_another_wrote_there(tmp_path: Path) -> None:
+    def fill(maker: str, name: str) -> None:
+        with filling(tmp_path, maker) as folder:
+            (folder / name).write_text(maker)
+
+    fill("mehvar first", "a.txt")
+    fill("mehvar second", "b.txt")
+    fill("mehvar first", "a.txt")
+    (tmp_path / "c.txt").write_text("mine")
+    for maker, name, why in (
+        ("mehvar second", "a.txt", "a.txt, which `mehvar first` made"),
+        ("mehvar first", "c.txt", "c.txt, which `mehvar first` did not make"),
+    ):
+        with pytest.raises(InputError, match=why):
+            fill(maker, name)
+        with pytest.raises(InputError, match=why):
+            check_folder(tmp_path, maker, [name])
+    assert {path.name: path.read_text() for path in tmp_path.glob("*.txt")} == {
+        "a.txt": "mehvar first",
+        "b.txt": "mehvar second",
+        "c.txt": "mine",
+    }
 
 
 def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page of a run or a batch says is of that run: what two runs share is true of any."""
+
+import re
+
+import pytest
+
+import mehvar
+from mehvar.cli.new import scaffold
+from mehvar.papers.reproduction import load_reproduction, paper_models
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.style import style
+from mehvar.report.page import Drawing, Stage, Text
+from mehvar.report.subjects import model_sections, run_sections
+from mehvar.runtime.model.model import load
+
+OTHERWISE = {
+    "triangle": ("path", {"theta_0": 0.3, "R": 0.6, "H": 0.01, "dt_out": 0.1}),
+    "slosh": ("lyapunov-v2", {"m1": 60.0, "t_end": 80.0, "plant": "reduced"}),
+    "satellite": ("pd", {"roll_0_deg": 3.0, "delay": 1}),
+}
+"""A law of each model, and what its second run has otherwise."""
+
+
+def sentences(sections):
+    """Return what a page says in words: its paragraphs, titles and captions, by sentence."""
+    texts = []
+    for section in sections:
+        texts.append(section.title)
+        for block in section.blocks:
+            if isinstance(block, Text):
+                texts.append(block.text)
+            elif isinstance(block, Stage):
+                texts += [block.title, block.caption, *block.scene.runs]
+            elif isinstance(block, Drawing):
+                texts += [block.picture.title, block.picture.caption]
+    return {part.strip() for text in texts for part in re.split(r"(?<=\.)\s", text)} - {""}
+
+
+def said(dataset):
+    return sentences(run_sections(dataset, load(dataset.attrs["model"]).manifest))
+
+
+@pytest.mark.parametrize("name", paper_models())
+def test_no_sentence_about_a_run_stays_when_the_run_is_another(name):
+    law, settings = OTHERWISE[name]
+    plain, other = (said(mehvar.simulate(name, law, **given)) for given in ({}, settings))
+    words = load_reproduction(name).captions.scene
+    headings = {"Animation", "Run", "Values", "Derivation", "Where it comes from", "Motion"}
+    assert plain & other == headings | sentences_of(words.caption)
+    assert not (plain | other) & ({words.title} | sentences_of(words.shown))
+    for setting in settings:
+        assert any(f"{setting} = " in sentence for sentence in other)
+        assert not any(f"{setting} = " in sentence for sentence in plain)
+
+
+def sentences_of(text):
+    return set(re.split(r"(?<=\.)\s", text.strip()))
+
+
+@pytest.mark.parametrize("name", paper_models())
+def test_what_is_true_of_any_run_has_no_number(name):
+    assert not re.search(r"\d|\b(one|two|three) (rad|deg|sec|met)", load_reproduction(name).captions.scene.caption)
+
+
+def test_a_model_page_does_not_say_what_the_papers_runs_show():
+    sections = model_sections(load("triangle"))
+    assert not sentences(sections) & sentences_of(load_reproduction("triangle").captions.scene.shown)
+
+
+def test_the_animation_of_a_run_has_its_parameters_and_says_what_it_leaves_out():
+    run = mehvar.simulate("triangle", "path", R=0.6, dt_out=0.1, t_end=10.0)
+    stage = run_sections(run, load("triangle").manifest)[0].blocks[0]
+    assert stage.scene.constants["R"] == 0.6
+    (series,) = stage.scene.runs.values()
+    assert len(series["t"]) == run.sizes["t"]
+    run = mehvar.simulate("slosh", "lyapunov-v1", t_end=150.0)
+    assert run_sections(run, load("slosh").manifest)[0].blocks[0].caption.endswith("Of 150 s the first 120 are shown.")
+
+
+def test_the_page_of_a_batch_names_what_it_has_otherwise(tmp_path):
+    def page(**given):
+        out = tmp_path / f"{len(given)}.zarr"
+        batch = mehvar.batch("triangle", "path", n=4, vary={"theta_0": "uniform(0.8, 1.2)"}, out=out, **given)
+        return batch.mehvar.page()
+
+    plain, other = page(), page(R=0.6, t_end=5.0)
+    assert not {
+        s for s in sentences(plain.sections) & sentences(other.sections) if re.search(r"\d", s.replace("95 %", ""))
+    }
+    assert plain.title.endswith("(scenario paper)")
+    assert other.title.endswith("(scenario paper, R = 0.6, t_end = 5)")
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({}, "(scenario paper)"),
+        ({"theta_0": 0.3, "R": 0.65, "backend": "python"}, "(scenario paper, theta_0 = 0.3)"),
+        ({"initial": {"theta": 0.2}, "t_end": 35.0}, "(scenario paper, theta = 0.2)"),
+        ({"parameters": {"l1_0": 0.21, "l2_0": 0.21, "l3_0": 0.31, "theta_0": 0.9}, "rtol": 1e-9, "t_end": 5.0},
+         "(scenario paper, l1_0 = 0.21, l2_0 = 0.21, l3_0 = 0.31, theta_0 = 0.9, 2 more)"),
+    ],
+)  # fmt: skip
+def test_titles_name_what_differs_from_the_scenario_and_nothing_else(given, text):
+    run = mehvar.simulate("triangle", "path", **given)
+    with style():
+        assert panels_picture(run, load("triangle").manifest).get_suptitle().endswith(text)
+    assert run.mehvar.page().title.endswith(text)
+
+
+def test_titles_name_inputs_of_an_open_loop(tmp_path):
+    folder = scaffold("wheel", tmp_path) / "generated" / "wheel"
+    (name, *_) = load(folder).input_names
+    run = mehvar.simulate(str(folder), None, inputs={name: 0.25})
+    assert f"u_{name} = 0.25" in run.mehvar.page().title
