@@ -464,6 +464,7 @@ class _Solver:
         """Return the part of a step that ends at an event, which has happened."""
         assert self._loop.watch is not None
         t, h, dense = solver.t_old, solver.t - solver.t_old, solver.dense_output()
+        self._check_guards(solver.t, solver.y)
 
         def within(part: float) -> FloatArray:
             return np.asarray(dense(t + part * h) if part < 1 else solver.y, dtype=np.float64)
@@ -474,6 +475,11 @@ class _Solver:
         instant = min(crossing.t, float(solver.t))
         q = self._loop.projected(within(crossing.part))
         return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
+
+    def _check_guards(self, t: float, x: FloatArray) -> None:
+        """End a run in which a guard has no value at the end of a step: it would never cross."""
+        if not np.all(np.isfinite(self._loop.guards(t, x))):
+            raise _EndOfRun(Status.NOT_FINITE, t)
 
     def project(self, step: Any) -> FloatArray:
         """Put a SciPy solver's point back on the manifold, its slope with it."""
@@ -529,6 +535,7 @@ class _Solver:
             def within(part: float, begin: float = begin, span: float = span, start: FloatArray = start) -> FloatArray:
                 return self._fixed_step(begin, start, part * span) if part else start
 
+            self._check_guards(end, within(1.0))
             crossing = watch.crossing(t, span, within)
             if crossing is None:
                 return within(1.0)

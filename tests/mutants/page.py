@@ -24,6 +24,10 @@ def write(results: Sequence[Result]) -> None:
     PAGE.write_text(head + BEGIN + "\n".join(_lines(results)) + "\n" + END + tail, encoding="utf-8")
 
 
+def write_sample(results: Sequence[Result], seed: int) -> None:
+    """Put the counts of a sample into the page, and its survivors."""
+
+
 def reasons() -> dict[str, str]:
     """Return why a survivor lives, by module and what was changed to what."""
     rows = tomllib.loads(_REASONS.read_text(encoding="utf-8"))["survivor"]
