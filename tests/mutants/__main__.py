@@ -39,7 +39,7 @@ def main() -> None:
         wanted = sample(chosen.sample, chosen.seed) if chosen.sample else list(_in_turn(list(areas)))
         _slice(campaign, wanted, chosen.again, monotonic() + 60 * chosen.minutes)
     if chosen.sample:
-        write_sample(campaign.results, chosen.seed)
+        write_sample(campaign.results, chosen.sample, chosen.seed)
     else:
         write(campaign.results)
 
