@@ -22,7 +22,7 @@ from tests.mutants import c_operators, python_operators, trial
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
 RESULTS = Path(__file__).parent / "results.jsonl"
-_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "pyproject.toml")
+_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "pyproject.toml")
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
 
