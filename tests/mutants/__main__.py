@@ -5,8 +5,8 @@ Run: python -m tests.mutants [--minutes M] [--area AREA]... [--again] [--page]
      python -m tests.mutants --sample 100 --seed K [--minutes M] [--again] [--page]
 
 A slice goes on where the one before ended: results stand in tests/mutants/results.jsonl, one line a mutant. Which
-mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays. A sample is drawn over whole
-folders instead (tests/mutants/closest.toml); its results stand in tests/mutants/sample-K.jsonl.
+mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays. A sample is drawn
+over whole folders instead (tests/mutants/closest.toml); its results stand in tests/mutants/sample-K.jsonl.
 """
 
 from __future__ import annotations

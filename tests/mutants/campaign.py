@@ -37,7 +37,7 @@ class Subject:
     tests: tuple[str, ...]
     without: tuple[str, ...] = ()
     limit: float = 0.0
-    """Seconds of processor time after which a mutant lives; by default twice what the tests take without one kill it."""
+    """Seconds of processor time after which a mutant lives; by default twice what its tests take kill it."""
 
 
 @dataclass(frozen=True)

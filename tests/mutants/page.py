@@ -27,8 +27,9 @@ def write_sample(results: Sequence[Result], size: int, seed: int) -> None:
     tried = [result for result in results if result.outcome != "refused"]
     alive = [result for result in tried if result.outcome == "survived"]
     lines = [
-        f"{len(results)} of {size} mutants of seed {seed} tried by {datetime.now(UTC):%Y-%m-%d}: {len(tried) - len(alive)} "
-        f"killed by the closest tests, {len(alive)} alive, {len(results) - len(tried)} do not compile.",
+        f"{len(results)} of {size} mutants of seed {seed} tried by {datetime.now(UTC):%Y-%m-%d}: "
+        f"{len(tried) - len(alive)} killed by the closest tests, {len(alive)} alive, "
+        f"{len(results) - len(tried)} do not compile.",
         "",
         "| folder | tried | killed | alive |",
         "|---|---|---|---|",

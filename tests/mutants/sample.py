@@ -47,4 +47,3 @@ def _modules(plan: dict[str, Any]) -> Iterator[str]:
             skipped = any(fnmatch(module, pattern) for pattern in plan["skipped"])
             if path.suffix in (".py", ".c", ".h") and not skipped:
                 yield module
-

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Model exchange, call by call: modes, instants of a sampled law, and numbers of states; importers are tested as peers."""
+"""Model exchange, call by call: modes, instants of a sampled law, numbers of states; importers are tested as peers."""
 
 from __future__ import annotations
 

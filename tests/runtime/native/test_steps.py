@@ -30,7 +30,9 @@ LOOPS = {
 TOLERANCES = ((1e-3, 1e-6), (1e-6, 1e-3), (1e-7, 1e-7))
 
 
-def steps(method: str, slope: Any, q: Array, ticks: Array, tolerance: tuple[float, float]) -> tuple[Array, int, int, float]:
+def steps(
+    method: str, slope: Any, q: Array, ticks: Array, tolerance: tuple[float, float]
+) -> tuple[Array, int, int, float]:
     """Return the end of a run, its good steps and refused ones, the largest error; control as of Gustafsson."""
     kind, order = SOLVERS[method]
     rtol, atol = tolerance

@@ -21,13 +21,14 @@ def clockwork() -> System:
     x = Group("x", (quantity("angle", "1"), quantity("place", "1"), quantity("speed", "1/s"), quantity("k", "1/s")))
     u, z = Group("u", (quantity("push", "1/s"),)), sp.S.Zero
     rows = (
-        ("w", "1/s", 1.0), ("goal", "1", 50.0), ("a", "1", 0.0), ("gap", "1", 0.1), ("late", "1", 0.0), ("edge", "1", 1e9, POSITIVE),
-        ("change", "1", 99.0), ("k_next", "1/s", 1.0),
+        ("w", "1/s", 1.0), ("goal", "1", 50.0), ("a", "1", 0.0), ("gap", "1", 0.1), ("late", "1", 0.0),
+        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0),
     )  # fmt: skip
     p, none = Group("p", tuple(parameter(*row) for row in rows)), Group("c", ())
+    s = Group("s", (parameter("k_0", "1/s", 1.0),))
     return table(
-        x, u, p, name="clockwork", title="a hand and a spring", scenario_parameters=Group("s", (parameter("k_0", "1/s", 1.0),)),
-        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z), initial=(z, sp.S.One, z, sp.Symbol("k_0", real=True)),
+        x, u, p, name="clockwork", title="a hand and a spring", scenario_parameters=s,
+        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z), initial=(z, sp.S.One, z, s.k_0),
         events=(
             Event("here", x.angle - p.goal, "rising"),
             Event("there", sp.exp(x.angle) - sp.exp(p.goal + p.late), "rising"),
@@ -69,7 +70,7 @@ def test_stalls_that_are_not_in_a_row_do_not_end_a_run(folder: Path, backend: st
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("method", ("rk4", *ADAPTIVE))
+@pytest.mark.parametrize("method", ["rk4", *ADAPTIVE])
 def test_a_guard_without_a_value_ends_the_run(folder: Path, backend: str, method: str) -> None:
     """Else it would never cross, and nobody would know."""
     run = simulate(folder, "free", backend=backend, method=method, edge=4.1, dt_out=0.5)
