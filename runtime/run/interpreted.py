@@ -20,7 +20,7 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
-from .events.watch import Crossing, Watch
+from .events.watch import Watch
 from .margins import Margins
 from .noise import Draws, Stream
 from .options import FIXED, IMPLICIT, SMALLEST_RTOL
@@ -166,14 +166,6 @@ class _Loop:
             raise _EndOfRun(Status.NOT_FINITE, t)
         self.happened += [(float(t), event) for event in past]
         self.end_at(t, q, begins)
-
-    def crossing(self, t: float, h: float, within: Callable[[float], FloatArray]) -> Crossing | None:
-        """Return the first crossing in a step; guards that are no numbers at its end end the run."""
-        assert self.watch is not None
-        crossing = self.watch.crossing(t, h, within)
-        if crossing is None and not self.watch.finite:
-            raise _EndOfRun(Status.NOT_FINITE, t + h)
-        return crossing
 
     def end_at(self, t: float, q: FloatArray, begins: bool = False) -> None:
         """End the run where an event has happened that does that, with a sample unless there is one."""
@@ -533,16 +525,22 @@ class _Solver:
         """Return the part of a step that ends at an event, which has happened."""
         assert self._loop.watch is not None
         t, h, dense = solver.t_old, solver.t - solver.t_old, solver.dense_output()
+        self._check_guards(solver.t, solver.y)
 
         def within(part: float) -> FloatArray:
             return np.asarray(dense(t + part * h) if part < 1 else solver.y, dtype=np.float64)
 
-        crossing = self._loop.crossing(t, h, within)
+        crossing = self._loop.watch.crossing(t, h, within)
         if crossing is None:
             return None
         instant = min(crossing.t, float(solver.t))
         q = self._loop.projected(within(crossing.part))
         return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
+
+    def _check_guards(self, t: float, x: FloatArray) -> None:
+        """End a run in which a guard has no value at the end of a step: it would never cross."""
+        if not np.all(np.isfinite(self._loop.guards(t, x))):
+            raise _EndOfRun(Status.NOT_FINITE, t)
 
     def project(self, step: Any) -> FloatArray:
         """Put a SciPy solver's point back on the manifold, its slope with it."""
@@ -591,7 +589,8 @@ class _Solver:
 
     def _past_events(self, t: float, x: FloatArray, h: float) -> FloatArray:
         """Take a fixed step, with an end at each event on the way."""
-        end = t + h
+        watch, end = self._loop.watch, t + h
+        assert watch is not None
         self._loop.begin(t, x)
         while end - t > 2 * np.spacing(end):
             begin, span, start = t, end - t, x
@@ -599,7 +598,8 @@ class _Solver:
             def within(part: float, begin: float = begin, span: float = span, start: FloatArray = start) -> FloatArray:
                 return self._fixed_step(begin, start, part * span) if part else start
 
-            crossing = self._loop.crossing(t, span, within)
+            self._check_guards(end, within(1.0))
+            crossing = watch.crossing(t, span, within)
             if crossing is None:
                 return within(1.0)
             t = crossing.t

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mass matrices: rates that are solved for, algebraic states against closed forms, and what is refused by name."""
 
+import contextlib
 import dataclasses
 import random
 import re
@@ -106,6 +107,17 @@ def folder_of(system, path):
 @pytest.fixture(scope="module")
 def motored(tmp_path_factory):
     return folder_of(motor(), tmp_path_factory.mktemp("motor"))
+
+
+@pytest.mark.parametrize(("off", "good"), [(1e-9, True), (1e-7, False)])
+def test_a_start_is_held_to_its_equation_as_the_tolerances_hold_a_step(motored, off, good):
+    """Relative to its size, in a run and in a batch: six million amperes are not told to 1e-11 of one."""
+    values = {"V": 1.2e7, "i_0": 6e6 * (1 + off)}
+    options = {"method": "rodas5p", "rtol": 1e-8, "t_end": 0.01, "dt_out": 0.01}
+    runs = mehvar.batch(motored, "on", n=2, parameters=values, **options)
+    assert (runs["status"].values != IMPOSSIBLE).all() == good
+    with contextlib.nullcontext() if good else pytest.raises(InputError, match="initial state i"):
+        simulate(motored, "on", parameters=values, **options)
 
 
 def turned(t, J=0.01):

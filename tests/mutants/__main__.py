@@ -2,9 +2,11 @@
 """Try mutants of the runtime, slice by slice, and write the page of what survived.
 
 Run: python -m tests.mutants [--minutes M] [--area AREA]... [--again] [--page]
+     python -m tests.mutants --sample 100 --seed K [--minutes M] [--again] [--page]
 
 A slice goes on where the one before ended: results stand in tests/mutants/results.jsonl, one line a mutant. Which
-mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays.
+mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays. A sample is drawn
+over whole folders instead (tests/mutants/closest.toml); its results stand in tests/mutants/sample-K.jsonl.
 """
 
 from __future__ import annotations
@@ -16,8 +18,9 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from time import monotonic
 
-from tests.mutants.campaign import Campaign, Mutant, Subject, draw, subjects
-from tests.mutants.page import reasons, write
+from tests.mutants.campaign import RESULTS, Campaign, Mutant, Subject, draw, subjects
+from tests.mutants.page import reasons, write, write_sample
+from tests.mutants.sample import sample, sample_file
 
 
 def main() -> None:
@@ -27,12 +30,18 @@ def main() -> None:
     parser.add_argument("--area", action="append", help="one of subjects.toml; all by default")
     parser.add_argument("--again", action="store_true", help="try those without a reason that survived once more")
     parser.add_argument("--page", action="store_true", help="only write the page")
+    parser.add_argument("--sample", type=int, metavar="N", help="try N mutants of all modules, drawn by --seed")
+    parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args()
-    campaign = Campaign()
+    campaign = Campaign(sample_file(chosen.seed) if chosen.sample else RESULTS)
     if not chosen.page:
-        wanted = list(_in_turn([s for s in subjects() if not chosen.area or s.area in chosen.area]))
+        areas = (s for s in subjects() if not chosen.area or s.area in chosen.area)
+        wanted = sample(chosen.sample, chosen.seed) if chosen.sample else list(_in_turn(list(areas)))
         _slice(campaign, wanted, chosen.again, monotonic() + 60 * chosen.minutes)
-    write(campaign.results)
+    if chosen.sample:
+        write_sample(campaign.results, chosen.sample, chosen.seed)
+    else:
+        write(campaign.results)
 
 
 def _slice(campaign: Campaign, wanted: list[tuple[Subject, Mutant]], again: bool, end: float) -> None:

@@ -10,9 +10,10 @@ import json
 import shutil
 import sys
 import tomllib
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from tests.mutants import c_operators, python_operators, trial
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
 RESULTS = Path(__file__).parent / "results.jsonl"
-_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "pyproject.toml")
+_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "pyproject.toml")
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
 
@@ -35,6 +36,8 @@ class Subject:
     draw: int
     tests: tuple[str, ...]
     without: tuple[str, ...] = ()
+    limit: float = 0.0
+    """Seconds of processor time after which a mutant lives; by default twice what its tests take kill it."""
 
 
 @dataclass(frozen=True)
@@ -85,19 +88,22 @@ def subjects() -> list[Subject]:
 
 def draw(subject: Subject) -> Iterator[Mutant]:
     """Yield the mutants of a subject that are tried: in an order that the lines fix, up to `draw` of them."""
-    texts = {module: (ROOT / module).read_text(encoding="utf-8") for module in subject.modules}
+    return islice(mutants_of(subject.modules), subject.draw)
+
+
+def mutants_of(modules: Sequence[str], seed: str = "") -> Iterator[Mutant]:
+    """Yield every mutant of modules once, in an order that a seed and the lines fix."""
+    texts = {module: (ROOT / module).read_text(encoding="utf-8") for module in modules}
     keys: set[str] = set()
-    for module, place in _in_order(texts):
+    for module, place in _in_order(texts, seed):
         start, end, replacement = _operators(module).mutate(texts[module], place)
         mutant = _mutant(module, texts[module], start, end, replacement)
         if mutant.before != mutant.after and mutant.key not in keys:
             keys.add(mutant.key)
             yield mutant
-        if len(keys) == subject.draw:
-            return
 
 
-def _in_order(texts: Mapping[str, str]) -> list[tuple[str, Any]]:
+def _in_order(texts: Mapping[str, str], seed: str) -> list[tuple[str, Any]]:
     """Return the places of modules by a digest of line and change: an edit elsewhere leaves the others drawn."""
     ranks: list[tuple[bytes, str, Any]] = []
     seen: Counter[str] = Counter()
@@ -106,7 +112,7 @@ def _in_order(texts: Mapping[str, str]) -> list[tuple[str, Any]]:
         for number, change, place in _operators(module).places(text):
             name = f"{module} {_plain(lines[number - 1])} {change}"
             seen[name] += 1
-            ranks.append((hashlib.sha256(f"{name} {seen[name]}".encode()).digest(), module, place))
+            ranks.append((hashlib.sha256(f"{seed}{name} {seen[name]}".encode()).digest(), module, place))
     return [(module, place) for _, module, place in sorted(ranks)]
 
 
@@ -127,8 +133,8 @@ def _plain(text: str) -> str:
 class Campaign:
     """A copy of the tree in which one module at a time is wrong, and the file of results, which is committed."""
 
-    def __init__(self) -> None:
-        self._tree, self._file, self._plain_file = WORK / "tree", RESULTS, WORK / "plain.json"
+    def __init__(self, file: Path = RESULTS) -> None:
+        self._tree, self._file, self._plain_file = WORK / "tree", file, WORK / "plain.json"
         self._plain_runs: dict[str, Any] = _json(self._plain_file)
         self._results = {result.key: result for result in _results(self._file) if _stands(result)}
         self._kills = Counter((result.module, result.killer) for result in self._results.values())
@@ -146,18 +152,22 @@ class Campaign:
     def decide(self, subject: Subject, mutant: Mutant) -> None:
         """Try a mutant."""
         self._prepare()
-        names, failing, seconds = self._plain(subject)
-        rank = {name: time - 1e6 * self._kills[mutant.module, name] for name, time in names.items()}
+        names, failing, seconds = ({}, [], 0.0) if subject.limit else self._plain(subject)
+        rank = defaultdict[str, float](float, names)
+        for (module, name), kills in self._kills.items():
+            rank[name] -= 1e6 * kills * (module == mutant.module)
         path = self._tree / mutant.module
         text = path.read_text(encoding="utf-8")
         path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
         try:
             without = (*failing, *subject.without)
-            done = trial.run(self._tree, subject.tests, WORK, without, rank, seconds * _TWICE + 10)
+            limit = subject.limit or seconds * _TWICE + 10
+            done = trial.run(self._tree, subject.tests, WORK, without, rank, limit)
         finally:
             path.write_text(text, encoding="utf-8")
         last = next((test for test in done.tests if test.failed), None)
-        outcome = {"passed": "survived", "failed": "killed"}.get(done.outcome, done.outcome)
+        late = "survived" if subject.limit else "timeout"
+        outcome = {"passed": "survived", "failed": "killed", "timeout": late}[done.outcome]
         if last and last.refused and mutant.module.endswith((".c", ".h")):
             outcome = "refused"
         fields = (mutant.module, mutant.line, mutant.before, mutant.after, outcome, last.name if last else "")

@@ -13,15 +13,43 @@ from tests.mutants.campaign import ROOT, Result, subjects
 
 PAGE = ROOT / "docs" / "validation.md"
 BEGIN, END = "<!-- mutants: written by make mutants -->\n", "<!-- end of the mutants -->\n"
+SAMPLE, SAMPLE_END = "<!-- sample: written by python -m tests.mutants --sample -->\n", "<!-- end of the sample -->\n"
 _REASONS = Path(__file__).parent / "survivors.toml"
 
 
 def write(results: Sequence[Result]) -> None:
     """Put the tables into the page; a survivor without a reason is said to have none."""
+    _put(BEGIN, END, _lines(results))
+
+
+def write_sample(results: Sequence[Result], size: int, seed: int) -> None:
+    """Put the counts and survivors of a sample into the page."""
+    tried = [result for result in results if result.outcome != "refused"]
+    alive = [result for result in tried if result.outcome == "survived"]
+    lines = [
+        f"{len(results)} of {size} mutants of seed {seed} tried by {datetime.now(UTC):%Y-%m-%d}: "
+        f"{len(tried) - len(alive)} killed by the closest tests, {len(alive)} alive, "
+        f"{len(results) - len(tried)} do not compile.",
+        "",
+        "| folder | tried | killed | alive |",
+        "|---|---|---|---|",
+    ]
+    for folder in sorted({_folder(result) for result in tried}):
+        own = [result for result in tried if _folder(result) == folder]
+        lived = sum(result.outcome == "survived" for result in own)
+        lines.append(f"| `{folder}` | {len(own)} | {len(own) - lived} | {lived} |")
+    _put(SAMPLE, SAMPLE_END, [*lines, "", *_survivors(alive, reasons())])
+
+
+def _folder(result: Result) -> str:
+    parts = result.module.split("/")
+    return "/".join(parts[: min(2, len(parts) - 1)])
+
+
+def _put(begin: str, end: str, lines: Sequence[str]) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    tail = rest.split(END)[1]
-    PAGE.write_text(head + BEGIN + "\n".join(_lines(results)) + "\n" + END + tail, encoding="utf-8")
+    head, rest = text.split(begin)
+    PAGE.write_text(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1], encoding="utf-8")
 
 
 def reasons() -> dict[str, str]:

@@ -8,6 +8,7 @@ import re
 import shutil
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ import pytest
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.statistics import summarise
-from mehvar.runtime.batch.store.records import END, STORE, DamageError
+from mehvar.runtime.batch.store.records import END, STORE, DamageError, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
@@ -166,8 +167,22 @@ def test_blocks_of_another_batch_are_not_taken_for_ones_own(store: Path) -> None
         run_batch(PENDULUM, Campaign("pd", n=40, vary={"g": "uniform(-1, 9)"}), store, resume=True)
 
 
-def test_a_block_of_another_batch_is_damage(store: Path, tmp_path: Path) -> None:
-    """Its digests are right, and it proves nothing here."""
+def test_a_block_that_is_not_the_one_of_the_end_is_damage(store: Path) -> None:
+    """It is whole and of this batch; but what the end sealed was another, or is gone."""
+    place = store / "records/1.json"
+    record = read_record(place)
+    assert record is not None
+    place.write_bytes(replace(record, about={**record.about, "provenance": {"compiler": "another"}}).content())
+    assert [damage.files for damage in verify(store).damaged] == [{"records/1.json": "not the one of the end"}]
+    place.unlink()
+    assert [damage.files for damage in verify(store).damaged] == [{"records/1.json": "missing"}]
+
+
+@pytest.mark.parametrize("ended", [True, False])
+def test_a_block_of_another_batch_is_damage(store: Path, tmp_path: Path, ended: bool) -> None:
+    """Its digests are right, and it proves nothing here, whether or not an end has sealed another."""
+    if not ended:
+        (store / END).unlink()
     other = Campaign("pd", n=40, seed=1, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
     run_batch(PENDULUM, other, tmp_path / "other.zarr", chunk=CHUNK)
     for name in contents(tmp_path / "other.zarr"):

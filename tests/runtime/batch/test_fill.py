@@ -18,7 +18,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import sealed
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
-from mehvar.runtime.batch.fill import ImpossibleRunError, run_batch
+from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
 from mehvar.runtime.batch.statistics import Success
@@ -147,6 +147,24 @@ def test_impossible_runs_are_marked_and_explained(triangle: runtime.Model) -> No
     assert len(reasons) >= 2
     run = int(np.argmax(store.read("R")))
     assert plan.refusal(run) == f"R = {float(store.read('R')[run])!r} (from run {run}): must be in (0, 0.707106781187)"
+
+
+def test_a_record_explains_refusals_of_its_own_runs_and_a_report_counts_what_did_not_end(
+    triangle: runtime.Model, tmp_path: Path
+) -> None:
+    """In each block by the numbers of the runs in the batch, the first three of them; stored or just computed."""
+    campaign = Campaign("path", n=64, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.05})
+    reports: list[tuple[int, ...]] = []
+    for resume in (False, True):
+        store = run_batch(
+            triangle, campaign, tmp_path / "s.zarr", chunk=16, resume=resume, report=lambda *now: reports.append(now)
+        )
+        status, plan = store.read(STATUS), Plan(triangle, campaign)
+        for block in range(4):
+            impossible = [run for run in store.runs(block) if status[run] == IMPOSSIBLE]
+            assert store.about(block)["refusals"] == {str(run): plan.refusal(run) for run in impossible[:REFUSALS]}
+        assert reports[-1] == (64, 64, np.count_nonzero(status == IMPOSSIBLE))
+    assert 3 < reports[-1][-1] < 60
 
 
 def test_strict_stops_at_the_first_impossible_run(triangle: runtime.Model, tmp_path: Path) -> None:

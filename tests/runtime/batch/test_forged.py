@@ -123,6 +123,16 @@ def test_a_value_that_is_another_is_told_or_harmless(store: Path) -> None:
                 assert told or name in ("numerics", "versions"), (name, other)
 
 
+def test_what_an_attribute_says_beside_the_campaign_is_what_the_campaign_says(store: Path) -> None:
+    """Seed, law, scenario, profile stand there twice; `seed` is of no digest of the batch, and yet others read it."""
+    for name, other in (("seed", 8), ("controller", "p-sum"), ("profile", "fast")):
+        with (
+            changed(store, "zarr.json", with_value("attributes", name, other)),
+            pytest.raises(InputError, match=f"{name} = {other!r}: must be .*, as in its campaign"),
+        ):
+            open_store(store)
+
+
 def test_what_a_record_says_is_held_against_a_schema(store: Path) -> None:
     """Format, block, runs, refusals: gone, or of another kind."""
     for name in (STORE, "records/1.json", END):

@@ -145,6 +145,23 @@ def test_a_number_from_around_a_law_is_of_its_text_and_a_function_cannot_be_told
             batch(pendulum, controller=unknown, out=out, resume=True, **options)
 
 
+def with_defaults(first: float, second: float) -> Any:
+    def law(_t, x, gain=first, *, bias=second):
+        return [bias - gain * x.angle]
+
+    return law
+
+
+@pytest.mark.parametrize("other", [(2.0, 0.5), (1.0, 0.25)])
+def test_a_default_of_a_law_is_of_its_text(pendulum: runtime.Model, tmp_path, other) -> None:
+    """The lines are the same: what an argument is without a word stands in the function alone."""
+    out, options = tmp_path / "runs.zarr", {"period": 0.05, "t_end": 0.1}
+    batch(pendulum, controller=with_defaults(1.0, 0.5), out=out, **options)
+    batch(pendulum, controller=with_defaults(1.0, 0.5), out=out, resume=True, **options)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, controller=with_defaults(*other), out=out, resume=True, **options)
+
+
 def test_inputs_go_on_between_their_instants_as_they_began(pendulum: runtime.Model, tmp_path) -> None:
     options = {"inputs": {"torque": ([0.0, 0.1], [0.0, 1.0])}, "period": 0.05, "t_end": 0.1, "out": tmp_path / "a.zarr"}
     batch(pendulum, interpolation="hold", **options)

@@ -204,6 +204,20 @@ def test_the_scatter_of_rounding_has_no_causes(rng: np.random.Generator, samplin
     assert not any(share.determined for share in (*result.first.values(), *result.total.values()))
 
 
+@pytest.mark.parametrize("sampling", ["saltelli", "random"])
+def test_what_scatter_has_causes_goes_with_both_tolerances(rng: np.random.Generator, sampling: str) -> None:
+    """A scatter of 1e-4 about a thousand: beyond the errors of the default tolerances, within those of loose ones."""
+    a, b = rng.random((2, 1024))
+    values = {"a": a, "b": b, "m": 1e3 + 1e-4 * a}
+
+    def determined(**options: float) -> bool:
+        said = {**json.loads(campaign(sampling)), "options": options}
+        (result,) = sensitivities(filled(values, n=1024, campaign=json.dumps(said)))
+        return not np.isnan(result.explained)
+
+    assert [determined(), determined(rtol=1e-7), determined(atol=1e-4)] == [True, False, False]
+
+
 def test_an_index_that_could_be_anything_is_undetermined(rng: np.random.Generator) -> None:
     """One wild run decides the variance."""
     metric = rng.normal(size=4 * 64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.results import to_dataset
+from mehvar.runtime.run.solvers import StiffTest
 from tests.models.edits import POSITIVE, parameter, quantity
 from tests.models.test_clock import pushed
 from tests.models.written import written
@@ -60,6 +62,25 @@ def test_an_oscillator_is_stiff_where_its_friction_is_large(folder: Path, backen
         assert np.isnan(run.t_stiff) == (method == "dop853")
         exact = simulate(folder, "pull", mu=mu, rtol=1e-11, atol=1e-11, t_end=20.0, dt_out=0.5)
         np.testing.assert_allclose(run.x, exact.x, atol=2e-5)
+
+
+@pytest.mark.parametrize("mu", [13.5, 14.0, 14.5, 15.0])
+def test_stiffness_that_passes_is_forgotten(folder: Path, mu: float) -> None:
+    """On either slope some dozen steps of the oscillator are held by stability, and then many by error."""
+    run = simulate(folder, "pull", mu=mu, method="auto", t_end=30.0, dt_out=30.0, **LOOSE)
+    assert run.method == "dop853"
+
+
+@pytest.mark.parametrize(("stiff", "steps"), [(True, "14 + 5 - 1 +"), (False, "14 + 6 - 14 +"), (True, "15 +")])
+def test_so_many_steps_in_a_row_forget_stiffness(stiff: bool, steps: str) -> None:
+    """Of the Python backend, with the numbers of `native/step/stiffness.h`."""
+    test, words = StiffTest(), steps.split()
+    for count, sign in zip(words[::2], words[1::2], strict=True):
+        for _ in range(int(count)):
+            slopes = np.array([[0.0], [0.0], [6.2 if sign == "+" else 6.0]])
+            step = SimpleNamespace(h_previous=1.0, K=slopes, n_stages=2, A=np.eye(2), y_old=np.zeros(1), y=np.ones(1))
+            answer = test.is_stiff_after(step)
+    assert answer == stiff
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -254,6 +254,33 @@ def test_too_many_steps_end_the_run(model: Model, options: dict[str, Any]) -> No
     assert len(run.t) == 1
 
 
+CONSTANT = (FILE, '"reference_constant": false', '"reference_constant": true')
+"""Steps of a continuous loop pass over samples under a reference that does not move."""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_trials_are_counted_from_one_sample_to_the_next(edited: Edit, folder: Path, backend: Any) -> None:
+    """Whether steps pass over samples, or stop there."""
+    passing, stopping = (runtime.load(place, backend=backend) for place in (edited(*CONSTANT), folder))
+    every = {"dt_out": 0.5}
+    for model, options in ((passing, every), (stopping, every), (stopping, {"dt_out": 0.1, "hold": 0.1})):
+        run = simulate(model, "pd", t_end=8.0, max_steps=20, **options)
+        assert run.status is Status.DONE
+        assert run.statistics["steps"] > 40
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_limit_is_held_at_samples_that_a_step_passes_over(edited: Edit, backend: Any) -> None:
+    """The rate is beyond it for four samples, and at the end of no step."""
+    model = runtime.load(edited(*CONSTANT), backend=backend)
+    options: dict[str, Any] = {"k_d": 0.0, "rtol": 1e-4, "atol": 1e-4, "t_end": 2.0, "dt_out": 0.01}
+    free = simulate(model, "pd", **options)
+    rate = np.abs(free.x[:, 1])
+    run = simulate(model, "pd", rate_max=float(np.sort(rate)[-4]), **options)
+    assert run.status is Status.LIMIT
+    assert run.t_stop == free.t[np.argmax(rate >= np.sort(rate)[-4])]
+
+
 def test_progress_and_interrupt(pendulum: Model) -> None:
     seen: list[float] = []
     simulate(pendulum, "pd", t_end=200.0, progress=lambda t, end: seen.append(t / end))

@@ -20,6 +20,7 @@ from mehvar.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Coordinate, Layout, Variable
+from mehvar.runtime.batch.store.lock import Lock
 from mehvar.runtime.batch.store.records import block_record, read_record
 from mehvar.runtime.batch.store.store import Store, StoreError, create, open_store, resume
 from mehvar.runtime.batch.store.verification import verify
@@ -167,6 +168,18 @@ def test_the_lock_of_a_killed_process_holds_nobody(store: Store, tmp_path: Path)
     subprocess.run([sys.executable, "-c", code, str(scratch)], check=False)
     create(tmp_path / "other.zarr", LAYOUT)
     assert not scratch.exists(), "what was killed while it was made is removed"
+
+
+def test_what_a_living_process_makes_is_not_removed(tmp_path: Path) -> None:
+    """Nor what has no lock yet: it may have been made this instant."""
+    living, new = (tmp_path / f".other.zarr.{number}.new" for number in ("01", "02"))
+    for folder in (living, new):
+        folder.mkdir()
+        (folder / "begun").write_text("")
+    lock = Lock(living, "it")
+    create(tmp_path / "other.zarr", LAYOUT)
+    lock.release()
+    assert [(folder / "begun").exists() for folder in (living, new)] == [True, True]
 
 
 def fill(store: Store) -> None:

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Model exchange, call by call: modes, instants of a sampled law, numbers of states; importers are tested as peers."""
+
+from __future__ import annotations
+
+import ctypes as c
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mehvar.runtime import load
+from tests.mehvar.fmu.test_cycles import unpacked
+
+OK, ERROR = 0, 3
+
+
+class Callbacks(c.Structure):
+    """Those of FMI 2; none is called here."""
+
+    _fields_ = [(name, c.c_void_p) for name in ("logger", "allocate", "free", "finished", "environment")]
+
+
+class EventInfo(c.Structure):
+    """What FMI 2 says of discrete states."""
+
+    _fields_ = [
+        *((name, c.c_int) for name in ("needed", "terminate", "nominals", "values", "next_defined")),
+        ("next", c.c_double),
+    ]
+
+
+class Unit:
+    """A unit of the satellite under a sampled law, in model exchange, after its initialization."""
+
+    def __init__(self, folder: Path, fmi: str) -> None:
+        token = unpacked(folder, "satellite", controller="pd", fmi=fmi).encode()
+        (binary,) = (folder / "binaries").glob("*/*.so")
+        self._library, self._fmi = c.CDLL(str(binary)), fmi[0]
+        create = self._library[f"fmi{fmi[0]}Instantiate" + ("ModelExchange" if fmi[0] == "3" else "")]
+        create.restype = c.c_void_p
+        if fmi[0] == "3":
+            self._instance = create(b"unit", token, b"", False, False, None, None)
+        else:
+            self._functions = Callbacks()
+            self._instance = create(b"unit", 0, token, b"", c.byref(self._functions), 0, 0)
+        assert self._instance
+        if fmi[0] == "3":
+            assert self("EnterInitializationMode", False, c.c_double(0), c.c_double(0), False, c.c_double(0)) == OK
+        else:
+            assert self("SetupExperiment", 0, c.c_double(0), c.c_double(0), 0, c.c_double(0)) == OK
+            assert self("EnterInitializationMode") == OK
+        assert self("ExitInitializationMode") == OK
+
+    def __call__(self, name: str, *arguments: Any) -> int:
+        return int(self._library[f"fmi{self._fmi}{name}"](c.c_void_p(self._instance), *arguments))
+
+    def next_event(self) -> tuple[bool, float]:
+        """Return whether the unit ends, and the instant of its next event, which it must have."""
+        if self._fmi == "2":
+            info = EventInfo()
+            assert self("NewDiscreteStates", c.byref(info)) == OK
+            assert info.next_defined
+            return bool(info.terminate), info.next
+        flags, instant = (c.c_bool * 5)(), c.c_double(-1.0)
+        places = [c.byref(flags, k) for k in range(5)]
+        assert self("UpdateDiscreteStates", *places, c.byref(instant)) == OK
+        assert flags[4]
+        return flags[1], instant.value
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path: Path, fmi: str) -> None:
+    unit, model = Unit(tmp_path, fmi), load("satellite")
+    period = next(p.default for p in model.manifest.parameters if p.name == "Ts")
+    for k in range(1, 4):
+        assert unit("EnterEventMode") == (ERROR if k == 1 else OK), "it begins in events"
+        ends, instant = unit.next_event()
+        assert not ends
+        assert instant == pytest.approx(k * period)
+        assert unit("EnterContinuousTimeMode") == OK
+        assert unit("EnterContinuousTimeMode") == ERROR
+        assert unit("SetTime", c.c_double(instant)) == OK
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
+    unit, n = Unit(tmp_path, fmi), len(load("satellite").state_names)
+    unit.next_event()
+    assert unit("EnterContinuousTimeMode") == OK
+    for size in (n - 1, n, n + 1):
+        values = (c.c_double * (n + 1))(*[7.0] * (n + 1))
+        assert unit("GetNominalsOfContinuousStates", values, c.c_size_t(size)) == (OK if size == n else ERROR)
+        assert list(values) == [1.0] * n + [7.0] if size == n else list(values) == [7.0] * (n + 1)

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A sample of mutants over whole folders, drawn by a seed, each tried by the tests that stand closest to its module."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from tests.mutants.campaign import ROOT, Mutant, Subject, mutants_of
+
+_PLAN = Path(__file__).parent / "closest.toml"
+
+
+def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
+    """Return so many mutants of the folders of closest.toml, every place of their texts as likely as any other.
+
+    The order follows from the seed and the lines alone, so that an edit elsewhere leaves the others drawn.
+    """
+    plan = tomllib.loads(_PLAN.read_text(encoding="utf-8"))
+    drawn = islice(mutants_of(list(_modules(plan)), f"{seed} "), size)
+    return [(closest(mutant.module, plan), mutant) for mutant in drawn]
+
+
+def sample_file(seed: int) -> Path:
+    """Return where the results of a seed stand."""
+    return Path(__file__).parent / f"sample-{seed}.jsonl"
+
+
+def closest(module: str, plan: dict[str, Any]) -> Subject:
+    """Return the tests of the first rule that has a module; the one that mirrors it comes first where there is one."""
+    rule = next(rule for rule in plan["closest"] if any(fnmatch(module, pattern) for pattern in rule["modules"]))
+    path = Path(module)
+    mirror = (Path("tests") / path.parent / f"test_{path.stem}.py").as_posix()
+    own = [mirror] if (ROOT / mirror).is_file() else []
+    tests = tuple(dict.fromkeys([*own, *rule["tests"]]))
+    return Subject("sample", (module,), 0, tests, tuple(plan["without"]), plan["limit"])
+
+
+def _modules(plan: dict[str, Any]) -> Iterator[str]:
+    for folder in plan["folders"]:
+        for path in sorted((ROOT / folder).rglob("*")):
+            module = path.relative_to(ROOT).as_posix()
+            skipped = any(fnmatch(module, pattern) for pattern in plan["skipped"])
+            if path.suffix in (".py", ".c", ".h") and not skipped:
+                yield module

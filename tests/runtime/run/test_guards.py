@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What follows an event: guards beside it, the step behind a reset, events in a row, guards without a value."""
+
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from mehvar.models.system import Controller, Event, Group, Scenario, System
+from mehvar.runtime import Run, Status, simulate
+from tests.models.edits import POSITIVE, parameter, quantity
+from tests.models.feedback import table
+from tests.models.written import written
+
+BACKENDS = ("c", "python")
+ADAPTIVE = ("dopri5", "dop853", "rock4")
+
+
+def clockwork() -> System:
+    """A hand that turns, and a spring whose rate an event changes."""
+    x = Group("x", (quantity("angle", "1"), quantity("place", "1"), quantity("speed", "1/s"), quantity("k", "1/s")))
+    u, z = Group("u", (quantity("push", "1/s"),)), sp.S.Zero
+    rows = (
+        ("w", "1/s", 1.0), ("goal", "1", 50.0), ("a", "1", 0.0), ("gap", "1", 0.1), ("late", "1", 0.0),
+        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0),
+    )  # fmt: skip
+    p, none = Group("p", tuple(parameter(*row) for row in rows)), Group("c", ())
+    s = Group("s", (parameter("k_0", "1/s", 1.0),))
+    return table(
+        x, u, p, name="clockwork", title="a hand and a spring", scenario_parameters=s,
+        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z), initial=(z, sp.S.One, z, s.k_0),
+        events=(
+            Event("here", x.angle - p.goal, "rising"),
+            Event("there", sp.exp(x.angle) - sp.exp(p.goal + p.late), "rising"),
+            Event("wave", sp.sin(p.a * x.angle + 1), "either"),
+            Event("follower", sp.sin(p.a * x.angle + 1 - p.gap), "either"),
+            Event("lost", sp.log(p.edge - x.angle) + 100, "falling"),
+            Event("change", x.angle - p.change, "rising", {x.k: p.k_next}),
+        ),
+        controllers=(Controller("free", "", none, (z,)),),
+        scenarios=(Scenario("plain", "", 10.0, 10.0, {}, {}, {}),),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(clockwork(), tmp_path_factory.mktemp("clockwork"))
+
+
+def times(run: Run, event: str) -> list[float]:
+    return [t for t, name in run.events if name == event]
+
+
+@pytest.mark.parametrize(("backend", "late"), [("c", 0.0), ("c", 1e-13), ("python", 0.0), ("python", 3e-13)])
+def test_guards_that_cross_together_do_so_at_one_instant(folder: Path, backend: str, late: float) -> None:
+    """Two texts of one crossing, told apart by rounding or within what a step is located to: none waits for a step."""
+    for goal in (0.7, 1.3, 1.9, 2.3, 3.1, 3.7, 4.9, 5.3):
+        run = simulate(folder, "free", backend=backend, method="dop853", goal=goal, late=late, t_end=6.0, dt_out=6.0)
+        assert len(times(run, "here")) == 1
+        assert times(run, "here") == times(run, "there"), goal
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_stalls_that_are_not_in_a_row_do_not_end_a_run(folder: Path, backend: str) -> None:
+    """Pairs of events that are nearer than what makes progress, with progress between the pairs."""
+    run = simulate(folder, "free", backend=backend, a=3.0, gap=6e-9, dt_out=0.25)
+    assert run.status is Status.DONE
+    assert len(times(run, "wave")) == len(times(run, "follower")) == 9
+    assert all(0 < later - t < 3e-9 for t, later in zip(times(run, "wave"), times(run, "follower"), strict=True))
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("method", ["rk4", *ADAPTIVE])
+def test_a_guard_without_a_value_ends_the_run(folder: Path, backend: str, method: str) -> None:
+    """Else it would never cross, and nobody would know."""
+    run = simulate(folder, "free", backend=backend, method=method, edge=4.1, dt_out=0.5)
+    assert run.status is Status.NOT_FINITE
+    assert 4.0 <= run.t_stop <= 4.5
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_behind_a_reset_a_run_begins_with_a_step_of_its_own(folder: Path, method: str) -> None:
+    """A spring that is a thousand times as fast there costs no more trials than one that goes on as it was."""
+    options = {"method": method, "t_end": 2.0, "dt_out": 2.0, "rtol": 1e-6, "atol": 1e-6, "change": 1.0}
+    slow, fast = (simulate(folder, "free", k_next=k, **options) for k in (1.0, 1e3))
+    assert times(slow, "change") == times(fast, "change")
+    assert slow.statistics["rejected"] == fast.statistics["rejected"]
