@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rigid hub of a spacecraft, point masses on it, and what pushes and turns it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..quantities import Quantity
+from .frame import AXES, ZERO, point_inertia
+from .part import Aggregates, Contribution, Mounted, Part
+from .values import Number, Tensor, Vector, place, scalar, tensor
+
+
+@dataclass(frozen=True)
+class Hub(Part):
+    """A rigid body that carries the parts.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mass : number
+        kg.
+    inertia : three numbers, or three rows
+        About its own centre of mass, in the axes of the hub, kg m^2.
+    centre : three numbers
+        Its centre of mass, m.
+    """
+
+    mass: Number = scalar("m", "kg", "mass")
+    inertia: Tensor = tensor("J", "moment of inertia")
+    centre: Vector = place("c", "centre of mass")
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        return Aggregates(v.mass, v.mass * v.centre, v.inertia + point_inertia(v.mass, v.centre))
+
+
+@dataclass(frozen=True)
+class PointMass(Part):
+    """A point mass that is fixed to the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mass : number
+        kg.
+    at : three numbers
+        Its place, m.
+    """
+
+    mass: Number = scalar("m", "kg", "mass")
+    at: Vector = place("r", "place")
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        return Aggregates(v.mass, v.mass * v.at, point_inertia(v.mass, v.at))
+
+
+@dataclass(frozen=True)
+class ExternalForce(Part):
+    """A force on the hub that a law commands, in the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its inputs are NAMEx, NAMEy and NAMEz, in N.
+    at : three numbers
+        Where it acts, m.
+    """
+
+    at: Vector = place("r", "point of application")
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}{axis}", "N", f"force {self.name}, {axis}") for axis in AXES)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        return Aggregates()
+
+    def contribution(self, at: Mounted) -> Contribution:
+        force = sp.Matrix([q.symbol for q in self.inputs()])
+        return Contribution(force=force, moment=at.values.at.cross(force))
+
+
+@dataclass(frozen=True)
+class Torquer(Part):
+    """A torque on the hub that a law commands, in the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its inputs are NAMEx, NAMEy and NAMEz, in N m.
+    """
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}{axis}", "N m", f"torque {self.name}, {axis}") for axis in AXES)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        return Aggregates()
+
+    def contribution(self, at: Mounted) -> Contribution:
+        return Contribution(force=ZERO, moment=sp.Matrix([q.symbol for q in self.inputs()]))

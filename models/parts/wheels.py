@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rotors: reaction wheels, balanced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..quantities import Quantity
+from .part import Aggregates, Coordinate, Mounted, Part
+from .values import Number, Vector, direction, scalar
+
+
+@dataclass(frozen=True)
+class Wheel(Part):
+    """A balanced wheel; its mass and its inertia across the axis are in the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its state is NAME_speed, relative to the hub, its input NAME_torque.
+    axis : three numbers
+        Of rotation; any length.
+    inertia : number
+        About the axis, kg m^2.
+    friction : number, optional
+        Viscous, N m s.
+    """
+
+    axis: Vector = direction("a", "axis")
+    inertia: Number = scalar("Js", "kg m^2", "moment of inertia about the axis")
+    friction: Number | None = scalar("c", "N m s", "viscous friction", "[0, inf)", optional=True)
+
+    @property
+    def speed(self) -> sp.Symbol:
+        """Symbol of the speed relative to the hub, rad/s."""
+        return self.coordinates()[0].speed.symbol
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}"),)
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return (Coordinate(Quantity(f"{self.name}_speed", "rad/s", f"speed of {self.name} relative to the hub")),)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        drag = v.friction * self.speed if v.friction is not None else sp.S.Zero
+        return Aggregates(
+            inertia=v.inertia * v.axis * v.axis.T,
+            angular=v.inertia * self.speed * v.axis,
+            energy=v.inertia * self.speed**2 / 2,
+            forces=(self.inputs()[0].symbol - drag,),
+        )
