@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a spacecraft, and the spacecraft that is assembled from them."""
 
-from .bobs import Bob as Bob
-from .craft import Spacecraft as Spacecraft
-from .hub import ExternalForce as ExternalForce
-from .hub import Hub as Hub
-from .hub import PointMass as PointMass
-from .hub import Torquer as Torquer
-from .modes import Mode as Mode
-from .modes import Modes as Modes
-from .values import Value as Value
-from .wheels import Wheel as Wheel
+from .bobs import Bob
+from .craft import Spacecraft
+from .hub import ExternalForce
+from .hub import Hub
+from .hub import PointMass
+from .hub import Torquer
+from .modes import Mode
+from .modes import Modes
+from .values import Value
+from .wheels import Wheel
+
+__all__ = ["Bob", "ExternalForce", "Hub", "Mode", "Modes", "PointMass", "Spacecraft", "Torquer", "Value", "Wheel"]

@@ -132,6 +132,7 @@ class Parameters:
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
         if value is None:
             return None
+        value = value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
         if kind.form == "scalar":
             return self._number(kind, name, value, kind.meaning)
         if kind.form == "tensor":
