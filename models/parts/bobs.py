@@ -9,8 +9,8 @@ import sympy as sp
 
 from ..derivation import Expr
 from ..quantities import Quantity
-from .frame import AXES, point_inertia
-from .part import Aggregates, Contribution, Motion, Mounted, Outer, Part, State
+from .frame import AXES, ZERO, point_inertia
+from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
 from .values import Number, Parameters, Vector, direction, place, scalar
 
 
@@ -84,42 +84,39 @@ class Bob(Part):
         )  # fmt: skip
 
     def contribution(self, at: Mounted) -> Contribution:
-        v, e, w = at.values, self.direction, at.frame.rate
-        slip, bias, squared = self._kinematics(at)
+        v, e = at.values, self.direction
+        slip, squared = self._kinematics(at)
         swing = at.define("ml", v.mass * v.length, "mass times length", "kg m")
         moving = at.define("mv", v.mass * self._gain(at) * v.length, "mass that swings", "kg")
-        pull = at.define("T0", swing * squared - moving * e.dot(bias), "pull along the rod without accelerations", "N")
-        force, moment = pull * e, sp.zeros(3, 1)
+        loads: tuple[Load, ...] = ()
         if v.damping is not None:
-            force += at.define("kc", self._gain(at) * v.damping, "damping force over e'", "N s") * slip
-            moment += v.damping * e.cross(slip)
-        force = at.vector("F", force, "force on the hub without accelerations", "N")
-        outer = Outer(moving, e, at.vector("g", v.at.cross(e), "moment arm of the rod", "m"))
-        fixed = Contribution(force=force, moment=v.at.cross(force) + moment, outer=(outer,))
-        if v.inertia is None:
-            return fixed
-        mass = at.define("mf", v.mass * v.inertia / self._total(at), "mass that stays with the pivot", "kg")
-        return Contribution(
-            mass, mass * v.at, point_inertia(mass, v.at), force=fixed.force, moment=fixed.moment, outer=fixed.outer
-        )
+            loss = at.define("kc", self._gain(at) * v.damping, "damping force over e'", "N s")
+            force = at.vector("F", loss * slip, "damping force at the pivot", "N")
+            loads = (Load(force, v.at, v.damping * e.cross(slip)),)
+        mass: Expr = sp.S.Zero
+        if v.inertia is not None:
+            mass = at.define("mf", v.mass * v.inertia / self._total(at), "mass that stays with the pivot", "kg")
+        follower = Follower(moving, e, v.at, at.define("T0", swing * squared, "centrifugal pull along the rod", "N"))
+        return Contribution(mass, mass * v.at, point_inertia(mass, v.at), loads=loads, followers=(follower,))
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         v, e, w, u = at.values, self.direction, at.frame.rate, self.turning
-        slip, bias, squared = self._kinematics(at)
-        gain = self._gain(at)
-        pivot = at.vector("aP", motion.linear + motion.angular.cross(v.at) + bias, "acceleration of the pivot", "m/s^2")
-        along = at.define("kae", gain * e.dot(pivot) - squared, "rate along the rod", "1/s^2")
-        result = along * e - gain * pivot - w.cross(u)
+        slip, _ = self._kinematics(at)
+        gain, (pull,) = self._gain(at), motion.pulls
+        pivot = motion.at(v.at, f"{self.name}_aP", f"pivot of {self.name}")
+        value = at.define("kae", pull / (v.mass * v.length), "second rate along the rod", "1/s^2")
+        result = value * e - gain * pivot - w.cross(u)
         if v.damping is not None:
             result -= at.define("cD", v.damping / self._total(at), "damping over inertia", "1/s") * slip
         return (*slip, *result)
 
-    def _kinematics(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix, Expr]:
-        """Return e', W x (W x r) of the pivot, and u.u."""
-        w, u = at.frame.rate, self.turning
-        slip = at.vector("de", u - w.cross(self.direction), "rate of the direction in the axes of the hub", "1/s")
-        bias = at.vector("cP", w.cross(w.cross(at.values.at)), "centripetal acceleration of the pivot", "m/s^2")
-        return slip, bias, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
+    def _kinematics(self, at: Mounted) -> tuple[sp.Matrix, Expr]:
+        """Return e' and u.u."""
+        u = self.turning
+        slip = at.vector(
+            "de", u - at.frame.rate.cross(self.direction), "rate of the direction in the axes of the hub", "1/s"
+        )
+        return slip, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
 
     def _total(self, at: Mounted) -> Expr:
         v = at.values

@@ -17,7 +17,7 @@ from ..mechanics import (
     quaternion_rotation,
 )
 from ..quantities import Quantity
-from .frame import cross_matrix
+from .frame import Frame, cross_matrix
 
 ANGLES = ("roll", "pitch", "yaw")
 
@@ -39,8 +39,8 @@ class Chart(ABC):
         return tuple(q.symbol for q in self.states)
 
     @abstractmethod
-    def rates(self, rate: sp.Matrix) -> Sequence[Expr]:
-        """Return the rates of the coordinates for the rate of the hub in its own axes."""
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        """Return the rates of the coordinates for the rate of the hub."""
 
     @abstractmethod
     def rotation(self) -> sp.Matrix:
@@ -60,8 +60,9 @@ class QuaternionChart(Chart):
 
     states = tuple(Quantity(f"q{k}", "1", f"quaternion, component {k}", latex=f"q_{k}") for k in range(4))
 
-    def rates(self, rate: sp.Matrix) -> Sequence[Expr]:
-        return list(quaternion_rates(self.symbols, rate))
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        half = frame.vector("half_w", frame.rate / 2, "half the rate of the hub", "rad/s")
+        return list(2 * quaternion_rates(self.symbols, half))
 
     def rotation(self) -> sp.Matrix:
         return quaternion_rotation(self.symbols)
@@ -80,8 +81,8 @@ class EulerChart(Chart):
 
     states = tuple(Quantity(name, "rad", f"{name} angle") for name in ANGLES)
 
-    def rates(self, rate: sp.Matrix) -> Sequence[Expr]:
-        return list(angle_rates(self.rotation(), self.symbols, list(rate)))
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        return list(angle_rates(self.rotation(), self.symbols, list(frame.rate)))
 
     def rotation(self) -> sp.Matrix:
         roll, pitch, yaw = self.symbols
@@ -96,8 +97,8 @@ class RodriguesChart(Chart):
 
     states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))
 
-    def rates(self, rate: sp.Matrix) -> Sequence[Expr]:
-        s = sp.Matrix(self.symbols)
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        s, rate = sp.Matrix(self.symbols), frame.rate
         return list(((1 - s.dot(s)) * rate + 2 * s.cross(rate) + 2 * s.dot(rate) * s) / 4)
 
     def rotation(self) -> sp.Matrix:
@@ -116,8 +117,8 @@ class PlaneChart(Chart):
 
     states = (Quantity("theta", "rad", "angle of the hub", latex=r"\theta"),)
 
-    def rates(self, rate: sp.Matrix) -> Sequence[Expr]:
-        return [rate[2]]
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        return [frame.rate[2]]
 
     def rotation(self) -> sp.Matrix:
         return frame_turn(2, self.symbols[0])

@@ -138,12 +138,12 @@ class Spacecraft:
             part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)
         ]
         rate, velocity = mounted[0].frame.rate, self._components(self._velocity)
-        linear = motion.linear - rate.cross(velocity)
+        linear = motion.at(sp.zeros(3, 1), "aO", "O") - rate.cross(velocity)
         keep = (0, 1, 2) if self.motion != "plane" else (0, 1)
         rhs = [
             *(linear[k] for k in keep if self._velocity),
             *(motion.angular[k] for k in ((2,) if self.motion == "plane" else range(3))),
-            *self.chart.rates(rate),
+            *self.chart.rates(mounted[0].frame),
             *(entry for rates in own for entry in rates),
         ]
         states = self._states()

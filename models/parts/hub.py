@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..quantities import Quantity
-from .frame import AXES, ZERO, point_inertia
-from .part import Aggregates, Contribution, Mounted, Part
+from .frame import AXES, point_inertia
+from .part import Aggregates, Contribution, Load, Mounted, Part
 from .values import Number, Tensor, Vector, place, scalar, tensor
 
 
@@ -82,7 +82,7 @@ class ExternalForce(Part):
 
     def contribution(self, at: Mounted) -> Contribution:
         force = sp.Matrix([q.symbol for q in self.inputs()])
-        return Contribution(force=force, moment=at.values.at.cross(force))
+        return Contribution(loads=(Load(force, at.values.at),))
 
 
 @dataclass(frozen=True)
@@ -102,4 +102,4 @@ class Torquer(Part):
         return Aggregates()
 
     def contribution(self, at: Mounted) -> Contribution:
-        return Contribution(force=ZERO, moment=sp.Matrix([q.symbol for q in self.inputs()]))
+        return Contribution(loads=(Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),))

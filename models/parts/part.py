@@ -26,7 +26,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..geometry import Shape
 from ..quantities import Quantity
-from .frame import ZERO, Frame
+from .frame import AXES, ZERO, Frame, cross_matrix
 from .values import Parameters
 
 
@@ -99,12 +99,32 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Outer:
-    """Symmetric matrix c g g' over (a, W'), of rank one: `factor` c, `linear` and `angular` part of g."""
+class Load:
+    """A force that acts at a point of the hub, N, and a couple, N m."""
 
-    factor: Expr
-    linear: sp.Matrix
-    angular: sp.Matrix
+    force: sp.Matrix = field(default_factory=lambda: ZERO)
+    at: sp.Matrix = field(default_factory=lambda: ZERO)
+    couple: sp.Matrix = field(default_factory=lambda: ZERO)
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A mass that follows a point P of the hub along one direction e: the hub feels (pull - mass e . a_P) e at P.
+
+    Attributes
+    ----------
+    mass : Expr
+        kg.
+    along, at : sympy.Matrix
+        e, and P from O, m.
+    pull : Expr
+        N.
+    """
+
+    mass: Expr
+    along: sp.Matrix
+    at: sp.Matrix
+    pull: Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)
@@ -115,12 +135,12 @@ class Contribution:
     ----------
     mass, first, inertia, momentum, angular
         As of `Aggregates`; the assembly forms the terms of a rigid body and those of p and h from their sums.
-    force, moment : sympy.Matrix
-        Applied loads about O less the terms of p' and h' and J' W that hold no acceleration.
+    loads : tuple of Load
+        Applied loads, and the terms of p', h' and J' W that hold no acceleration.
     rows : tuple of Row
         Equations of the part's coordinates, which the assembly eliminates.
-    outer : tuple of Outer
-        Further terms of the matrix of the hub.
+    followers : tuple of Follower
+        Masses that follow the hub along one direction each.
     """
 
     mass: Expr = sp.S.Zero
@@ -128,10 +148,9 @@ class Contribution:
     inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
     momentum: sp.Matrix = field(default_factory=lambda: ZERO)
     angular: sp.Matrix = field(default_factory=lambda: ZERO)
-    force: sp.Matrix = field(default_factory=lambda: ZERO)
-    moment: sp.Matrix = field(default_factory=lambda: ZERO)
+    loads: tuple[Load, ...] = ()
     rows: tuple[Row, ...] = ()
-    outer: tuple[Outer, ...] = ()
+    followers: tuple[Follower, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -140,15 +159,75 @@ class Motion:
 
     Attributes
     ----------
+    frame : Frame
+        The axes of the hub.
+    centre : sympy.Matrix
+        Point of the hub for which `linear` holds, from O.
     linear, angular : sympy.Matrix
-        a of O and W' in the axes of the hub.
+        Acceleration of that point, and W', in the axes of the hub.
     own : tuple of Expr
         q'' of the part's rows, in their order.
+    pulls : tuple of Expr
+        mass e . a_P - pull of the part's followers, N, in their order.
     """
 
+    frame: Frame
+    centre: sp.Matrix
     linear: sp.Matrix
     angular: sp.Matrix
     own: tuple[Expr, ...] = ()
+    pulls: tuple[Expr, ...] = ()
+
+    def at(self, point: sp.Matrix, name: str, title: str) -> sp.Matrix:
+        """Return the acceleration of a point of the hub; `name` begins the names of the steps."""
+        arm = self.frame.vector(f"{name}_arm_", point - self.centre, f"{title}: place from the centre", "m")
+        result = self.linear + transport(self.frame, self.angular, "turn_", arm)
+        return self.frame.vector(name, result, f"acceleration of {title}", "m/s^2")
+
+
+def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp.Matrix:
+    """Return W' x r + W x (W x r), the acceleration of a point of the hub relative to another.
+
+    It is a matrix times r, whose columns are named once for all points: `name` begins their names.
+    """
+    products, result = rate_products(frame), ZERO
+    turning = cross_matrix(angular) + products - products.trace() * sp.eye(3)
+    for k, axis in enumerate(AXES):
+        if arm[k] != 0:
+            title = f"acceleration of a point per distance along {axis}"
+            result += arm[k] * frame.vector(f"{name}{axis}_", turning[:, k], title, "1/s^2")
+    return result
+
+
+def rate_products(frame: Frame) -> sp.Matrix:
+    """Return W W', with a name for each product."""
+    w = frame.rate
+    entry = {
+        (i, j): frame.define(f"w{AXES[i]}w{AXES[j]}", w[i] * w[j], "product of rates", "rad^2/s^2")
+        for i in range(3)
+        for j in range(i, 3)
+    }
+    return sp.Matrix(3, 3, lambda i, j: entry[min(i, j), max(i, j)])
+
+
+def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matrix:
+    """Return W x (J W + h); by products of rates, which other terms share, where J depends on parameters alone."""
+    w = frame.rate
+    if any(e != 0 and not frame.is_constant(e) for e in inertia) or not angular.is_zero_matrix:
+        spin = frame.vector("total_H", inertia * w + angular, "angular momentum", "kg m^2/s")
+        return w.cross(spin)
+    products = rate_products(frame)
+    result = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        parts = [
+            frame.define(f"gyro_J{AXES[i]}", inertia[k, k] - inertia[j, j], "difference of inertias", "kg m^2")
+            * products[j, k],
+            inertia[k, i] * products[i, j] - inertia[j, i] * products[i, k],
+            inertia[j, k] * (products[j, j] - products[k, k]),
+        ]
+        result.append(sp.Add(*parts))
+    return sp.Matrix(result)
 
 
 @dataclass(frozen=True)
@@ -263,9 +342,5 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         forces = of.forces[i] if of.forces else sp.S.Zero
         coupling = tuple(own.diff(other) for other in speeds)
         rows.append(Row(linear, angular, coupling, forces - bias))
-    return Contribution(
-        of.mass, of.first, of.inertia, of.momentum, of.angular,
-        -of.momentum.applyfunc(along),
-        -of.angular.applyfunc(along) - of.inertia.applyfunc(along) * w,
-        tuple(rows),
-    )  # fmt: skip
+    load = Load(-of.momentum.applyfunc(along), ZERO, -of.angular.applyfunc(along) - of.inertia.applyfunc(along) * w)
+    return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows))
