@@ -7,9 +7,10 @@ from .hub import ExternalForce
 from .hub import Hub
 from .hub import PointMass
 from .hub import Torquer
+from .joints import Hinge, Slider
 from .modes import Mode
 from .modes import Modes
 from .values import Value
 from .wheels import Wheel
 
-__all__ = ["Bob", "ExternalForce", "Hub", "Mode", "Modes", "PointMass", "Spacecraft", "Torquer", "Value", "Wheel"]
+__all__ = ["Bob", "ExternalForce", "Hinge", "Hub", "Mode", "Modes", "PointMass", "Slider", "Spacecraft", "Torquer", "Value", "Wheel"]

@@ -28,12 +28,15 @@ class Frame:
         Parameters, and definitions of parameters alone.
     names : dict
         Steps by name, with what each stands for: a step that is defined again is the same one.
+    slopes : dict
+        For steps that are functions of one coordinate, the coordinate and the derivative, such as those of `circle`.
     """
 
     derivation: Derivation
     rate: sp.Matrix
     constants: set[sp.Symbol] = field(default_factory=set)
     names: dict[str, tuple[Expr, sp.Symbol]] = field(default_factory=dict)
+    slopes: dict[sp.Symbol, tuple[sp.Symbol, Expr]] = field(default_factory=dict)
     def is_constant(self, expr: Expr) -> bool:
         """Tell whether an expression depends on parameters alone."""
         return expr.free_symbols <= self.constants
@@ -65,6 +68,22 @@ class Frame:
             for j in range(i + 1):
                 entry = self.define(f"{name}{AXES[j]}{AXES[i]}", matrix[i, j], f"{title}, {AXES[j]}{AXES[i]}", unit)
                 result[i, j] = result[j, i] = entry
+        return result
+
+    def circle(self, angle: sp.Symbol) -> tuple[Expr, Expr]:
+        """Name cosine and sine of a coordinate."""
+        cosine = self.define(f"cos_{angle.name}", sp.cos(angle), f"cosine of {angle.name}", "1")
+        sine = self.define(f"sin_{angle.name}", sp.sin(angle), f"sine of {angle.name}", "1")
+        self.slopes[cosine], self.slopes[sine] = (angle, -sine), (angle, cosine)
+        return cosine, sine
+
+    def slope(self, expr: Expr, coordinate: sp.Symbol) -> Expr:
+        """Differentiate by a coordinate, through the steps that are functions of it."""
+        result = expr.diff(coordinate)
+        for symbol in expr.free_symbols & self.slopes.keys():
+            of, slope = self.slopes[symbol]
+            if of == coordinate:
+                result += expr.diff(symbol) * slope
         return result
 
     def total(self, name: str, terms: Iterable[Expr], title: str, unit: str = "") -> Expr:

@@ -322,25 +322,27 @@ def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> Sta
 
 def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
     """Derive what a part adds to the equations of the hub from its aggregates."""
-    w = at.frame.rate
+    frame, w = at.frame, at.frame.rate
     places = [c.place.symbol if c.place else None for c in coordinates]
     speeds = [c.speed.symbol for c in coordinates]
 
+    def by(expr: Expr, place: sp.Symbol | None) -> Expr:
+        return sp.S.Zero if place is None else frame.slope(expr, place)
+
     def along(expr: Expr) -> Expr:
         """Differentiate along the motion at constant speeds."""
-        return sp.Add(*(expr.diff(q) * v for q, v in zip(places, speeds, strict=True) if q is not None))
+        return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
 
-    def by(expr: Expr, place: sp.Symbol | None) -> Expr:
-        return sp.S.Zero if place is None else expr.diff(place)
-
-    rows = []
+    rows, swelling = [], ZERO
     for i, (q, v) in enumerate(zip(places, speeds, strict=True)):
         linear, angular, own = of.momentum.diff(v), of.angular.diff(v), of.energy.diff(v)
-        gyro = (angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))).applyfunc(sp.expand)
+        gyro = angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))
         spin = of.inertia.applyfunc(lambda e, q=q: by(e, q))
-        bias = w.dot(gyro) - (w.T * spin * w)[0] / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
+        turned = at.vector(f"JW{i + 1}_", spin * w, f"slope of the inertia by coordinate {i + 1}, times the rate")
+        swelling += turned * v
+        bias = w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
         forces = of.forces[i] if of.forces else sp.S.Zero
         coupling = tuple(own.diff(other) for other in speeds)
         rows.append(Row(linear, angular, coupling, forces - bias))
-    load = Load(-of.momentum.applyfunc(along), ZERO, -of.angular.applyfunc(along) - of.inertia.applyfunc(along) * w)
+    load = Load(-of.momentum.applyfunc(along), ZERO, -of.angular.applyfunc(along) - swelling)
     return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows))

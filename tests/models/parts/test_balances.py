@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mehvar.models.check import check
-from mehvar.models.parts import Bob, ExternalForce, Hub, Mode, Modes, PointMass, Spacecraft, Torquer, Wheel
+from mehvar.models.parts import Bob, ExternalForce, Hinge, Hub, Mode, Modes, PointMass, Slider, Spacecraft, Torquer, Wheel
 
 from .balances import Balances
 
@@ -26,6 +26,11 @@ CASES = {
     "modes": [Modes("panel", modes=MODES)],
     "bob": [Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.2, 0.5), damping=0.1)],
     "stout bob": [Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.0, 0.5), damping=0.1, inertia=0.7)],
+    "hinge": [
+        Hinge("panel", mass=5.0, inertia=FULL, axis=(0.3, 1.0, -0.4), at=(0.1, 0.5, 0.2), centre=(0.2, 0.7, 0.1),
+              stiffness=3.0, damping=0.2, motor=True)
+    ],
+    "slider": [Slider("mover", mass=5.0, inertia=FULL, axis=(0.3, 1.0, -0.4), at=(0.1, 0.5, 0.2), damping=0.3)],
     "all": [
         Wheel("wheel1", axis=(0.3, -0.5, 0.7), inertia=0.2, friction=0.05),
         Modes("panel", modes=MODES),
@@ -45,6 +50,9 @@ def loads(parts, u, x):
         if isinstance(part, Wheel):
             speed = x[f"{part.name}_speed"]
             power += (u[f"{part.name}_torque"] - (part.friction or 0.0) * speed) * speed
+        elif isinstance(part, Hinge | Slider):
+            speed = x[part.coordinates()[0].speed.name]
+            power += (sum(u[q.name] for q in part.inputs()) - (part.damping or 0.0) * speed) * speed
         elif isinstance(part, Modes):
             for k, mode in enumerate(part.modes, 1):
                 power -= 2 * mode.damping * mode.frequency * x[f"{part.name}_{k}_dot"] ** 2
