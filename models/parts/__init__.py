@@ -13,4 +13,17 @@ from .modes import Modes
 from .values import Value
 from .wheels import Wheel
 
-__all__ = ["Bob", "ExternalForce", "Hinge", "Hub", "Mode", "Modes", "PointMass", "Slider", "Spacecraft", "Torquer", "Value", "Wheel"]
+__all__ = [
+    "Bob",
+    "ExternalForce",
+    "Hinge",
+    "Hub",
+    "Mode",
+    "Modes",
+    "PointMass",
+    "Slider",
+    "Spacecraft",
+    "Torquer",
+    "Value",
+    "Wheel",
+]

@@ -146,7 +146,9 @@ def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduce
     inertia = sp.zeros(3, 3)
     for i in range(3):
         for j in range(i + 1):
-            entry = frame.total(f"total_J{AXES[j]}{AXES[i]}", [p.inertia[i, j] for p in parts], "inertia about O", "kg m^2")
+            entry = frame.total(
+                f"total_J{AXES[j]}{AXES[i]}", [p.inertia[i, j] for p in parts], "inertia about O", "kg m^2"
+            )
             inertia[i, j] = inertia[j, i] = entry
     pairs = [pair for r in reduced for pair in r.matrices]
     taken = sp.Matrix(6, 6, lambda i, j: sp.Add(*(s[max(i, j)] * g[min(i, j)] for s, g in pairs)))
@@ -180,7 +182,9 @@ def _about_centre(
     w = frame.rate
     over = frame.define("over_mass", 1 / sums.mass, "inverse mass", "1/kg")
     centre = frame.vector("centre_", over * sums.first, "centre of mass", "m")
-    inertia = frame.tensor("central_J", sums.inertia - point_inertia(sums.mass, centre), "inertia about the centre of mass")
+    inertia = frame.tensor(
+        "central_J", sums.inertia - point_inertia(sums.mass, centre), "inertia about the centre of mass"
+    )
     inverse = _inverse(frame, inertia - sums.taken[3:, 3:], unknowns)
     angular = sums.angular - centre.cross(sums.momentum)
     force = -w.cross(2 * sums.momentum)
@@ -248,7 +252,9 @@ class _Pulls:
         for i, follower in enumerate(self.followers):
             name, e, arm = self.names[i], follower.along, self.arms[i]
             pivot = free.linear + transport(frame, free.angular, "free_turn_", arm)
-            still = frame.define(f"{name}_still", follower.pull / follower.mass, f"{name}: acceleration without pull", "m/s^2")
+            still = frame.define(
+                f"{name}_still", follower.pull / follower.mass, f"{name}: acceleration without pull", "m/s^2"
+            )
             title = f"{name}: acceleration along it without followers"
             right.append(frame.define(f"{name}_r0", e.dot(pivot) - still, title, "m/s^2"))
             for j in range(i + 1):
@@ -269,7 +275,11 @@ class _Pulls:
         entries = mass * self.inverse * cross_matrix(self.arms[i])
         name = self.names[i]
         return sp.Matrix(
-            3, 3, lambda r, c: self.frame.define(f"{name}_u{AXES[r]}{AXES[c]}", entries[r, c], f"{name}: turn by a pull", "1/m")
+            3,
+            3,
+            lambda r, c: self.frame.define(
+                f"{name}_u{AXES[r]}{AXES[c]}", entries[r, c], f"{name}: turn by a pull", "1/m"
+            ),
         )
 
     def _entry(self, i: int, j: int, lever: sp.Matrix, mass: Expr) -> Expr:
@@ -283,7 +293,9 @@ class _Pulls:
         )
         value = self.followers[i].along.dot(named * self.followers[j].along)
         if i == j:
-            own = self.frame.define(f"{self.names[i]}_share", mass / self.followers[i].mass, f"{self.names[i]}: mass over its own")
+            own = self.frame.define(
+                f"{self.names[i]}_share", mass / self.followers[i].mass, f"{self.names[i]}: mass over its own"
+            )
             value = own + value
         return self.frame.define(f"{names}_A", value, f"{names}: matrix of the pulls")
 
@@ -304,7 +316,9 @@ def _about_origin(
     for i in range(6):
         for j in range(i + 1):
             terms.setdefault((i, j), []).append(-sums.taken[i, j])
-    stream = frame.vector("stream_", w.cross(sums.first) + 2 * sums.momentum, "momentum of rotation and relative motion")
+    stream = frame.vector(
+        "stream_", w.cross(sums.first) + 2 * sums.momentum, "momentum of rotation and relative motion"
+    )
     right = [*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]
     right = [value - sums.right[k] for k, value in enumerate(right)]
     rows: list[list[sp.Matrix]] = []
@@ -339,12 +353,16 @@ def _about_origin(
     solution = sp.zeros(6, 1)
     keep = list(unknowns)
     values = solve(
-        frame, matrix.extract(keep, keep), [right[k] for k in keep], [f"{('a', 'alpha')[k // 3]}{AXES[k % 3]}" for k in keep]
+        frame,
+        matrix.extract(keep, keep),
+        [right[k] for k in keep],
+        [f"{('a', 'alpha')[k // 3]}{AXES[k % 3]}" for k in keep],
     )
     for k, value in zip(keep, values, strict=True):
         solution[k] = value
     pulls = [
-        tuple(row.dot(solution) + bias for row, bias in zip(of, by, strict=True)) for of, by in zip(rows, biases, strict=True)
+        tuple(row.dot(solution) + bias for row, bias in zip(of, by, strict=True))
+        for of, by in zip(rows, biases, strict=True)
     ]
     return Motion(frame, ZERO, solution[:3, :], solution[3:, :]), pulls
 

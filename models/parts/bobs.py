@@ -59,7 +59,9 @@ class Bob(Part):
         return sp.Matrix([q.symbol for q in self._quantities("u", "1/s", "absolute rate of the direction")])
 
     def _quantities(self, letter: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
-        return tuple(Quantity(f"{self.name}_{letter}{axis}", unit, f"{meaning} of {self.name}, {axis}") for axis in AXES)
+        return tuple(
+            Quantity(f"{self.name}_{letter}{axis}", unit, f"{meaning} of {self.name}, {axis}") for axis in AXES
+        )
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         angles = [

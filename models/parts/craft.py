@@ -134,9 +134,7 @@ class Spacecraft:
         motions = accelerations(mounted[0].frame, names, added, list(MOTIONS[self.motion]))
         motion = motions[0]
         derivation.section("Rates")
-        own = [
-            part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)
-        ]
+        own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
         rate, velocity = mounted[0].frame.rate, self._components(self._velocity)
         linear = motion.at(sp.zeros(3, 1), "aO", "O") - rate.cross(velocity)
         keep = (0, 1, 2) if self.motion != "plane" else (0, 1)
@@ -201,7 +199,9 @@ class Spacecraft:
             linear = of.mass * v + w.cross(of.first) + of.momentum
             turning = of.first.cross(v) + of.inertia * w + of.angular
             momentum, angular = momentum + linear, angular + turning
-            energy += (v.dot(linear + of.momentum) + w.dot(of.first.cross(v) + of.inertia * w) + 2 * w.dot(of.angular)) / 2
+            energy += (
+                v.dot(linear + of.momentum) + w.dot(of.first.cross(v) + of.inertia * w) + 2 * w.dot(of.angular)
+            ) / 2
             energy += of.energy + of.potential
         p = Group("p", tuple(self._plant.quantities.values()))
         names = [*(f"p{a}" for a in AXES), *(f"h{a}" for a in AXES)]
@@ -211,7 +211,9 @@ class Spacecraft:
             for n, unit, expr in zip(names, units, (*momentum, *angular), strict=True)
         )
         return (
-            Function("energy", (states, p), ((Quantity("energy", "J", "kinetic and potential energy"), energy),), "energy"),
+            Function(
+                "energy", (states, p), ((Quantity("energy", "J", "kinetic and potential energy"), energy),), "energy"
+            ),
             Function("momentum", (states, p), results, "momentum, and angular momentum about O", vector="momentum"),
         )
 

@@ -37,6 +37,7 @@ class Frame:
     constants: set[sp.Symbol] = field(default_factory=set)
     names: dict[str, tuple[Expr, sp.Symbol]] = field(default_factory=dict)
     slopes: dict[sp.Symbol, tuple[sp.Symbol, Expr]] = field(default_factory=dict)
+
     def is_constant(self, expr: Expr) -> bool:
         """Tell whether an expression depends on parameters alone."""
         return expr.free_symbols <= self.constants

@@ -162,7 +162,9 @@ class _Turning:
             self.at.frame.tensor(f"{self.at.name}_K{k}", matrix, f"{self.at.name}: inertia, coefficient {k}", "kg m^2")
             for k, matrix in enumerate(coefficients)
         )
-        return sum((factor * matrix for factor, matrix in zip((1, c, s, c * c, c * s), named, strict=True)), sp.zeros(3, 3))
+        return sum(
+            (factor * matrix for factor, matrix in zip((1, c, s, c * c, c * s), named, strict=True)), sp.zeros(3, 3)
+        )
 
 
 def _shifted(joint: sp.Matrix, first: sp.Matrix) -> sp.Matrix:

@@ -54,9 +54,7 @@ class Modes(Part):
     modes: Sequence[Mode] = ()
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
-        return SimpleNamespace(
-            modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)]
-        )
+        return SimpleNamespace(modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)])
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(

@@ -340,7 +340,9 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         spin = of.inertia.applyfunc(lambda e, q=q: by(e, q))
         turned = at.vector(f"JW{i + 1}_", spin * w, f"slope of the inertia by coordinate {i + 1}, times the rate")
         swelling += turned * v
-        bias = w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
+        bias = (
+            w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
+        )
         forces = of.forces[i] if of.forces else sp.S.Zero
         coupling = tuple(own.diff(other) for other in speeds)
         rows.append(Row(linear, angular, coupling, forces - bias))

@@ -105,7 +105,11 @@ class Parameters:
         """
         given = value if isinstance(value, Value) else Value(value)
         interval: Interval = parse_interval(given.bounds or bounds)
-        if isinstance(given.default, bool) or not isinstance(given.default, int | float) or given.default not in interval:
+        if (
+            isinstance(given.default, bool)
+            or not isinstance(given.default, int | float)
+            or given.default not in interval
+        ):
             raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit}")
         parameter = Parameter(
             name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
@@ -132,7 +136,9 @@ class Parameters:
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
         if value is None:
             return None
-        value = value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
+        value = (
+            value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
+        )
         if kind.form == "scalar":
             return self._number(kind, name, value, kind.meaning)
         if kind.form == "tensor":
@@ -163,7 +169,9 @@ class Parameters:
             for i in range(3):
                 for j in range(i + 1):
                     if given[i][j] != given[j][i]:
-                        raise ModelError(f"{where}: entry {i + 1}, {j + 1} differs from {j + 1}, {i + 1}; must be symmetric")
+                        raise ModelError(
+                            f"{where}: entry {i + 1}, {j + 1} differs from {j + 1}, {i + 1}; must be symmetric"
+                        )
                     label = f"{name}{AXES[j]}{AXES[i]}"
                     rows[i, j] = rows[j, i] = self._bounded(kind, label, given[i][j], i == j)
         else:

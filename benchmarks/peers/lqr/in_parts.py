@@ -9,7 +9,12 @@ import task
 import mehvar
 from mehvar.parts import Bob, ExternalForce, Hub, Spacecraft, Torquer
 
-STARTS = {"att1": "roll", "att2": "pitch", "att3": "yaw", **{f"{a}{k}": f"bob{k}_{a}" for a in ("phi", "theta") for k in (1, 2)}}
+STARTS = {
+    "att1": "roll",
+    "att2": "pitch",
+    "att3": "yaw",
+    **{f"{a}{k}": f"bob{k}_{a}" for a in ("phi", "theta") for k in (1, 2)},
+}
 
 
 def assembled():

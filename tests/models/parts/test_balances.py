@@ -5,7 +5,19 @@ import numpy as np
 import pytest
 
 from mehvar.models.check import check
-from mehvar.models.parts import Bob, ExternalForce, Hinge, Hub, Mode, Modes, PointMass, Slider, Spacecraft, Torquer, Wheel
+from mehvar.models.parts import (
+    Bob,
+    ExternalForce,
+    Hinge,
+    Hub,
+    Mode,
+    Modes,
+    PointMass,
+    Slider,
+    Spacecraft,
+    Torquer,
+    Wheel,
+)
 
 from .balances import Balances
 
@@ -27,8 +39,17 @@ CASES = {
     "bob": [Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.2, 0.5), damping=0.1)],
     "stout bob": [Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.0, 0.5), damping=0.1, inertia=0.7)],
     "hinge": [
-        Hinge("panel", mass=5.0, inertia=FULL, axis=(0.3, 1.0, -0.4), at=(0.1, 0.5, 0.2), centre=(0.2, 0.7, 0.1),
-              stiffness=3.0, damping=0.2, motor=True)
+        Hinge(
+            "panel",
+            mass=5.0,
+            inertia=FULL,
+            axis=(0.3, 1.0, -0.4),
+            at=(0.1, 0.5, 0.2),
+            centre=(0.2, 0.7, 0.1),
+            stiffness=3.0,
+            damping=0.2,
+            motor=True,
+        )
     ],
     "slider": [Slider("mover", mass=5.0, inertia=FULL, axis=(0.3, 1.0, -0.4), at=(0.1, 0.5, 0.2), damping=0.3)],
     "all": [
