@@ -3,13 +3,9 @@
 
 from .bobs import Bob
 from .craft import Spacecraft
-from .hub import ExternalForce
-from .hub import Hub
-from .hub import PointMass
-from .hub import Torquer
+from .hub import ExternalForce, Hub, PointMass, Torquer
 from .joints import Hinge, Slider
-from .modes import Mode
-from .modes import Modes
+from .modes import Mode, Modes
 from .values import Value
 from .wheels import Wheel
 

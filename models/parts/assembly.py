@@ -4,8 +4,8 @@
 The coordinates of the parts are eliminated part by part, which changes the six equations of the hub by matrices of rank
 one. What is left is solved in one of two ways, chosen by structure:
 
-- Where the matrix of the hub without followers depends on parameters alone, the equations are written about the centre of
-  mass, at which acceleration and rotation part, and the pulls of the followers are solved for.
+- Where the matrix of the hub without followers depends on parameters alone, the equations are written about the centre
+  of mass, at which acceleration and rotation part, and the pulls of the followers are solved for.
 - Otherwise the six equations are factorised about O.
 
 The cost is linear in the number of parts.

@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import sympy as sp
 
 from ..derivation import Expr
 from ..quantities import Quantity
-from .frame import AXES, ZERO, point_inertia
+from .frame import AXES, point_inertia
 from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
-from .values import Number, Parameters, Vector, direction, place, scalar
+from .values import Number, Parameters, Vector, place, scalar
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,11 @@ class Bob(Part):
         count; one of the axes, or its opposite.
     """
 
-    mass: Number = scalar("m", "kg", "mass")
-    length: Number = scalar("l", "m", "length of the rod")
-    at: Vector = place("r", "pivot")
-    damping: Number | None = scalar("c", "N m s", "damping", "[0, inf)", optional=True)
-    inertia: Number | None = scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)", optional=True)
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    length: Annotated[Number, scalar("l", "m", "length of the rod")]
+    at: Annotated[Vector, place("r", "pivot")] = (0, 0, 0)
+    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)")] = None
+    inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     @property

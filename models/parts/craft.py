@@ -22,7 +22,7 @@ from .values import SOURCE, Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
-"""Which accelerations of the hub there are; where only the attitude is a state, that of O still follows from the parts."""
+"""Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 Laws = Callable[["Spacecraft", Derivation], Sequence[Controller]]

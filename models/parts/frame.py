@@ -40,7 +40,7 @@ class Frame:
 
     def is_constant(self, expr: Expr) -> bool:
         """Tell whether an expression depends on parameters alone."""
-        return expr.free_symbols <= self.constants
+        return bool(expr.free_symbols <= self.constants)
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
         """Name an expression; what is a number, a name or the negative of one stays as it is."""
@@ -89,7 +89,8 @@ class Frame:
 
     def total(self, name: str, terms: Iterable[Expr], title: str, unit: str = "") -> Expr:
         """Name a sum; what depends on parameters alone is summed apart, so that a run computes it once."""
-        fixed, moving = [], []
+        fixed: list[Expr] = []
+        moving: list[Expr] = []
         for term in terms:
             for part in sp.Add.make_args(term):
                 (fixed if self.is_constant(part) else moving).append(part)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import sympy as sp
 
@@ -29,9 +30,9 @@ class Hub(Part):
         Its centre of mass, m.
     """
 
-    mass: Number = scalar("m", "kg", "mass")
-    inertia: Tensor = tensor("J", "moment of inertia")
-    centre: Vector = place("c", "centre of mass")
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    inertia: Annotated[Tensor, tensor("J", "moment of inertia")]
+    centre: Annotated[Vector, place("c", "centre of mass")] = (0, 0, 0)
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
@@ -52,8 +53,8 @@ class PointMass(Part):
         Its place, m.
     """
 
-    mass: Number = scalar("m", "kg", "mass")
-    at: Vector = place("r", "place")
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
@@ -72,7 +73,7 @@ class ExternalForce(Part):
         Where it acts, m.
     """
 
-    at: Vector = place("r", "point of application")
+    at: Annotated[Vector, place("r", "point of application")] = (0, 0, 0)
 
     def inputs(self) -> tuple[Quantity, ...]:
         return tuple(Quantity(f"{self.name}{axis}", "N", f"force {self.name}, {axis}") for axis in AXES)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import sympy as sp
 
@@ -18,11 +19,11 @@ from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 class _Jointed(Part):
     """A rigid body on a joint with a spring, a damper and a motor."""
 
-    mass: Number = scalar("m", "kg", "mass")
-    inertia: Tensor = tensor("J", "moment of inertia about its centre of mass")
-    axis: Vector = direction("a", "axis")
-    at: Vector = place("r", "joint")
-    centre: Vector = place("c", "centre of mass from the joint, at zero")
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    inertia: Annotated[Tensor, tensor("J", "moment of inertia about its centre of mass")]
+    axis: Annotated[Vector, direction("a", "axis")]
+    at: Annotated[Vector, place("r", "joint")] = (0, 0, 0)
+    centre: Annotated[Vector, place("c", "centre of mass from the joint, at zero")] = (0, 0, 0)
     motor: bool = False
 
     def _forces(self, at: Mounted, place: sp.Symbol, speed: sp.Symbol) -> tuple[Expr, Expr]:
@@ -57,8 +58,8 @@ class Hinge(_Jointed):
         N m/rad, N m s/rad.
     """
 
-    stiffness: Number | None = scalar("k", "N m/rad", "stiffness", "[0, inf)", optional=True)
-    damping: Number | None = scalar("d", "N m s/rad", "damping", "[0, inf)", optional=True)
+    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)")] = None
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}"),) if self.motor else ()
@@ -98,8 +99,8 @@ class Slider(_Jointed):
         N/m, N s/m.
     """
 
-    stiffness: Number | None = scalar("k", "N/m", "stiffness", "[0, inf)", optional=True)
-    damping: Number | None = scalar("d", "N s/m", "damping", "[0, inf)", optional=True)
+    stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_force", "N", f"force on {self.name}"),) if self.motor else ()

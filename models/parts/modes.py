@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Annotated
 
 import sympy as sp
 
@@ -30,10 +31,10 @@ class Mode:
         Participation in a rotation of the hub about O, kg^(1/2) m.
     """
 
-    frequency: Number = scalar("f", "rad/s", "angular frequency")
-    damping: Number = scalar("z", "1", "damping ratio", "[0, inf)")
-    linear: Vector = vector("d", "kg^(1/2)", "participation in a translation")
-    angular: Vector = vector("b", "kg^(1/2) m", "participation in a rotation about O")
+    frequency: Annotated[Number, scalar("f", "rad/s", "angular frequency")]
+    damping: Annotated[Number, scalar("z", "1", "damping ratio", "[0, inf)")]
+    linear: Annotated[Vector, vector("d", "kg^(1/2)", "participation in a translation")]
+    angular: Annotated[Vector, vector("b", "kg^(1/2) m", "participation in a rotation about O")]
 
 
 @dataclass(frozen=True)

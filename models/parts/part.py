@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contract of a part: all that the hub needs of it, and how its own equations follow from its energy.
 
-The kinetic energy of a part that is mounted on a hub is quadratic in the velocity V of the hub's origin O, in the rate W
-of its axes, and in the part's own speeds:
+The kinetic energy of a part that is mounted on a hub is quadratic in the velocity V of the hub's origin O, in the rate
+W of its axes, and in the part's own speeds:
 
     T = m V.V/2 + V.(W x s + p) + W.J W/2 + W.h + T_own.
 
-Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in the axes of the hub)
-and T_own are the `Aggregates` of the part. They determine its `Contribution` to the equations of the hub and its own
-equations, row i of which is
+Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in the axes of the
+hub) and T_own are the `Aggregates` of the part. They determine its `Contribution` to the equations of the hub and its
+own equations, row i of which is
 
     G_i . (a, W') + sum_j D_ij q_j'' = Q_i - k_i,    G_i = (dp/dq_i', dh/dq_i'),
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers of a part: each field becomes parameters of the model, named by the part.
 
-A part declares a field with `scalar`, `place`, `vector`, `direction` or `tensor`. A number that the user gives for it is the
-default of a parameter; an expression in parameters stands as it is. A zero of a vector or of a tensor is structure: it
-enters no equation.
+A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A number
+that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of a
+vector or of a tensor is structure: it enters no equation.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
@@ -44,9 +44,9 @@ class Value:
     source: str = SOURCE
 
 
-Number: TypeAlias = "float | Value | Expr"
-Vector: TypeAlias = "Sequence[Number]"
-Tensor: TypeAlias = "Sequence[Number] | Sequence[Sequence[Number]]"
+Number: TypeAlias = float | Value | sp.Expr
+Vector: TypeAlias = Sequence[Number]
+Tensor: TypeAlias = Sequence[Number] | Sequence[Sequence[Number]]
 
 
 @dataclass(frozen=True)
@@ -60,33 +60,36 @@ class Kind:
     bounds: str = "(-inf, inf)"
 
 
-def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)", optional: bool = False) -> Any:
-    """Declare a number; one that is optional leaves its terms out when it is not given."""
-    return _declared(Kind("scalar", symbol, unit, meaning, bounds), None if optional else dataclasses.MISSING)
+def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)") -> Kind:
+    """Declare a number; where the field may be None, its terms are left out."""
+    return Kind("scalar", symbol, unit, meaning, bounds)
 
 
-def place(symbol: str, meaning: str) -> Any:
-    """Declare a point in the axes of the hub, m; at their origin unless given."""
-    return _declared(Kind("vector", symbol, "m", meaning), (0, 0, 0))
+def place(symbol: str, meaning: str) -> Kind:
+    """Declare a point in the axes of the hub, m."""
+    return Kind("vector", symbol, "m", meaning)
 
 
-def vector(symbol: str, unit: str, meaning: str) -> Any:
+def vector(symbol: str, unit: str, meaning: str) -> Kind:
     """Declare three numbers in the axes of the hub."""
-    return _declared(Kind("vector", symbol, unit, meaning), dataclasses.MISSING)
+    return Kind("vector", symbol, unit, meaning)
 
 
-def direction(symbol: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
+def direction(symbol: str, meaning: str) -> Kind:
     """Declare a direction in the axes of the hub; any length."""
-    return _declared(Kind("direction", symbol, "1", meaning), default)
+    return Kind("direction", symbol, "1", meaning)
 
 
-def tensor(symbol: str, meaning: str) -> Any:
+def tensor(symbol: str, meaning: str) -> Kind:
     """Declare an inertia, kg m^2: three principal moments, or rows of a symmetric matrix."""
-    return _declared(Kind("tensor", symbol, "kg m^2", meaning), dataclasses.MISSING)
+    return Kind("tensor", symbol, "kg m^2", meaning)
 
 
-def _declared(kind: Kind, default: Any) -> Any:
-    return dataclasses.field(default=default, metadata={"kind": kind})
+def kinds(part: object) -> dict[str, Kind]:
+    """Return the declared fields of a part by name."""
+    hints = get_type_hints(type(part), include_extras=True)
+    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
+    return {name: found[0] for name, found in declared.items() if found}
 
 
 class Parameters:
@@ -129,9 +132,9 @@ class Parameters:
         name : str
             Begins the names of its parameters.
         """
-        kinds = {f.name: f.metadata["kind"] for f in dataclasses.fields(part) if "kind" in f.metadata}
-        return SimpleNamespace(**{field: self._read(kind, f"{name}_{kind.symbol}", getattr(part, field), f"{name}.{field}")
-                                  for field, kind in kinds.items()})  # fmt: skip
+        fields = kinds(part).items()
+        read = {f: self._read(k, f"{name}_{k.symbol}", getattr(part, f), f"{name}.{f}") for f, k in fields}
+        return SimpleNamespace(**read)
 
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
         if value is None:
@@ -210,5 +213,4 @@ def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
 
 def directions(part: Any) -> list[str]:
     """Return the names of the fields of a part that are directions."""
-    kinds = {f.name: f.metadata.get("kind") for f in dataclasses.fields(part)}
-    return [name for name, kind in kinds.items() if kind is not None and kind.form == "direction"]
+    return [name for name, kind in kinds(part).items() if kind.form == "direction"]

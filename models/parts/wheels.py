@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import sympy as sp
 
@@ -28,9 +29,9 @@ class Wheel(Part):
         Viscous, N m s.
     """
 
-    axis: Vector = direction("a", "axis")
-    inertia: Number = scalar("Js", "kg m^2", "moment of inertia about the axis")
-    friction: Number | None = scalar("c", "N m s", "viscous friction", "[0, inf)", optional=True)
+    axis: Annotated[Vector, direction("a", "axis")]
+    inertia: Annotated[Number, scalar("Js", "kg m^2", "moment of inertia about the axis")]
+    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction", "[0, inf)")] = None
 
     @property
     def speed(self) -> sp.Symbol:
