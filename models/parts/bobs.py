@@ -84,6 +84,7 @@ class Bob(Part):
             v.mass * velocity,
             v.mass * place.cross(velocity) + inertia * e.cross(slip),
             (v.mass * velocity.dot(velocity) + inertia * slip.dot(slip)) / 2,
+            power=-v.damping * slip.dot(slip) if v.damping is not None else sp.S.Zero,
         )  # fmt: skip
 
     def contribution(self, at: Mounted) -> Contribution:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 import sympy as sp
@@ -13,11 +14,12 @@ from mehvar.manifest import Metric, Scenario
 
 from ..derivation import Derivation, Expr
 from ..quantities import Group, ModelError, Quantity
-from ..system import Controller, Function, System
+from ..system import Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .frame import AXES, Frame
-from .part import Mounted, Part, State, start
+from .part import Contribution, Mounted, Part, State, start
+from .readings import readings
 from .values import SOURCE, Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
@@ -125,39 +127,40 @@ class Spacecraft:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
         derivation = Derivation()
         mounted = self._mounted(derivation)
-        derivation.section("Parts")
-        added = [part.contribution(at) for part, at in zip(self.parts, mounted, strict=True)]
-        if all(c.mass == 0 for c in added):
-            raise ModelError(f"{self.name} has no mass: add a Hub")
-        derivation.section("Accelerations of the hub")
-        names = [part.name for part in self.parts]
-        motions = accelerations(mounted[0].frame, names, added, list(MOTIONS[self.motion]))
-        motion = motions[0]
-        derivation.section("Rates")
-        own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
-        rate, velocity = mounted[0].frame.rate, self._components(self._velocity)
-        linear = motion.at(sp.zeros(3, 1), "aO", "O") - rate.cross(velocity)
-        keep = (0, 1, 2) if self.motion != "plane" else (0, 1)
-        rhs = [
-            *(linear[k] for k in keep if self._velocity),
-            *(motion.angular[k] for k in ((2,) if self.motion == "plane" else range(3))),
-            *self.chart.rates(mounted[0].frame),
-            *(entry for rates in own for entry in rates),
-        ]
+        rhs = self._rhs(mounted, derivation)
         states = self._states()
-        group = Group("x", tuple(state.quantity for state in states))
+        x = Group("x", tuple(state.quantity for state in states))
+        u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
+        p = Group("p", tuple(self._plant.quantities.values()))
         return System(
-            name=self.name, title=self.title, source="", structure={},
-            states=group,
-            inputs=Group("u", tuple(q for part in self.parts for q in part.inputs())),
-            references=Group("r", ()), outputs=Group("y", ()),
-            parameters=Group("p", tuple(self._plant.quantities.values())),
+            name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
+            references=Group("r", ()), outputs=Group("y", ()), parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=tuple(map(sp.sympify, rhs)), output=(), steps=tuple(derivation.steps), limits=(),
+            rhs=rhs, output=(), steps=tuple(derivation.steps), limits=(),
             initial=tuple(sp.sympify(state.start) for state in states), reference=(), constraints=(),
-            functions=self._functions(group, mounted), controllers=tuple(laws(self, derivation)) if laws else (),
+            functions=readings(self.parts, mounted, self._components(self._velocity), (x, u, p)),
+            controllers=tuple(laws(self, derivation)) if laws else (),
             scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
         )  # fmt: skip
+
+    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
+        """Derive the rates of the states: velocity, rate of the hub, attitude, parts."""
+        frame = mounted[0].frame
+        derivation.section("Parts")
+        added = [_loaded(part, at) for part, at in zip(self.parts, mounted, strict=True)]
+        if all(c.mass == 0 for c in added):
+            raise ModelError(f"{self.name} has no mass: add a Hub")
+        derivation.section("Accelerations")
+        motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
+        derivation.section("Rates")
+        own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
+        linear = motions[0].at(sp.zeros(3, 1), "aO", "O") - frame.rate.cross(self._components(self._velocity))
+        angular = motions[0].angular
+        hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
+        rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
+        return tuple(
+            map(sp.sympify, (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)))
+        )
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
         rate = self._components(self._rate)
@@ -189,33 +192,11 @@ class Spacecraft:
         placed = dict(zip(self.chart.symbols, self.chart.projection(), strict=False))
         return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
 
-    def _functions(self, states: Group, mounted: Sequence[Mounted]) -> tuple[Function, ...]:
-        """Return energy and momentum, from the aggregates of the parts."""
-        v, w = self._components(self._velocity), self._components(self._rate)
-        energy: Expr = sp.S.Zero
-        momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
-        for part, at in zip(self.parts, mounted, strict=True):
-            of = part.aggregates(at)
-            linear = of.mass * v + w.cross(of.first) + of.momentum
-            turning = of.first.cross(v) + of.inertia * w + of.angular
-            momentum, angular = momentum + linear, angular + turning
-            energy += (
-                v.dot(linear + of.momentum) + w.dot(of.first.cross(v) + of.inertia * w) + 2 * w.dot(of.angular)
-            ) / 2
-            energy += of.energy + of.potential
-        p = Group("p", tuple(self._plant.quantities.values()))
-        names = [*(f"p{a}" for a in AXES), *(f"h{a}" for a in AXES)]
-        units = ["kg m/s"] * 3 + ["kg m^2/s"] * 3
-        results = tuple(
-            (Quantity(n, unit, "momentum in the axes of the hub"), expr)
-            for n, unit, expr in zip(names, units, (*momentum, *angular), strict=True)
-        )
-        return (
-            Function(
-                "energy", (states, p), ((Quantity("energy", "J", "kinetic and potential energy"), energy),), "energy"
-            ),
-            Function("momentum", (states, p), results, "momentum, and angular momentum about O", vector="momentum"),
-        )
+
+def _loaded(part: Part, at: Mounted) -> Contribution:
+    """Return what a part adds to the equations of the hub, with what acts on it from outside."""
+    own = part.contribution(at)
+    return replace(own, loads=(*own.loads, *part.loads(at)))
 
 
 _SCENARIO = Scenario("default", "from the defaults", 100.0, 0.1, {}, {}, {})

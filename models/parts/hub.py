@@ -10,7 +10,7 @@ import sympy as sp
 
 from ..quantities import Quantity
 from .frame import AXES, point_inertia
-from .part import Aggregates, Contribution, Load, Mounted, Part
+from .part import Aggregates, Load, Mounted, Part
 from .values import Number, Tensor, Vector, place, scalar, tensor
 
 
@@ -78,12 +78,8 @@ class ExternalForce(Part):
     def inputs(self) -> tuple[Quantity, ...]:
         return tuple(Quantity(f"{self.name}{axis}", "N", f"force {self.name}, {axis}") for axis in AXES)
 
-    def aggregates(self, at: Mounted) -> Aggregates:
-        return Aggregates()
-
-    def contribution(self, at: Mounted) -> Contribution:
-        force = sp.Matrix([q.symbol for q in self.inputs()])
-        return Contribution(loads=(Load(force, at.values.at),))
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(sp.Matrix([q.symbol for q in self.inputs()]), at.values.at),)
 
 
 @dataclass(frozen=True)
@@ -99,8 +95,5 @@ class Torquer(Part):
     def inputs(self) -> tuple[Quantity, ...]:
         return tuple(Quantity(f"{self.name}{axis}", "N m", f"torque {self.name}, {axis}") for axis in AXES)
 
-    def aggregates(self, at: Mounted) -> Aggregates:
-        return Aggregates()
-
-    def contribution(self, at: Mounted) -> Contribution:
-        return Contribution(loads=(Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),))
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),)

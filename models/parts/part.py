@@ -66,6 +66,8 @@ class Aggregates:
         Potential energy of springs, J.
     forces : tuple of Expr
         Generalised force on each coordinate besides that of the potential: dampers, motors.
+    power : Expr
+        Power of dampers and motors that `forces` does not hold, W.
     """
 
     mass: Expr = sp.S.Zero
@@ -76,6 +78,7 @@ class Aggregates:
     energy: Expr = sp.S.Zero
     potential: Expr = sp.S.Zero
     forces: tuple[Expr, ...] = ()
+    power: Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ class Contribution:
     mass, first, inertia, momentum, angular
         As of `Aggregates`; the assembly forms the terms of a rigid body and those of p and h from their sums.
     loads : tuple of Load
-        Applied loads, and the terms of p', h' and J' W that hold no acceleration.
+        Forces between part and hub, and the terms of p', h' and J' W that hold no acceleration.
     rows : tuple of Row
         Equations of the part's coordinates, which the assembly eliminates.
     followers : tuple of Follower
@@ -292,8 +295,12 @@ class Part:
         return ()
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        """Return what determines the motion of the part."""
-        raise NotImplementedError
+        """Return what determines the motion of the part; a load has none."""
+        return Aggregates()
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        """Return what acts on the craft from outside by way of the part."""
+        return ()
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         """Return the states of the part with their starts, which are parameters of the scenario."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers of a part: each field becomes parameters of the model, named by the part.
 
-A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A number
-that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of a
-vector or of a tensor is structure: it enters no equation.
+A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A
+number that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of
+a vector or of a tensor is structure: it enters no equation.
 """
 
 from __future__ import annotations
