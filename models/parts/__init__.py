@@ -3,7 +3,7 @@
 
 from .bobs import Bob
 from .craft import Spacecraft
-from .hub import ExternalForce, Hub, PointMass, Torquer
+from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
 from .modes import Mode, Modes
 from .values import Value
@@ -19,6 +19,7 @@ __all__ = [
     "PointMass",
     "Slider",
     "Spacecraft",
+    "Thruster",
     "Torquer",
     "Value",
     "Wheel",

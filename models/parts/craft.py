@@ -14,7 +14,7 @@ from mehvar.manifest import Metric, Scenario
 
 from ..derivation import Derivation, Expr
 from ..quantities import Group, ModelError, Quantity
-from ..system import Controller, System
+from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .frame import AXES, Frame
@@ -141,6 +141,7 @@ class Spacecraft:
             functions=readings(self.parts, mounted, self._components(self._velocity), (x, u, p)),
             controllers=tuple(laws(self, derivation)) if laws else (),
             scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
+            actuator=self._actuator(mounted),
         )  # fmt: skip
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
@@ -172,6 +173,20 @@ class Spacecraft:
                 axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
                 setattr(v, field, axis)
         return [Mounted(part.name, v, frame) for part, v in zip(self.parts, values, strict=True)]
+
+    def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
+        """Return what becomes of commanded inputs where a part limits them."""
+        inputs = [part.inputs() for part in self.parts]
+        commands = [
+            [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in own] for own in inputs
+        ]
+        applied = [
+            part.applied(at, [q.symbol for q in own])
+            for part, at, own in zip(self.parts, mounted, commands, strict=True)
+        ]
+        group = Group("u_cmd", tuple(q for own in commands for q in own))
+        acting = tuple(entry for entries in applied for entry in entries)
+        return None if acting == group.symbols else Actuator(group, acting)
 
     def _components(self, quantities: Iterable[Quantity]) -> sp.Matrix:
         by_axis = {q.name[-1]: q.symbol for q in quantities}

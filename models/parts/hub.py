@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import sympy as sp
 
+from ..derivation import Expr
 from ..quantities import Quantity
 from .frame import AXES, point_inertia
 from .part import Aggregates, Load, Mounted, Part
-from .values import Number, Tensor, Vector, place, scalar, tensor
+from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,37 @@ class ExternalForce(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         return (Load(sp.Matrix([q.symbol for q in self.inputs()]), at.values.at),)
+
+
+@dataclass(frozen=True)
+class Thruster(Part):
+    """A thruster that pushes along its direction and never pulls.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its input is NAME_force, in N.
+    direction : three numbers
+        Of the force on the hub, any length.
+    at : three numbers
+        Where it acts, m.
+    limit : number, optional
+        Largest force, N.
+    """
+
+    direction: Annotated[Vector, direction("a", "direction")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
+    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_force", "N", f"force of {self.name}"),)
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        pushed = sp.Max(commanded[0], 0)
+        return (pushed if at.values.limit is None else sp.Min(pushed, at.values.limit),)
 
 
 @dataclass(frozen=True)

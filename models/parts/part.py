@@ -316,6 +316,10 @@ class Part:
         places = [c.speed.symbol for c in self.coordinates() if c.place is not None]
         return (*places, *motion.own)
 
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        """Return the inputs that act where these are commanded; a part without limits applies what is commanded."""
+        return tuple(commanded)
+
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the part's picture in the axes of the hub."""
         return ()
