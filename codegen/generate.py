@@ -194,6 +194,32 @@ def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool)
         loaded = {name: sha256(path) for name, path in loading.files().items()}
         libraries, answers = loading.libraries(), loading.answers()
     sources = {**answers, **loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
+    tables = tree.root / "models" / model
+    return texts_of(system, sources, libraries, tables, casadi)
+
+
+def texts_of(
+    system: System,
+    sources: Mapping[str, str],
+    libraries: Mapping[str, str] | None = None,
+    tables: Path | None = None,
+    casadi: bool = False,
+) -> dict[str, str]:
+    """Generate every text of a folder from a derived system, manifest last.
+
+    Parameters
+    ----------
+    system : System
+        As `system_of` returns it.
+    sources : mapping of str to str
+        SHA-256 of every source file it depends on.
+    libraries : mapping of str to str, optional
+        Versions of the distributions that its text imports.
+    tables : Path, optional
+        Folder of its tables, whose numbers may change without a new derivation.
+    casadi : bool
+        Whether CasADi's own C is among the texts.
+    """
     from .code.files import printed, texts
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
@@ -207,7 +233,7 @@ def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool)
     graphs = generate_functions(system)
     functions = printed(graphs)
     manifest = manifest_of(system, functions, sources)
-    manifest = replace(manifest, versions=dict(sorted({**libraries, **manifest.versions}.items())))
+    manifest = replace(manifest, versions=dict(sorted({**(libraries or {}), **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
     files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)
@@ -218,15 +244,14 @@ def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool)
         files |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
     manifest = replace(manifest, files_sha256=dict(sorted(hashes.items())))
-    tables = tree.root / "models" / model
-    table_shapes = shapes(tables)
-    if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
+    table_shapes = shapes(tables) if tables else {}
+    if tables and len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
         manifest = replace(manifest, shapes_sha256=table_shapes)
     files[FILE] = manifest_text(manifest)
     try:
-        parse_manifest(files[FILE], tables / FILE)
+        parse_manifest(files[FILE], (tables or Path(system.name)) / FILE)
     except InputError as error:
-        raise GenerateError(f"{model}: what was derived could not be run: {error}") from error
+        raise GenerateError(f"{system.name}: what was derived could not be run: {error}") from error
     return files
 
 
@@ -254,6 +279,11 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         If the model's text is wrong.
     """
     system = _system(tree, model, structure)
+    return prepared(system)
+
+
+def prepared(system: System) -> System:
+    """Return a checked system in the form that functions are generated from: with arrays, samples and a clock."""
     from mehvar.models.clock import with_clock
 
     with contextlib.suppress(ModuleNotFoundError):  # another checkout's vocabulary may be from before arrays

@@ -35,7 +35,7 @@ _COMPARING = re.compile(
 
 PLANT = "plant.toml"
 """In the folder of a law of one's own: which plant it acts on."""
-ROOMS = frozenset(("arrays", "check", "forms"))
+ROOMS = frozenset(("arrays", "check", "forms", "parts"))
 """Folders of the vocabulary that are no models."""
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mehvar.api import batch as batch
+    from mehvar.api import build as build
     from mehvar.api import simulate as simulate
     from mehvar.codegen.functions.lower import to_casadi as to_casadi
     from mehvar.comparison.compare import diff as diff
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.formats import save as save
 
 _HOMES = {
-    "mehvar.api": ("batch", "simulate"),
+    "mehvar.api": ("batch", "build", "simulate"),
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.fmu.export": ("export_fmu",),

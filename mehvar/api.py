@@ -17,7 +17,7 @@ from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.runtime.model.model import Model
+from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
@@ -29,9 +29,32 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from mehvar.manifest import Manifest
+    from mehvar.models.parts import Spacecraft
+    from mehvar.models.system import System
     from mehvar.runtime.batch.sampling import Design
+    from mehvar.runtime.model.functions import BackendName
     from mehvar.runtime.run.own.inputs import Interpolation
     from mehvar.runtime.run.own.law import LawFunction
+
+
+def build(system: System | Spacecraft, backend: BackendName | None = None) -> Model:
+    """Generate a system that Python code has made, and load it; the cache keeps what was generated before.
+
+    Parameters
+    ----------
+    system : System or Spacecraft
+        What is generated.
+    backend : {"c", "python"}, optional
+        As of `mehvar.load`.
+
+    Raises
+    ------
+    ModelError
+        If its parts do not fit together.
+    """
+    from mehvar.codegen.build import built_folder
+
+    return load(built_folder(system), backend)
 
 
 def simulate(

@@ -72,7 +72,11 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
     arguments, places = function.graph.sx_in(), _places(function, by)
     flats = plateaus(function.graph, arguments, places)
     (value,) = flats.values
-    matrices = [ca.densify(ca.jacobian(value, arguments[place])) for place in places]
+    sizes = [function.arguments[place][1] for place in places]  # an empty vector has one element in the graph
+    matrices = [
+        ca.densify(ca.jacobian(value, arguments[place]))[:, : 1 if size is None else size]
+        for place, size in zip(places, sizes, strict=True)
+    ]
     flat = ca.cse(flats.filled([ca.vec(matrix.T) for matrix in matrices]))
     names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
     graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generated folders of systems that Python code makes, without a folder of models."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from mehvar import cache
+from mehvar.errors import bad_value
+from mehvar.versions import installed
+
+from .generate import prepared, texts_of, write
+from .workspace import installed_tree
+
+if TYPE_CHECKING:
+    from mehvar.models.system import System
+
+
+class Assembly(Protocol):
+    """What makes a system, such as a `Spacecraft`."""
+
+    def system(self) -> System:
+        """Return the system."""
+
+
+def built_folder(system: System | Assembly) -> Path:
+    """Generate a system into the cache and return its folder; one that was generated before is found there.
+
+    Parameters
+    ----------
+    system : System or Spacecraft
+        What is generated.
+
+    Raises
+    ------
+    ModelError
+        If the parts of the system do not fit together.
+    """
+    from mehvar.models.check import check
+    from mehvar.models.system import System as Kind
+
+    made = system if isinstance(system, Kind) else getattr(system, "system", lambda: None)()
+    if not isinstance(made, Kind):
+        raise bad_value("system", system, "a System, or a Spacecraft")
+    check(made)
+    ready = prepared(made)
+    from .equations.graph import equations_json
+
+    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, ready.parameters, ready.scenario_parameters))
+    versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
+    tool = installed_tree().sources("parts")
+    digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))
+
+    def fill(folder: Path) -> None:
+        write(folder, texts_of(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
+
+    return cache.entry("built", f"{ready.name}-{digest}", fill)

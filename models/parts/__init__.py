@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts of a spacecraft, the spacecraft that is assembled from them, and what a part of one's own is made of."""
+
+from .bobs import Bob
+from .craft import Spacecraft
+from .frame import point_inertia
+from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
+from .joints import Hinge, Slider
+from .modes import Mode, Modes
+from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
+from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
+from .wheels import Wheel
+
+__all__ = [
+    "Aggregates",
+    "Bob",
+    "Contribution",
+    "Coordinate",
+    "ExternalForce",
+    "Hinge",
+    "Hub",
+    "Load",
+    "Mode",
+    "Modes",
+    "Mounted",
+    "Number",
+    "Part",
+    "PointMass",
+    "Slider",
+    "Spacecraft",
+    "Tensor",
+    "Thruster",
+    "Torquer",
+    "Value",
+    "Vector",
+    "Wheel",
+    "direction",
+    "place",
+    "point_inertia",
+    "scalar",
+    "tensor",
+    "vector",
+]

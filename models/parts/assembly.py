@@ -1,0 +1,407 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Accelerations of a hub and its parts: sums of what the parts add, each part's equations eliminated first.
+
+The coordinates of the parts are eliminated part by part, which changes the six equations of the hub by matrices of rank
+one. What is left is solved in one of two ways, chosen by structure:
+
+- Where the matrix of the hub without followers depends on parameters alone, the equations are written about the centre
+  of mass, at which acceleration and rotation part, and the pulls of the followers are solved for.
+- Otherwise the six equations are factorised about O.
+
+The cost is linear in the number of parts.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..derivation import Expr
+from .frame import AXES, ZERO, Frame, cross_matrix, point_inertia
+from .part import Contribution, Follower, Motion, Row, gyroscopic, transport
+
+MOST_PULLS = 5
+"""Followers up to which their pulls are solved for; beyond, the six equations of the hub are cheaper. Measured for bobs
+on one axis: decision 0037 and `models/slosh/fast/ball.py` have the counts."""
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """A coordinate solved for the accelerations of the hub: q'' = right - share . (a_O, W') - later q''."""
+
+    right: Expr
+    share: sp.Matrix
+    later: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """Rows of a part after elimination: pivots, and what they take from the hub's matrix and right side."""
+
+    pivots: tuple[_Pivot, ...]
+    matrices: tuple[tuple[sp.Matrix, sp.Matrix], ...]
+    right: sp.Matrix
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Sums over the parts, about O.
+
+    Attributes
+    ----------
+    mass, first, inertia, momentum, angular
+        As of `Aggregates`.
+    taken : sympy.Matrix
+        Symmetric (6, 6): what the eliminated coordinates take from the matrix of the hub.
+    right : sympy.Matrix
+        (6, 1): what they take from its right side.
+    """
+
+    mass: Expr
+    first: sp.Matrix
+    inertia: sp.Matrix
+    momentum: sp.Matrix
+    angular: sp.Matrix
+    taken: sp.Matrix
+    right: sp.Matrix
+
+
+def accelerations(
+    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], unknowns: Sequence[int]
+) -> list[Motion]:
+    """Solve an assembly.
+
+    Parameters
+    ----------
+    frame : Frame
+        The axes of the hub; receives the steps.
+    names : sequence of str
+        Of the parts.
+    parts : sequence of Contribution
+        What each adds.
+    unknowns : sequence of int
+        Which of a (0 to 2) and W' (3 to 5) are not zero by structure.
+
+    Returns
+    -------
+    list of Motion
+        For each part, with its own accelerations.
+    """
+    reduced = [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)]
+    sums = _sums(frame, parts, reduced)
+    if _parts_at_centre(frame, parts, sums):
+        motion, pulls = _about_centre(frame, names, parts, sums, unknowns)
+    else:
+        motion, pulls = _about_origin(frame, names, parts, sums, unknowns)
+    solution = sp.Matrix([*(motion.linear if motion.centre == ZERO else ZERO), *motion.angular])
+    return [
+        Motion(frame, motion.centre, motion.linear, motion.angular, _own(frame, name, part.pivots, solution), values)
+        for name, part, values in zip(names, reduced, pulls, strict=True)
+    ]
+
+
+def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
+    """Eliminate the coordinates of a part, the first of them first."""
+    size = len(rows)
+    coupling = [list(row.coupling) for row in rows]
+    right = [frame.define(f"{name}_Q{i + 1}", row.right, f"{name}: generalised force") for i, row in enumerate(rows)]
+    shares = [
+        _named(frame, f"{name}_G{i + 1}", [*row.linear, *row.angular], f"{name}: coupling to the hub")
+        for i, row in enumerate(rows)
+    ]
+    pivots, matrices, taken = [], [], sp.zeros(6, 1)
+    for i in range(size):
+        inverse = frame.define(f"{name}_D{i + 1}", 1 / coupling[i][i], f"{name}: inverse inertia of coordinate {i + 1}")
+        scaled = _named(frame, f"{name}_S{i + 1}", inverse * shares[i], f"{name}: share of the hub")
+        matrices.append((scaled, shares[i]))
+        value = frame.define(f"{name}_q{i + 1}", inverse * right[i], f"{name}: acceleration on a fixed hub")
+        taken += scaled * right[i]
+        later = []
+        for j in range(i + 1, size):
+            factor = frame.define(f"{name}_L{j + 1}{i + 1}", coupling[j][i] * inverse, f"{name}: factor")
+            later.append(factor)
+            if factor == 0:
+                continue
+            for k in range(i + 1, size):
+                entry = coupling[j][k] - factor * coupling[i][k]
+                coupling[j][k] = frame.define(f"{name}_D{j + 1}{k + 1}_{i + 1}", entry, f"{name}: inertia")
+            entries = shares[j] - factor * shares[i]
+            shares[j] = _named(frame, f"{name}_G{j + 1}_{i + 1}", entries, f"{name}: coupling to the hub")
+            right[j] = frame.define(f"{name}_Q{j + 1}_{i + 1}", right[j] - factor * right[i], f"{name}: force")
+        pivots.append(_Pivot(value, scaled, tuple(later)))
+    return _Reduced(tuple(pivots), tuple(matrices), taken)
+
+
+def _named(frame: Frame, name: str, entries: Sequence[Expr], title: str) -> sp.Matrix:
+    """Name six components."""
+    linear = frame.vector(f"{name}t", sp.Matrix(entries[:3]), f"{title}, force")
+    angular = frame.vector(f"{name}r", sp.Matrix(entries[3:]), f"{title}, moment")
+    return sp.Matrix([*linear, *angular])
+
+
+def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduced]) -> _Sums:
+    inertia = sp.zeros(3, 3)
+    for i in range(3):
+        for j in range(i + 1):
+            entry = frame.total(
+                f"total_J{AXES[j]}{AXES[i]}", [p.inertia[i, j] for p in parts], "inertia about O", "kg m^2"
+            )
+            inertia[i, j] = inertia[j, i] = entry
+    pairs = [pair for r in reduced for pair in r.matrices]
+    taken = sp.Matrix(6, 6, lambda i, j: sp.Add(*(s[max(i, j)] * g[min(i, j)] for s, g in pairs)))
+    return _Sums(
+        frame.total("total_mass", [p.mass for p in parts], "mass", "kg"),
+        _sum(frame, "total_s", [p.first for p in parts], "first moment about O", "kg m"),
+        inertia,
+        _sum(frame, "total_p", [p.momentum for p in parts], "relative momentum", "kg m/s"),
+        _sum(frame, "total_h", [p.angular for p in parts], "relative angular momentum about O", "kg m^2/s"),
+        taken,
+        sum((r.right for r in reduced), sp.zeros(6, 1)),
+    )
+
+
+def _sum(frame: Frame, name: str, vectors: Sequence[sp.Matrix], title: str, unit: str) -> sp.Matrix:
+    return sp.Matrix(
+        [frame.total(f"{name}{axis}", [v[k] for v in vectors], f"{title}, {axis}", unit) for k, axis in enumerate(AXES)]
+    )
+
+
+def _parts_at_centre(frame: Frame, parts: Sequence[Contribution], sums: _Sums) -> bool:
+    """Tell whether translation and rotation part at a centre of mass that is fixed in the hub."""
+    fixed = all(frame.is_constant(e) for e in (sums.mass, *sums.first, *sums.inertia, *sums.taken))
+    return fixed and sums.taken[:3, :].is_zero_matrix and sum(len(p.followers) for p in parts) <= MOST_PULLS
+
+
+def _about_centre(
+    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
+) -> tuple[Motion, list[tuple[Expr, ...]]]:
+    """Solve for the pulls of the followers, about the centre of mass of all else."""
+    w = frame.rate
+    over = frame.define("over_mass", 1 / sums.mass, "inverse mass", "1/kg")
+    centre = frame.vector("centre_", over * sums.first, "centre of mass", "m")
+    inertia = frame.tensor(
+        "central_J", sums.inertia - point_inertia(sums.mass, centre), "inertia about the centre of mass"
+    )
+    inverse = _inverse(frame, inertia - sums.taken[3:, 3:], unknowns)
+    angular = sums.angular - centre.cross(sums.momentum)
+    force = -w.cross(2 * sums.momentum)
+    moment = -gyroscopic(frame, inertia, angular) - sums.right[3:, :]
+    for name, part in zip(names, parts, strict=True):
+        for k, load in enumerate(part.loads):
+            force += load.force
+            arm = frame.vector(f"{name}_arm{k}_", load.at - centre, f"{name}: arm of a load", "m")
+            moment += arm.cross(load.force) + load.couple
+    moment = frame.vector("moment_", moment, "moment about the centre of mass", "N m")
+    keep = [k for k in range(3) if k in unknowns], [k - 3 for k in range(3, 6) if k in unknowns]
+    linear, turning = sp.zeros(3, 1), sp.zeros(3, 1)
+    for k in keep[0]:
+        linear[k] = frame.define(f"free_a{AXES[k]}", over * force[k], "acceleration without followers", "m/s^2")
+    for k in keep[1]:
+        turning[k] = frame.define(
+            f"free_alpha{AXES[k]}", inverse.row(k).dot(moment), "angular acceleration without followers", "rad/s^2"
+        )
+    pulls = _Pulls(frame, names, parts, centre, over, inverse)
+    return pulls.solved(Motion(frame, centre, linear, turning), sums.mass)
+
+
+def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Matrix:
+    """Return the inverse of an inertia of parameters alone, of the rotations that there are."""
+    keep = [k - 3 for k in unknowns if k > 2]
+    named = frame.tensor("held_J", inertia, "inertia about the centre of mass, wheels free")
+    block = named.extract(keep, keep)
+    determinant = frame.define("held_det", block.det(method="berkowitz"), "its determinant")
+    result = sp.zeros(3, 3)
+    adjugate = block.adjugate()
+    for i, row in enumerate(keep):
+        for j, column in enumerate(keep[: i + 1]):
+            value = adjugate[i, j] / determinant
+            if adjugate[i, j] != 0 and block.is_diagonal():
+                value = 1 / block[i, i]
+            entry = frame.define(f"held_N{AXES[column]}{AXES[row]}", value, "inverse inertia", "1/(kg m^2)")
+            result[row, column] = result[column, row] = entry
+    return result
+
+
+class _Pulls:
+    """Equations of the followers' pulls over the mass: a = a_free - sum tau e, W' = W'_free - sum N (r x e) m tau."""
+
+    def __init__(
+        self, frame: Frame, names: Sequence[str], parts: Sequence[Contribution],
+        centre: sp.Matrix, over: Expr, inverse: sp.Matrix,
+    ) -> None:  # fmt: skip
+        self.frame, self.inverse, self.over = frame, inverse, over
+        self.counts = [len(part.followers) for part in parts]
+        named = [(name, k, f) for name, part in zip(names, parts, strict=True) for k, f in enumerate(part.followers)]
+        self.names = [f"{name}_{k + 1}" for name, k, _ in named]
+        self.followers: list[Follower] = [f for *_, f in named]
+        self.arms = [
+            frame.vector(f"{name}_r_", f.at - centre, f"{name}: place from the centre of mass", "m")
+            for name, f in zip(self.names, self.followers, strict=True)
+        ]
+
+    def solved(self, free: Motion, mass: Expr) -> tuple[Motion, list[tuple[Expr, ...]]]:
+        """Return the motion with followers, and the pull of each."""
+        frame, size = self.frame, len(self.followers)
+        if not size:
+            return free, [() for _ in self.counts]
+        levers = [self._lever(i, mass) for i in range(size)]
+        matrix, right = sp.zeros(size, size), []
+        for i, follower in enumerate(self.followers):
+            name, e, arm = self.names[i], follower.along, self.arms[i]
+            pivot = free.linear + transport(frame, free.angular, "free_turn_", arm)
+            still = frame.define(
+                f"{name}_still", follower.pull / follower.mass, f"{name}: acceleration without pull", "m/s^2"
+            )
+            title = f"{name}: acceleration along it without followers"
+            right.append(frame.define(f"{name}_r0", e.dot(pivot) - still, title, "m/s^2"))
+            for j in range(i + 1):
+                matrix[i, j] = matrix[j, i] = self._entry(i, j, levers[j], mass)
+        tau = solve(frame, matrix, right, self.names)
+        pulls = [
+            frame.vector(f"{name}_pull_", value * f.along, f"{name}: pull over the mass", "m/s^2")
+            for name, value, f in zip(self.names, tau, self.followers, strict=True)
+        ]
+        turned = [lever * pull for lever, pull in zip(levers, pulls, strict=True)]
+        linear = frame.vector("a", free.linear - sum(pulls, ZERO), "acceleration of the centre of mass", "m/s^2")
+        angular = frame.vector("alpha", free.angular - sum(turned, ZERO), "angular acceleration", "rad/s^2")
+        rest = iter(mass * t for t in tau)
+        return Motion(frame, free.centre, linear, angular), [tuple(itertools.islice(rest, n)) for n in self.counts]
+
+    def _lever(self, i: int, mass: Expr) -> sp.Matrix:
+        """Return m N [r x], by which the pull over the mass turns the hub."""
+        entries = mass * self.inverse * cross_matrix(self.arms[i])
+        name = self.names[i]
+        return sp.Matrix(
+            3,
+            3,
+            lambda r, c: self.frame.define(
+                f"{name}_u{AXES[r]}{AXES[c]}", entries[r, c], f"{name}: turn by a pull", "1/m"
+            ),
+        )
+
+    def _entry(self, i: int, j: int, lever: sp.Matrix, mass: Expr) -> Expr:
+        """Return by how much pull j slows point i along its direction."""
+        names = f"{self.names[i]}_{self.names[j]}"
+        share = sp.eye(3) + cross_matrix(self.arms[i]).T * lever
+        if i == j:
+            share = (share + share.T) / 2
+        named = sp.Matrix(
+            3, 3, lambda r, c: self.frame.define(f"{names}_c{AXES[r]}{AXES[c]}", share[r, c], f"{names}: share")
+        )
+        value = self.followers[i].along.dot(named * self.followers[j].along)
+        if i == j:
+            own = self.frame.define(
+                f"{self.names[i]}_share", mass / self.followers[i].mass, f"{self.names[i]}: mass over its own"
+            )
+            value = own + value
+        return self.frame.define(f"{names}_A", value, f"{names}: matrix of the pulls")
+
+
+def _about_origin(
+    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
+) -> tuple[Motion, list[tuple[Expr, ...]]]:
+    """Factorise the six equations about O."""
+    w = frame.rate
+    terms: dict[tuple[int, int], list[Expr]] = {}
+    arm = cross_matrix(sums.first)
+    for i in range(3):
+        terms[i, i] = [sums.mass]
+        for j in range(3):
+            terms.setdefault((i + 3, j), []).append(arm[i, j])
+        for j in range(i + 1):
+            terms.setdefault((i + 3, j + 3), []).append(sums.inertia[i, j])
+    for i in range(6):
+        for j in range(i + 1):
+            terms.setdefault((i, j), []).append(-sums.taken[i, j])
+    stream = frame.vector(
+        "stream_", w.cross(sums.first) + 2 * sums.momentum, "momentum of rotation and relative motion"
+    )
+    right = [*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]
+    right = [value - sums.right[k] for k, value in enumerate(right)]
+    rows: list[list[sp.Matrix]] = []
+    biases: list[list[Expr]] = []
+    for name, part in zip(names, parts, strict=True):
+        for load in part.loads:
+            wrench = [*load.force, *(load.at.cross(load.force) + load.couple)]
+            right = [a + b for a, b in zip(right, wrench, strict=True)]
+        rows.append([])
+        biases.append([])
+        for k, follower in enumerate(part.followers):
+            label = f"{name}_{k + 1}"
+            moment = frame.vector(f"{label}_g", follower.at.cross(follower.along), f"{label}: moment arm", "m")
+            row = sp.Matrix([*follower.along, *moment])
+            bias = frame.define(
+                f"{label}_bias", follower.along.dot(transport(frame, ZERO, "still_turn_", follower.at)),
+                f"{label}: centripetal acceleration along it", "m/s^2",
+            )  # fmt: skip
+            scaled = _named(frame, f"{label}_m", follower.mass * row, f"{label}: mass times direction")
+            rows[-1].append(scaled)
+            still = follower.mass * bias - follower.pull
+            biases[-1].append(still)
+            pull = frame.define(f"{label}_pull", still, f"{label}: pull without accelerations", "N")
+            right = [value - pull * g for value, g in zip(right, row, strict=True)]
+            for i in range(6):
+                for j in range(i + 1):
+                    terms[i, j].append(scaled[i] * row[j])
+    matrix = sp.zeros(6, 6)
+    for (i, j), entries in terms.items():
+        matrix[i, j] = matrix[j, i] = frame.total(f"K{i + 1}{j + 1}", entries, "matrix of the hub")
+    right = [frame.define(f"b{k + 1}", value, "right side of the hub") for k, value in enumerate(right)]
+    solution = sp.zeros(6, 1)
+    keep = list(unknowns)
+    values = solve(
+        frame,
+        matrix.extract(keep, keep),
+        [right[k] for k in keep],
+        [f"{('a', 'alpha')[k // 3]}{AXES[k % 3]}" for k in keep],
+    )
+    for k, value in zip(keep, values, strict=True):
+        solution[k] = value
+    pulls = [
+        tuple(row.dot(solution) + bias for row, bias in zip(of, by, strict=True))
+        for of, by in zip(rows, biases, strict=True)
+    ]
+    return Motion(frame, ZERO, solution[:3, :], solution[3:, :]), pulls
+
+
+def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
+    """Solve a symmetric positive definite system by K = L D L', skipping structural zeros."""
+    size = len(right)
+    rest = matrix.copy()
+    lower = sp.zeros(size, size)
+    inverse: list[Expr] = []
+    values = list(right)
+    for j in range(size):
+        inverse.append(frame.define(f"i{names[j]}", 1 / rest[j, j], "inverse of a pivot"))
+        for i in range(j + 1, size):
+            if rest[i, j] != 0:
+                lower[i, j] = frame.define(f"l{names[i]}{names[j]}", rest[i, j] * inverse[j], "factor")
+        for i in range(j + 1, size):
+            if lower[i, j] == 0:
+                continue
+            for k in range(j + 1, i + 1):
+                if rest[k, j] != 0:
+                    entry = rest[i, k] - lower[i, j] * rest[k, j]
+                    rest[i, k] = frame.define(f"k{names[i]}{names[k]}{j + 1}", entry, "matrix after elimination")
+                    rest[k, i] = rest[i, k]
+    for i in range(size):
+        value = values[i] - sp.Add(*(lower[i, j] * values[j] for j in range(i)))
+        values[i] = frame.define(f"y{names[i]}", value, "forward step")
+    for i in reversed(range(size)):
+        value = values[i] * inverse[i] - sp.Add(*(lower[k, i] * values[k] for k in range(i + 1, size)))
+        values[i] = frame.define(f"{names[i]}", value, "solution")
+    return values
+
+
+def _own(frame: Frame, name: str, pivots: Sequence[_Pivot], solution: sp.Matrix) -> tuple[Expr, ...]:
+    """Return the accelerations of a part's coordinates, the last first solved."""
+    values: list[Expr] = [sp.S.Zero] * len(pivots)
+    for i in reversed(range(len(pivots))):
+        pivot = pivots[i]
+        later = sp.Add(*(f * values[i + 1 + k] for k, f in enumerate(pivot.later)))
+        value = pivot.right - pivot.share.dot(solution) - later
+        values[i] = frame.define(f"{name}_a{i + 1}", value, f"{name}: acceleration of coordinate {i + 1}")
+    return tuple(values)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bobs: spherical pendulums that stand for fuel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..quantities import Quantity
+from .frame import AXES, point_inertia
+from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
+from .values import Number, Parameters, Vector, place, scalar
+
+
+@dataclass(frozen=True)
+class Bob(Part):
+    """A bob on a rod without mass, which hangs from a ball joint: a spherical pendulum without singularity.
+
+    Its states are the direction e of the rod (NAME_ex, ...) and the absolute rate u = e' + W x e of the direction
+    (NAME_ux, ...), both in the axes of the hub. A bob with a moment of inertia I resists a turn of the rod; with
+    D = m l^2 + I it pulls at its pivot P with the force
+
+        m I/D a_P + (m l)^2/D e (e . a_P) - m l/D c e' - m l u.u e.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mass, length : number
+        kg, m.
+    at : three numbers
+        Pivot, m.
+    damping : number, optional
+        c of the dissipation c e'.e'/2, N m s.
+    inertia : number, optional
+        Moment of inertia of the bob across the rod, kg m^2.
+    rest : three numbers
+        Direction of the rod from which the scenario's angles NAME_phi_0 (away from it) and NAME_theta_0 (around it)
+        count; one of the axes, or its opposite.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    length: Annotated[Number, scalar("l", "m", "length of the rod")]
+    at: Annotated[Vector, place("r", "pivot")] = (0, 0, 0)
+    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)")] = None
+    inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
+    rest: tuple[int, int, int] = (-1, 0, 0)
+
+    @property
+    def direction(self) -> sp.Matrix:
+        """Symbols of the direction e of the rod."""
+        return sp.Matrix([q.symbol for q in self._quantities("e", "1", "direction")])
+
+    @property
+    def turning(self) -> sp.Matrix:
+        """Symbols of the absolute rate u of the direction, 1/s."""
+        return sp.Matrix([q.symbol for q in self._quantities("u", "1/s", "absolute rate of the direction")])
+
+    def _quantities(self, letter: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
+        return tuple(
+            Quantity(f"{self.name}_{letter}{axis}", unit, f"{meaning} of {self.name}, {axis}") for axis in AXES
+        )
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        angles = [
+            scenario.add(f"{self.name}_{angle}_0", 0.0, "rad", f"{meaning} of {self.name} at the start", "(-inf, inf)")
+            for angle, meaning in (("phi", "angle from rest"), ("theta", "angle around rest"))
+        ]
+        starts = [*_turned(self.rest, *angles), *[sp.S.Zero] * 3]
+        quantities = (*self._quantities("e", "1", "direction"), *self._quantities("u", "1/s", "absolute rate"))
+        return tuple(map(State, quantities, starts))
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v, e = at.values, self.direction
+        slip = self.turning - at.frame.rate.cross(e)
+        place, velocity = v.at + v.length * e, v.length * slip
+        inertia = v.inertia if v.inertia is not None else sp.S.Zero
+        return Aggregates(
+            v.mass, v.mass * place,
+            point_inertia(v.mass, place) + inertia * (sp.eye(3) - e * e.T),
+            v.mass * velocity,
+            v.mass * place.cross(velocity) + inertia * e.cross(slip),
+            (v.mass * velocity.dot(velocity) + inertia * slip.dot(slip)) / 2,
+            power=-v.damping * slip.dot(slip) if v.damping is not None else sp.S.Zero,
+        )  # fmt: skip
+
+    def contribution(self, at: Mounted) -> Contribution:
+        v, e = at.values, self.direction
+        slip, squared = self._kinematics(at)
+        swing = at.define("ml", v.mass * v.length, "mass times length", "kg m")
+        moving = at.define("mv", v.mass * self._gain(at) * v.length, "mass that swings", "kg")
+        loads: tuple[Load, ...] = ()
+        if v.damping is not None:
+            loss = at.define("kc", self._gain(at) * v.damping, "damping force over e'", "N s")
+            force = at.vector("F", loss * slip, "damping force at the pivot", "N")
+            loads = (Load(force, v.at, v.damping * e.cross(slip)),)
+        mass: Expr = sp.S.Zero
+        if v.inertia is not None:
+            mass = at.define("mf", v.mass * v.inertia / self._total(at), "mass that stays with the pivot", "kg")
+        follower = Follower(moving, e, v.at, at.define("T0", swing * squared, "centrifugal pull along the rod", "N"))
+        return Contribution(mass, mass * v.at, point_inertia(mass, v.at), loads=loads, followers=(follower,))
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        v, e, w, u = at.values, self.direction, at.frame.rate, self.turning
+        slip, _ = self._kinematics(at)
+        gain, (pull,) = self._gain(at), motion.pulls
+        pivot = motion.at(v.at, f"{self.name}_aP", f"pivot of {self.name}")
+        value = at.define("kae", pull / (v.mass * v.length), "second rate along the rod", "1/s^2")
+        result = value * e - gain * pivot - w.cross(u)
+        if v.damping is not None:
+            result -= at.define("cD", v.damping / self._total(at), "damping over inertia", "1/s") * slip
+        return (*slip, *result)
+
+    def _kinematics(self, at: Mounted) -> tuple[sp.Matrix, Expr]:
+        """Return e' and u.u."""
+        u = self.turning
+        slip = at.vector(
+            "de", u - at.frame.rate.cross(self.direction), "rate of the direction in the axes of the hub", "1/s"
+        )
+        return slip, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
+
+    def _total(self, at: Mounted) -> Expr:
+        v = at.values
+        return v.mass * v.length**2 + (v.inertia if v.inertia is not None else sp.S.Zero)
+
+    def _gain(self, at: Mounted) -> Expr:
+        """Return m l/D."""
+        v = at.values
+        return at.define("k", v.mass * v.length / self._total(at), "mass times length over inertia", "1/m")
+
+
+def _turned(rest: tuple[int, int, int], phi: Expr, theta: Expr) -> tuple[Expr, ...]:
+    """Return the direction at an angle from rest and an angle around it."""
+    axis = next(k for k in range(3) if rest[k])
+    entries: list[Expr] = [sp.S.Zero] * 3
+    entries[axis] = rest[axis] * sp.cos(phi)
+    entries[(axis + 1) % 3] = sp.sin(phi) * sp.sin(theta)
+    entries[(axis + 2) % 3] = sp.sin(phi) * sp.cos(theta)
+    return tuple(entries)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Charts of the attitude: states, their rates, and the rotation that they stand for."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..mechanics import (
+    angle_rates,
+    frame_turn,
+    quaternion_of_turns,
+    quaternion_rates,
+    quaternion_rotation,
+)
+from ..quantities import Quantity
+from .frame import Frame, cross_matrix
+
+ANGLES = ("roll", "pitch", "yaw")
+
+
+class Chart(ABC):
+    """Chart of the attitude.
+
+    Attributes
+    ----------
+    states : tuple of Quantity
+        Its coordinates.
+    """
+
+    states: tuple[Quantity, ...]
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the coordinates."""
+        return tuple(q.symbol for q in self.states)
+
+    @abstractmethod
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        """Return the rates of the coordinates for the rate of the hub."""
+
+    @abstractmethod
+    def rotation(self) -> sp.Matrix:
+        """Return the matrix from inertial axes to those of the hub."""
+
+    @abstractmethod
+    def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
+        """Return the coordinates at 3-2-1 angles roll, pitch and yaw."""
+
+    def projection(self) -> Sequence[Expr]:
+        """Return the coordinates put back on their manifold; empty where there is none."""
+        return ()
+
+
+class QuaternionChart(Chart):
+    """Unit quaternion, scalar first, from the axes of the hub to inertial axes."""
+
+    states = tuple(Quantity(f"q{k}", "1", f"quaternion, component {k}", latex=f"q_{k}") for k in range(4))
+
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        half = frame.vector("half_w", frame.rate / 2, "half the rate of the hub", "rad/s")
+        return list(2 * quaternion_rates(self.symbols, half))
+
+    def rotation(self) -> sp.Matrix:
+        return quaternion_rotation(self.symbols)
+
+    def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
+        roll, pitch, yaw = angles
+        return list(quaternion_of_turns(((2, yaw), (1, pitch), (0, roll))))
+
+    def projection(self) -> Sequence[Expr]:
+        size = sp.sqrt(sp.Add(*(q**2 for q in self.symbols)))
+        return [q / size for q in self.symbols]
+
+
+class EulerChart(Chart):
+    """3-2-1 Euler angles; singular at a pitch of 90 degrees."""
+
+    states = tuple(Quantity(name, "rad", f"{name} angle") for name in ANGLES)
+
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        return list(angle_rates(self.rotation(), self.symbols, list(frame.rate)))
+
+    def rotation(self) -> sp.Matrix:
+        roll, pitch, yaw = self.symbols
+        return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
+
+    def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
+        return angles
+
+
+class RodriguesChart(Chart):
+    """Modified Rodrigues parameters, tan of a quarter of the angle along the axis; singular after a whole turn."""
+
+    states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))
+
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        s, rate = sp.Matrix(self.symbols), frame.rate
+        return list(((1 - s.dot(s)) * rate + 2 * s.cross(rate) + 2 * s.dot(rate) * s) / 4)
+
+    def rotation(self) -> sp.Matrix:
+        s = sp.Matrix(self.symbols)
+        hat, size = cross_matrix(s), s.dot(s)
+        return sp.eye(3) + (8 * hat * hat - 4 * (1 - size) * hat) / (1 + size) ** 2
+
+    def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
+        roll, pitch, yaw = angles
+        scalar, *vector = quaternion_of_turns(((2, yaw), (1, pitch), (0, roll)))
+        return [component / (1 + scalar) for component in vector]
+
+
+class PlaneChart(Chart):
+    """Angle of the hub about the z axis, in a plane."""
+
+    states = (Quantity("theta", "rad", "angle of the hub", latex=r"\theta"),)
+
+    def rates(self, frame: Frame) -> Sequence[Expr]:
+        return [frame.rate[2]]
+
+    def rotation(self) -> sp.Matrix:
+        return frame_turn(2, self.symbols[0])
+
+    def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
+        return [angles[2]]
+
+
+CHARTS: dict[str, type[Chart]] = {"quaternion": QuaternionChart, "euler": EulerChart, "mrp": RodriguesChart}

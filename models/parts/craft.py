@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A spacecraft assembled from parts: an ordinary system, with the equations that follow from its parts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import sympy as sp
+
+from mehvar.manifest import Metric, Scenario
+
+from ..derivation import Derivation, Expr
+from ..quantities import Group, ModelError, Quantity
+from ..system import Actuator, Controller, System
+from .assembly import accelerations
+from .charts import ANGLES, CHARTS, Chart, PlaneChart
+from .frame import AXES, Frame
+from .part import Contribution, Mounted, Part, State, start
+from .readings import readings
+from .values import SOURCE, Parameters, Value, directions
+
+AnyPart = TypeVar("AnyPart", bound=Part)
+MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
+"""Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
+_VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
+_RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
+Laws = Callable[["Spacecraft", Derivation], Sequence[Controller]]
+
+
+class Spacecraft:
+    """A spacecraft: a hub and parts that are mounted on it.
+
+    Equations are written in the axes of the hub, about their origin O.
+
+    Parameters
+    ----------
+    name : str
+        Identifier of the model.
+    title : str
+        One line for people.
+    attitude : {"quaternion", "euler", "mrp"}
+        Chart of the attitude.
+    motion : {"free", "attitude", "plane"}
+        Free in space with the velocity of O among the states, the attitude alone, or free in a plane.
+    """
+
+    def __init__(self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free") -> None:
+        _one_of("attitude", attitude, CHARTS)
+        _one_of("motion", motion, MOTIONS)
+        self.name = _name("name", name)
+        self.title = title or f"spacecraft {name}"
+        self.motion = motion
+        self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
+        self.parts: list[Part] = []
+        self._plant, self._scenario = Parameters(), Parameters()
+
+    @property
+    def attitude(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the attitude."""
+        return self.chart.symbols
+
+    @property
+    def rates(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the rate of the hub, rad/s."""
+        return tuple(q.symbol for q in self._rate)
+
+    @property
+    def velocity(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the velocity of O in the axes of the hub, m/s; none where only the attitude is a state."""
+        return tuple(q.symbol for q in self._velocity)
+
+    @property
+    def _velocity(self) -> tuple[Quantity, ...]:
+        return {"free": _VELOCITY, "attitude": (), "plane": _VELOCITY[:2]}[self.motion]
+
+    @property
+    def _rate(self) -> tuple[Quantity, ...]:
+        return _RATE[2:] if self.motion == "plane" else _RATE
+
+    def add(self, part: AnyPart) -> AnyPart:
+        """Mount a part and return it.
+
+        Raises
+        ------
+        ModelError
+            If its name is none, or another part's.
+        """
+        if not isinstance(part, Part):
+            raise ModelError(f"{self.name}: {part!r} is no part")
+        _name("name", part.name)
+        if any(other.name == part.name for other in self.parts):
+            raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
+        self.parts.append(part)
+        return part
+
+    def parameter(
+        self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
+        source: str = SOURCE,
+    ) -> sp.Symbol:  # fmt: skip
+        """Declare a parameter that several fields share, and return its symbol."""
+        return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
+
+    def system(
+        self,
+        laws: Laws | None = None,
+        scenarios: Sequence[Scenario] = (),
+        metrics: Sequence[Metric] = (),
+    ) -> System:
+        """Derive the equations of motion.
+
+        Parameters
+        ----------
+        laws : callable, optional
+            Returns the control laws for the spacecraft and the derivation, to which it adds its steps.
+        scenarios, metrics : sequence of Scenario and of Metric
+            As `mehvar.read_scenarios` reads them; a scenario of 100 s without them.
+
+        Raises
+        ------
+        ModelError
+            If the assembly has no mass, or a number is outside of its bounds.
+        """
+        if not self.parts:
+            raise ModelError(f"{self.name} has no parts: add a Hub first")
+        derivation = Derivation()
+        mounted = self._mounted(derivation)
+        rhs = self._rhs(mounted, derivation)
+        states = self._states()
+        x = Group("x", tuple(state.quantity for state in states))
+        u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
+        p = Group("p", tuple(self._plant.quantities.values()))
+        return System(
+            name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
+            references=Group("r", ()), outputs=Group("y", ()), parameters=p,
+            scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
+            rhs=rhs, output=(), steps=tuple(derivation.steps), limits=(),
+            initial=tuple(sp.sympify(state.start) for state in states), reference=(), constraints=(),
+            functions=readings(self.parts, mounted, self._components(self._velocity), (x, u, p)),
+            controllers=tuple(laws(self, derivation)) if laws else (),
+            scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
+            actuator=self._actuator(mounted),
+        )  # fmt: skip
+
+    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
+        """Derive the rates of the states: velocity, rate of the hub, attitude, parts."""
+        frame = mounted[0].frame
+        derivation.section("Parts")
+        added = [_loaded(part, at) for part, at in zip(self.parts, mounted, strict=True)]
+        if all(c.mass == 0 for c in added):
+            raise ModelError(f"{self.name} has no mass: add a Hub")
+        derivation.section("Accelerations")
+        motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
+        derivation.section("Rates")
+        own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
+        linear = motions[0].at(sp.zeros(3, 1), "aO", "O") - frame.rate.cross(self._components(self._velocity))
+        angular = motions[0].angular
+        hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
+        rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
+        return tuple(
+            map(sp.sympify, (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)))
+        )
+
+    def _mounted(self, derivation: Derivation) -> list[Mounted]:
+        rate = self._components(self._rate)
+        values = [part.values(self._plant) for part in self.parts]
+        frame = Frame(derivation, rate, {q.symbol for q in self._plant.quantities.values()})
+        derivation.section("Mounts")
+        for part, v in zip(self.parts, values, strict=True):
+            for field in directions(part):
+                axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
+                setattr(v, field, axis)
+        return [Mounted(part.name, v, frame) for part, v in zip(self.parts, values, strict=True)]
+
+    def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
+        """Return what becomes of commanded inputs where a part limits them."""
+        inputs = [part.inputs() for part in self.parts]
+        commands = [
+            [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in own] for own in inputs
+        ]
+        applied = [
+            part.applied(at, [q.symbol for q in own])
+            for part, at, own in zip(self.parts, mounted, commands, strict=True)
+        ]
+        group = Group("u_cmd", tuple(q for own in commands for q in own))
+        acting = tuple(entry for entries in applied for entry in entries)
+        return None if acting == group.symbols else Actuator(group, acting)
+
+    def _components(self, quantities: Iterable[Quantity]) -> sp.Matrix:
+        by_axis = {q.name[-1]: q.symbol for q in quantities}
+        return sp.Matrix([by_axis.get(axis, sp.S.Zero) for axis in AXES])
+
+    def _states(self) -> list[State]:
+        hub = [start(q, self._scenario) for q in (*self._velocity, *self._rate)]
+        names = ("yaw",) if self.motion == "plane" else ANGLES
+        at = {
+            name: self._scenario.add(f"{name}_0", 0.0, "rad", f"{name} angle at the start", "(-inf, inf)")
+            for name in names
+        }
+        angles = [at.get(name, sp.S.Zero) for name in ANGLES]
+        chart = [State(q, v) for q, v in zip(self.chart.states, self.chart.of_angles(angles), strict=True)]
+        return [*hub, *chart, *(state for part in self.parts for state in part.states(self._scenario))]
+
+    def _projection(self, states: Sequence[State]) -> tuple[Expr, ...]:
+        placed = dict(zip(self.chart.symbols, self.chart.projection(), strict=False))
+        return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
+
+
+def _loaded(part: Part, at: Mounted) -> Contribution:
+    """Return what a part adds to the equations of the hub, with what acts on it from outside."""
+    own = part.contribution(at)
+    return replace(own, loads=(*own.loads, *part.loads(at)))
+
+
+_SCENARIO = Scenario("default", "from the defaults", 100.0, 0.1, {}, {}, {})
+
+
+def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:
+    if value not in allowed:
+        raise ModelError(f"{field} = {value!r}: must be one of {', '.join(allowed)}")
+
+
+def _name(field: str, value: str) -> str:
+    if not isinstance(value, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", value, re.ASCII):
+        raise ModelError(f"{field} = {value!r}: must be letters, digits and underscores, a letter first")
+    return value

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Axes of the hub in which an assembly is written, and the named steps of its derivation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from ..derivation import Derivation, Expr
+
+AXES = "xyz"
+ZERO = sp.zeros(3, 1)
+
+
+@dataclass
+class Frame:
+    """Axes of the hub: the motion of their origin O, and the steps of the derivation.
+
+    Attributes
+    ----------
+    derivation : Derivation
+        Receives the steps.
+    rate : sympy.Matrix
+        W, the rate of the axes in themselves, rad/s; entries that are zero by structure are zeros.
+    constants : set of Symbol
+        Parameters, and definitions of parameters alone.
+    names : dict
+        Steps by name, with what each stands for: a step that is defined again is the same one.
+    slopes : dict
+        For steps that are functions of one coordinate, the coordinate and the derivative, such as those of `circle`.
+    """
+
+    derivation: Derivation
+    rate: sp.Matrix
+    constants: set[sp.Symbol] = field(default_factory=set)
+    names: dict[str, tuple[Expr, sp.Symbol]] = field(default_factory=dict)
+    slopes: dict[sp.Symbol, tuple[sp.Symbol, Expr]] = field(default_factory=dict)
+
+    def is_constant(self, expr: Expr) -> bool:
+        """Tell whether an expression depends on parameters alone."""
+        return bool(expr.free_symbols <= self.constants)
+
+    def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
+        """Name an expression; what is a number, a name or the negative of one stays as it is."""
+        bare = -expr if expr.could_extract_minus_sign() else expr
+        if bare.is_Symbol or expr.is_number:
+            return expr
+        if name in self.names and self.names[name][0] == expr:
+            return self.names[name][1]
+        constant = self.is_constant(expr)
+        symbol = self.derivation.define(name, expr, title=title, unit=unit)
+        self.names[name] = expr, symbol
+        if constant:
+            self.constants.add(symbol)
+        return symbol
+
+    def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the components of a vector."""
+        return sp.Matrix(
+            [self.define(f"{name}{axis}", e, f"{title}, {axis}", unit) for axis, e in zip(AXES, entries, strict=True)]
+        )
+
+    def tensor(self, name: str, matrix: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the entries of a symmetric matrix."""
+        result = sp.zeros(3, 3)
+        for i in range(3):
+            for j in range(i + 1):
+                entry = self.define(f"{name}{AXES[j]}{AXES[i]}", matrix[i, j], f"{title}, {AXES[j]}{AXES[i]}", unit)
+                result[i, j] = result[j, i] = entry
+        return result
+
+    def circle(self, angle: sp.Symbol) -> tuple[Expr, Expr]:
+        """Name cosine and sine of a coordinate."""
+        cosine = self.define(f"cos_{angle.name}", sp.cos(angle), f"cosine of {angle.name}", "1")
+        sine = self.define(f"sin_{angle.name}", sp.sin(angle), f"sine of {angle.name}", "1")
+        self.slopes[cosine], self.slopes[sine] = (angle, -sine), (angle, cosine)
+        return cosine, sine
+
+    def slope(self, expr: Expr, coordinate: sp.Symbol) -> Expr:
+        """Differentiate by a coordinate, through the steps that are functions of it."""
+        result = expr.diff(coordinate)
+        for symbol in expr.free_symbols & self.slopes.keys():
+            of, slope = self.slopes[symbol]
+            if of == coordinate:
+                result += expr.diff(symbol) * slope
+        return result
+
+    def total(self, name: str, terms: Iterable[Expr], title: str, unit: str = "") -> Expr:
+        """Name a sum; what depends on parameters alone is summed apart, so that a run computes it once."""
+        fixed: list[Expr] = []
+        moving: list[Expr] = []
+        for term in terms:
+            for part in sp.Add.make_args(term):
+                (fixed if self.is_constant(part) else moving).append(part)
+        constant = sp.Add(*fixed)
+        if moving and len(fixed) > 1:
+            constant = self.define(f"{name}_fixed", constant, f"{title}: constant part", unit)
+        return self.define(name, sp.Add(constant, *moving), title, unit)
+
+
+def symmetric(matrix: Sequence[Sequence[Expr]] | sp.Matrix) -> sp.Matrix:
+    """Return a symmetric matrix of a lower triangle."""
+    given = sp.Matrix(matrix)
+    return sp.Matrix(3, 3, lambda i, j: given[max(i, j), min(i, j)])
+
+
+def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
+    """Return the matrix that multiplies by `vector` from the left as a cross product."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def point_inertia(mass: Expr, place: sp.Matrix) -> sp.Matrix:
+    """Return the inertia of a point mass about O, kg m^2."""
+    x, y, z = place
+    return mass * sp.Matrix(
+        [[y * y + z * z, -x * y, -x * z], [-x * y, x * x + z * z, -y * z], [-x * z, -y * z, x * x + y * y]]
+    )

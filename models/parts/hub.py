@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rigid hub of a spacecraft, point masses on it, and what pushes and turns it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..quantities import Quantity
+from .frame import AXES, point_inertia
+from .part import Aggregates, Load, Mounted, Part
+from .values import Number, Tensor, Vector, direction, place, scalar, tensor
+
+
+@dataclass(frozen=True)
+class Hub(Part):
+    """A rigid body that carries the parts.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mass : number
+        kg.
+    inertia : three numbers, or three rows
+        About its own centre of mass, in the axes of the hub, kg m^2.
+    centre : three numbers
+        Its centre of mass, m.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    inertia: Annotated[Tensor, tensor("J", "moment of inertia")]
+    centre: Annotated[Vector, place("c", "centre of mass")] = (0, 0, 0)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        return Aggregates(v.mass, v.mass * v.centre, v.inertia + point_inertia(v.mass, v.centre))
+
+
+@dataclass(frozen=True)
+class PointMass(Part):
+    """A point mass that is fixed to the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mass : number
+        kg.
+    at : three numbers
+        Its place, m.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        return Aggregates(v.mass, v.mass * v.at, point_inertia(v.mass, v.at))
+
+
+@dataclass(frozen=True)
+class ExternalForce(Part):
+    """A force on the hub that a law commands, in the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its inputs are NAMEx, NAMEy and NAMEz, in N.
+    at : three numbers
+        Where it acts, m.
+    """
+
+    at: Annotated[Vector, place("r", "point of application")] = (0, 0, 0)
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}{axis}", "N", f"force {self.name}, {axis}") for axis in AXES)
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(sp.Matrix([q.symbol for q in self.inputs()]), at.values.at),)
+
+
+@dataclass(frozen=True)
+class Thruster(Part):
+    """A thruster that pushes along its direction and never pulls.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its input is NAME_force, in N.
+    direction : three numbers
+        Of the force on the hub, any length.
+    at : three numbers
+        Where it acts, m.
+    limit : number, optional
+        Largest force, N.
+    """
+
+    direction: Annotated[Vector, direction("a", "direction")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
+    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_force", "N", f"force of {self.name}"),)
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        pushed = sp.Max(commanded[0], 0)
+        return (pushed if at.values.limit is None else sp.Min(pushed, at.values.limit),)
+
+
+@dataclass(frozen=True)
+class Torquer(Part):
+    """A torque on the hub that a law commands, in the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its inputs are NAMEx, NAMEy and NAMEz, in N m.
+    """
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}{axis}", "N m", f"torque {self.name}, {axis}") for axis in AXES)
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Flexible appendages by their modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ..quantities import Quantity
+from .part import Aggregates, Coordinate, Mounted, Part
+from .values import Number, Parameters, Vector, scalar, vector
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A mode of an appendage, normalised to a modal mass of one.
+
+    Parameters
+    ----------
+    frequency : number
+        rad/s.
+    damping : number
+        Ratio to critical damping.
+    linear : three numbers
+        Participation in a translation of the hub, kg^(1/2).
+    angular : three numbers
+        Participation in a rotation of the hub about O, kg^(1/2) m.
+    """
+
+    frequency: Annotated[Number, scalar("f", "rad/s", "angular frequency")]
+    damping: Annotated[Number, scalar("z", "1", "damping ratio", "[0, inf)")]
+    linear: Annotated[Vector, vector("d", "kg^(1/2)", "participation in a translation")]
+    angular: Annotated[Vector, vector("b", "kg^(1/2) m", "participation in a rotation about O")]
+
+
+@dataclass(frozen=True)
+class Modes(Part):
+    """A flexible appendage whose mass and inertia at rest are in the hub.
+
+    Its deformation moves the first moment of the craft: without that the momentum of hub and appendage would not be
+    that of their masses.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; the states are NAME_1, ..., kg^(1/2) m, and NAME_1_dot, ...
+    modes : sequence of Mode
+        Its modes.
+    """
+
+    modes: Sequence[Mode] = ()
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        return SimpleNamespace(modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)])
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return tuple(
+            Coordinate(
+                Quantity(f"{self.name}_{k}_dot", "kg^(1/2) m/s", f"rate of mode {k} of {self.name}"),
+                Quantity(f"{self.name}_{k}", "kg^(1/2) m", f"mode {k} of {self.name}"),
+            )
+            for k in range(1, len(self.modes) + 1)
+        )
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        first, momentum, angular = (sp.zeros(3, 1) for _ in range(3))
+        energy = potential = sp.S.Zero
+        forces = []
+        for mode, coordinate in zip(at.values.modes, self.coordinates(), strict=True):
+            assert coordinate.place is not None
+            place, speed = coordinate.place.symbol, coordinate.speed.symbol
+            first += mode.linear * place
+            momentum += mode.linear * speed
+            angular += mode.angular * speed
+            energy += speed**2 / 2
+            potential += mode.frequency**2 * place**2 / 2
+            forces.append(-2 * mode.damping * mode.frequency * speed)
+        return Aggregates(
+            first=first, momentum=momentum, angular=angular, energy=energy, potential=potential, forces=tuple(forces)
+        )

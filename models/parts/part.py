@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Contract of a part: all that the hub needs of it, and how its own equations follow from its energy.
+
+The kinetic energy of a part that is mounted on a hub is quadratic in the velocity V of the hub's origin O, in the rate
+W of its axes, and in the part's own speeds:
+
+    T = m V.V/2 + V.(W x s + p) + W.J W/2 + W.h + T_own.
+
+Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in the axes of the
+hub) and T_own are the `Aggregates` of the part. They determine its `Contribution` to the equations of the hub and its
+own equations, row i of which is
+
+    G_i . (a, W') + sum_j D_ij q_j'' = Q_i - k_i,    G_i = (dp/dq_i', dh/dq_i'),
+
+with the acceleration a = V' + W x V of O.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..geometry import Shape
+from ..quantities import Quantity
+from .frame import AXES, ZERO, Frame, cross_matrix
+from .values import Parameters
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A degree of freedom of a part.
+
+    Attributes
+    ----------
+    speed : Quantity
+        Its rate, a state.
+    place : Quantity, optional
+        The coordinate, a state; None where nothing depends on it, as for a wheel.
+    """
+
+    speed: Quantity
+    place: Quantity | None = None
+
+
+@dataclass(frozen=True)
+class Aggregates:
+    """What determines the motion of a part and of the hub that carries it.
+
+    Attributes
+    ----------
+    mass : Expr
+        kg.
+    first : sympy.Matrix
+        First moment s about O, kg m, a function of the coordinates.
+    inertia : sympy.Matrix
+        J about O, kg m^2.
+    momentum, angular : sympy.Matrix
+        Relative momentum p = s', kg m/s, and relative angular momentum h about O, kg m^2/s; linear in the speeds.
+    energy : Expr
+        Kinetic energy relative to the hub, J; quadratic in the speeds.
+    potential : Expr
+        Potential energy of springs, J.
+    forces : tuple of Expr
+        Generalised force on each coordinate besides that of the potential: dampers, motors.
+    power : Expr
+        Power of dampers and motors that `forces` does not hold, W.
+    """
+
+    mass: Expr = sp.S.Zero
+    first: sp.Matrix = field(default_factory=lambda: ZERO)
+    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
+    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
+    angular: sp.Matrix = field(default_factory=lambda: ZERO)
+    energy: Expr = sp.S.Zero
+    potential: Expr = sp.S.Zero
+    forces: tuple[Expr, ...] = ()
+    power: Expr = sp.S.Zero
+
+
+@dataclass(frozen=True)
+class Row:
+    """Equation of one coordinate: G . (a, W') + D q'' = right.
+
+    Attributes
+    ----------
+    linear, angular : sympy.Matrix
+        G in two parts.
+    coupling : tuple of Expr
+        Its row of D.
+    right : Expr
+        Q - k.
+    """
+
+    linear: sp.Matrix
+    angular: sp.Matrix
+    coupling: tuple[Expr, ...]
+    right: Expr
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force that acts at a point of the hub, N, and a couple, N m."""
+
+    force: sp.Matrix = field(default_factory=lambda: ZERO)
+    at: sp.Matrix = field(default_factory=lambda: ZERO)
+    couple: sp.Matrix = field(default_factory=lambda: ZERO)
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A mass that follows a point P of the hub along one direction e: the hub feels (pull - mass e . a_P) e at P.
+
+    Attributes
+    ----------
+    mass : Expr
+        kg.
+    along, at : sympy.Matrix
+        e, and P from O, m.
+    pull : Expr
+        N.
+    """
+
+    mass: Expr
+    along: sp.Matrix
+    at: sp.Matrix
+    pull: Expr = sp.S.Zero
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a part adds to the equations of the hub.
+
+    Attributes
+    ----------
+    mass, first, inertia, momentum, angular
+        As of `Aggregates`; the assembly forms the terms of a rigid body and those of p and h from their sums.
+    loads : tuple of Load
+        Forces between part and hub, and the terms of p', h' and J' W that hold no acceleration.
+    rows : tuple of Row
+        Equations of the part's coordinates, which the assembly eliminates.
+    followers : tuple of Follower
+        Masses that follow the hub along one direction each.
+    """
+
+    mass: Expr = sp.S.Zero
+    first: sp.Matrix = field(default_factory=lambda: ZERO)
+    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
+    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
+    angular: sp.Matrix = field(default_factory=lambda: ZERO)
+    loads: tuple[Load, ...] = ()
+    rows: tuple[Row, ...] = ()
+    followers: tuple[Follower, ...] = ()
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Accelerations of an assembly.
+
+    Attributes
+    ----------
+    frame : Frame
+        The axes of the hub.
+    centre : sympy.Matrix
+        Point of the hub for which `linear` holds, from O.
+    linear, angular : sympy.Matrix
+        Acceleration of that point, and W', in the axes of the hub.
+    own : tuple of Expr
+        q'' of the part's rows, in their order.
+    pulls : tuple of Expr
+        mass e . a_P - pull of the part's followers, N, in their order.
+    """
+
+    frame: Frame
+    centre: sp.Matrix
+    linear: sp.Matrix
+    angular: sp.Matrix
+    own: tuple[Expr, ...] = ()
+    pulls: tuple[Expr, ...] = ()
+
+    def at(self, point: sp.Matrix, name: str, title: str) -> sp.Matrix:
+        """Return the acceleration of a point of the hub; `name` begins the names of the steps."""
+        arm = self.frame.vector(f"{name}_arm_", point - self.centre, f"{title}: place from the centre", "m")
+        result = self.linear + transport(self.frame, self.angular, "turn_", arm)
+        return self.frame.vector(name, result, f"acceleration of {title}", "m/s^2")
+
+
+def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp.Matrix:
+    """Return W' x r + W x (W x r), the acceleration of a point of the hub relative to another.
+
+    It is a matrix times r, whose columns are named once for all points: `name` begins their names.
+    """
+    products, result = rate_products(frame), ZERO
+    turning = cross_matrix(angular) + products - products.trace() * sp.eye(3)
+    for k, axis in enumerate(AXES):
+        if arm[k] != 0:
+            title = f"acceleration of a point per distance along {axis}"
+            result += arm[k] * frame.vector(f"{name}{axis}_", turning[:, k], title, "1/s^2")
+    return result
+
+
+def rate_products(frame: Frame) -> sp.Matrix:
+    """Return W W', with a name for each product."""
+    w = frame.rate
+    entry = {
+        (i, j): frame.define(f"w{AXES[i]}w{AXES[j]}", w[i] * w[j], "product of rates", "rad^2/s^2")
+        for i in range(3)
+        for j in range(i, 3)
+    }
+    return sp.Matrix(3, 3, lambda i, j: entry[min(i, j), max(i, j)])
+
+
+def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matrix:
+    """Return W x (J W + h); by products of rates, which other terms share, where J depends on parameters alone."""
+    w = frame.rate
+    if any(e != 0 and not frame.is_constant(e) for e in inertia) or not angular.is_zero_matrix:
+        spin = frame.vector("total_H", inertia * w + angular, "angular momentum", "kg m^2/s")
+        return w.cross(spin)
+    products = rate_products(frame)
+    result = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        parts = [
+            frame.define(f"gyro_J{AXES[i]}", inertia[k, k] - inertia[j, j], "difference of inertias", "kg m^2")
+            * products[j, k],
+            inertia[k, i] * products[i, j] - inertia[j, i] * products[i, k],
+            inertia[j, k] * (products[j, j] - products[k, k]),
+        ]
+        result.append(sp.Add(*parts))
+    return sp.Matrix(result)
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of a part: its quantity and its value at the start, a function of plant and scenario parameters."""
+
+    quantity: Quantity
+    start: Expr = sp.S.Zero
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A part in its assembly.
+
+    Attributes
+    ----------
+    name : str
+        Of the part; begins the names of its parameters, states and steps.
+    values : namespace
+        What stands for the fields of the part.
+    frame : Frame
+        The axes of the hub.
+    """
+
+    name: str
+    values: SimpleNamespace
+    frame: Frame
+
+    def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
+        """Name an expression of the part."""
+        return self.frame.define(f"{self.name}_{name}", expr, f"{self.name}: {title}", unit)
+
+    def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the components of a vector of the part."""
+        return self.frame.vector(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a spacecraft.
+
+    A part of one's own overrides `coordinates` and `aggregates`; the equations follow.
+
+    Parameters
+    ----------
+    name : str
+        Begins the names of its parameters, states, inputs and steps.
+    """
+
+    name: str
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        """Return what stands in expressions for the fields of the part, and declare their parameters."""
+        return parameters.of(self, self.name)
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        """Return what a law commands of the part."""
+        return ()
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Return the degrees of freedom of the part."""
+        return ()
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        """Return what determines the motion of the part; a load has none."""
+        return Aggregates()
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        """Return what acts on the craft from outside by way of the part."""
+        return ()
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        """Return the states of the part with their starts, which are parameters of the scenario."""
+        places = [c.place for c in self.coordinates() if c.place is not None]
+        return tuple(start(q, scenario) for q in (*places, *(c.speed for c in self.coordinates())))
+
+    def contribution(self, at: Mounted) -> Contribution:
+        """Return what the part adds to the equations of the hub."""
+        return contribution(self.aggregates(at), self.coordinates(), at)
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        """Return the rates of the part's states."""
+        places = [c.speed.symbol for c in self.coordinates() if c.place is not None]
+        return (*places, *motion.own)
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        """Return the inputs that act where these are commanded; a part without limits applies what is commanded."""
+        return tuple(commanded)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the part's picture in the axes of the hub."""
+        return ()
+
+
+def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> State:
+    """Return a state that starts at a parameter of the scenario, NAME_0."""
+    meaning = f"{quantity.description} at the start"
+    return State(quantity, scenario.add(f"{quantity.name}_0", default, quantity.unit, meaning, "(-inf, inf)"))
+
+
+def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
+    """Derive what a part adds to the equations of the hub from its aggregates."""
+    frame, w = at.frame, at.frame.rate
+    places = [c.place.symbol if c.place else None for c in coordinates]
+    speeds = [c.speed.symbol for c in coordinates]
+
+    def by(expr: Expr, place: sp.Symbol | None) -> Expr:
+        return sp.S.Zero if place is None else frame.slope(expr, place)
+
+    def along(expr: Expr) -> Expr:
+        """Differentiate along the motion at constant speeds."""
+        return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
+
+    rows, swelling = [], ZERO
+    for i, (q, v) in enumerate(zip(places, speeds, strict=True)):
+        linear, angular, own = of.momentum.diff(v), of.angular.diff(v), of.energy.diff(v)
+        gyro = angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))
+        spin = of.inertia.applyfunc(lambda e, q=q: by(e, q))
+        turned = at.vector(f"JW{i + 1}_", spin * w, f"slope of the inertia by coordinate {i + 1}, times the rate")
+        swelling += turned * v
+        bias = (
+            w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
+        )
+        forces = of.forces[i] if of.forces else sp.S.Zero
+        coupling = tuple(own.diff(other) for other in speeds)
+        rows.append(Row(linear, angular, coupling, forces - bias))
+    load = Load(-of.momentum.applyfunc(along), ZERO, -of.angular.applyfunc(along) - swelling)
+    return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows))

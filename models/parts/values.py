@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of a part: each field becomes parameters of the model, named by the part.
+
+A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A
+number that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of
+a vector or of a tensor is structure: it enters no equation.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, TypeAlias, get_args, get_type_hints
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..quantities import Interval, ModelError, Parameter
+from ..tables import parse_interval
+from .frame import AXES
+
+SOURCE = "assumption: as assembled"
+"""Of a number for which the user names no source."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with what is known of it.
+
+    Parameters
+    ----------
+    default : float
+        In the unit of the field.
+    bounds : str
+        Allowed values, as in "(0, inf)"; those of the field when empty.
+    source : str
+        Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
+    """
+
+    default: float
+    bounds: str = ""
+    source: str = SOURCE
+
+
+Number: TypeAlias = float | Value | sp.Expr
+Vector: TypeAlias = Sequence[Number]
+Tensor: TypeAlias = Sequence[Number] | Sequence[Sequence[Number]]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Form of a field: "scalar", "vector", "direction" or "tensor"; its symbol, unit, meaning and bounds."""
+
+    form: str
+    symbol: str
+    unit: str
+    meaning: str
+    bounds: str = "(-inf, inf)"
+
+
+def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)") -> Kind:
+    """Declare a number; where the field may be None, its terms are left out."""
+    return Kind("scalar", symbol, unit, meaning, bounds)
+
+
+def place(symbol: str, meaning: str) -> Kind:
+    """Declare a point in the axes of the hub, m."""
+    return Kind("vector", symbol, "m", meaning)
+
+
+def vector(symbol: str, unit: str, meaning: str) -> Kind:
+    """Declare three numbers in the axes of the hub."""
+    return Kind("vector", symbol, unit, meaning)
+
+
+def direction(symbol: str, meaning: str) -> Kind:
+    """Declare a direction in the axes of the hub; any length."""
+    return Kind("direction", symbol, "1", meaning)
+
+
+def tensor(symbol: str, meaning: str) -> Kind:
+    """Declare an inertia, kg m^2: three principal moments, or rows of a symmetric matrix."""
+    return Kind("tensor", symbol, "kg m^2", meaning)
+
+
+def kinds(part: object) -> dict[str, Kind]:
+    """Return the declared fields of a part by name."""
+    hints = get_type_hints(type(part), include_extras=True)
+    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
+    return {name: found[0] for name, found in declared.items() if found}
+
+
+class Parameters:
+    """Parameters of an assembly, in the order in which its parts declare them."""
+
+    def __init__(self) -> None:
+        self.quantities: dict[str, Parameter] = {}
+
+    def add(self, name: str, value: float | Value, unit: str, meaning: str, bounds: str) -> sp.Symbol:
+        """Declare a parameter and return its symbol.
+
+        Raises
+        ------
+        ModelError
+            If the number is none, or outside of its bounds.
+        """
+        given = value if isinstance(value, Value) else Value(value)
+        interval: Interval = parse_interval(given.bounds or bounds)
+        if (
+            isinstance(given.default, bool)
+            or not isinstance(given.default, int | float)
+            or given.default not in interval
+        ):
+            raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit}")
+        parameter = Parameter(
+            name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
+            source=given.source,
+        )  # fmt: skip
+        if self.quantities.setdefault(name, parameter) != parameter:
+            raise ModelError(f"parameter {name} is declared twice")
+        return parameter.symbol
+
+    def of(self, part: Any, name: str) -> SimpleNamespace:
+        """Return what stands in expressions for the declared fields of a part.
+
+        Parameters
+        ----------
+        part : dataclass
+            With fields made by `scalar`, `place`, `direction` and `tensor`.
+        name : str
+            Begins the names of its parameters.
+        """
+        fields = kinds(part).items()
+        read = {f: self._read(k, f"{name}_{k.symbol}", getattr(part, f), f"{name}.{f}") for f, k in fields}
+        return SimpleNamespace(**read)
+
+    def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
+        if value is None:
+            return None
+        value = (
+            value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
+        )
+        if kind.form == "scalar":
+            return self._number(kind, name, value, kind.meaning)
+        if kind.form == "tensor":
+            return self._tensor(kind, name, value, where)
+        entries = _entries(value, where, 3)
+        if kind.form == "direction" and (along := _axis(entries)) is not None:
+            return along
+        labels = [f"{name}{axis}" for axis in AXES]
+        result = sp.Matrix(
+            [self._entry(kind, label, entry, axis) for label, entry, axis in zip(labels, entries, AXES, strict=True)]
+        )
+        return _unit(result, where) if kind.form == "direction" else result
+
+    def _number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
+        if isinstance(value, sp.Expr):
+            return value
+        return self.add(name, value, kind.unit, meaning, kind.bounds)
+
+    def _entry(self, kind: Kind, name: str, value: Number, which: str) -> Expr:
+        if value == 0:
+            return sp.S.Zero
+        return self._number(kind, name, value, f"{kind.meaning}, {which}")
+
+    def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
+        rows = sp.zeros(3, 3)
+        if all(isinstance(entry, Sequence) for entry in value):
+            given = [_entries(row, where, 3) for row in _entries(value, where, 3)]
+            for i in range(3):
+                for j in range(i + 1):
+                    if given[i][j] != given[j][i]:
+                        raise ModelError(
+                            f"{where}: entry {i + 1}, {j + 1} differs from {j + 1}, {i + 1}; must be symmetric"
+                        )
+                    label = f"{name}{AXES[j]}{AXES[i]}"
+                    rows[i, j] = rows[j, i] = self._bounded(kind, label, given[i][j], i == j)
+        else:
+            for k, entry in enumerate(_entries(value, where, 3)):
+                rows[k, k] = self._bounded(kind, f"{name}{AXES[k] * 2}", entry, True)
+        return rows
+
+    def _bounded(self, kind: Kind, name: str, value: Number, diagonal: bool) -> Expr:
+        """Declare an entry of an inertia: moments are positive, products have either sign."""
+        bounds = "(0, inf)" if diagonal else "(-inf, inf)"
+        return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
+
+
+def _entries(value: Any, where: str, count: int) -> Sequence[Any]:
+    if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
+        raise ModelError(f"{where} = {value!r}: must be {count} numbers")
+    return list(value)
+
+
+def _axis(entries: Sequence[Any]) -> sp.Matrix | None:
+    """Return the unit vector of a direction along an axis, whatever its length; None for another direction."""
+    nonzero = [k for k in range(3) if entries[k] != 0]
+    if len(nonzero) != 1 or isinstance(entries[nonzero[0]], sp.Expr | Value):
+        return None
+    result = sp.zeros(3, 1)
+    result[nonzero[0]] = 1 if entries[nonzero[0]] > 0 else -1
+    return result
+
+
+def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
+    """Return a direction at length one."""
+    if vector.is_zero_matrix:
+        raise ModelError(f"{where}: must not be zero")
+    return vector / sp.sqrt(vector.dot(vector))
+
+
+def directions(part: Any) -> list[str]:
+    """Return the names of the fields of a part that are directions."""
+    return [name for name, kind in kinds(part).items() if kind.form == "direction"]

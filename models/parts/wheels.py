@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rotors: reaction wheels, balanced."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..quantities import Quantity
+from .part import Aggregates, Coordinate, Mounted, Part
+from .values import Number, Vector, direction, scalar
+
+
+@dataclass(frozen=True)
+class Wheel(Part):
+    """A balanced wheel; its mass and its inertia across the axis are in the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its state is NAME_speed, relative to the hub, its input NAME_torque.
+    axis : three numbers
+        Of rotation; any length.
+    inertia : number
+        About the axis, kg m^2.
+    friction : number, optional
+        Viscous, N m s.
+    torque_limit : number, optional
+        Largest torque of the motor, N m.
+    speed_limit : number, optional
+        Speed beyond which the motor does not accelerate the wheel further, rad/s.
+    """
+
+    axis: Annotated[Vector, direction("a", "axis")]
+    inertia: Annotated[Number, scalar("Js", "kg m^2", "moment of inertia about the axis")]
+    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction", "[0, inf)")] = None
+    torque_limit: Annotated[Number | None, scalar("Tmax", "N m", "largest torque")] = None
+    speed_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest speed")] = None
+
+    @property
+    def speed(self) -> sp.Symbol:
+        """Symbol of the speed relative to the hub, rad/s."""
+        return self.coordinates()[0].speed.symbol
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}"),)
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return (Coordinate(Quantity(f"{self.name}_speed", "rad/s", f"speed of {self.name} relative to the hub")),)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        drag = v.friction * self.speed if v.friction is not None else sp.S.Zero
+        return Aggregates(
+            inertia=v.inertia * v.axis * v.axis.T,
+            angular=v.inertia * self.speed * v.axis,
+            energy=v.inertia * self.speed**2 / 2,
+            forces=(self.inputs()[0].symbol - drag,),
+        )
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        (torque,), v = commanded, at.values
+        result: Expr = torque
+        if v.torque_limit is not None:
+            result = sp.Min(sp.Max(result, -v.torque_limit), v.torque_limit)
+        if v.speed_limit is not None:
+            faster = sp.And(sp.Abs(self.speed) >= v.speed_limit, result * self.speed > 0)
+            result = sp.Piecewise((0, faster), (result, True))
+        return (result,)
