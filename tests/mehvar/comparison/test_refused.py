@@ -40,7 +40,7 @@ def test_a_run_beyond_all_bounds_is_told_without_a_warning(tmp_path: Path) -> No
     """Warnings are errors here: an overflow in a metric, a margin or the picture would be one."""
     folder = tmp_path / "pendulum"
     shutil.copytree(PENDULUM, folder)
-    text, count = re.subn(r'("name": "k_p",[^}]*?"default": )[^,]+', r"\g<1>-1e12", (folder / FILE).read_text())
+    text, count = re.subn(r'("name": "k_p",[^}]*?"default": )[^,]+', r"\g<1>1e200", (folder / FILE).read_text())
     assert count
     (folder / FILE).write_text(sealed(text))
     follows, overlay = consequences(PENDULUM, folder)
