@@ -8,8 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 
-import numpy as np
-
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, bad_value, unknown_name
@@ -92,10 +90,7 @@ def compare_folders(old: Path, new: Path) -> ModelDiff:
 def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
     if not model.differs:
         return model
-    with (
-        working(f"running {model.name}"),
-        np.errstate(all="ignore"),
-    ):  # a run that goes beyond all bounds is told as such
+    with working(f"running {model.name}"):
         follows, overlay = consequences(old, new)
     return replace(model, consequences=follows, overlay=overlay)
 

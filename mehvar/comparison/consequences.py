@@ -102,13 +102,13 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
         return Consequences(
             operations=operations, note="rates, eigenvalues and runs not compared: algebraic states"
         ), None
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # what goes beyond all bounds is told as such
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)
         pairs = moved(_slope(before, old_point), _slope(after, new_point))
         closed = loops(before, after)
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
-    closed_runs, overlay = runs(old, new)
+        closed_runs, overlay = runs(old, new)
     note = "loops not compared: one of the versions has no derivatives of its laws"
     follows = Consequences(
         rates,

@@ -154,6 +154,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
         "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
+        "structures": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--structures", "none")),
     },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),

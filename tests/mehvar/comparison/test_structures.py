@@ -74,7 +74,7 @@ def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_c
     assert (first["variant"], first["status"], others) == ("kind=firm", "changed", [])
     assert compared["notes"] == ["structures, changed by edits that are told here of others: kind=firm,wall=near"]
     (edited,) = [e for e in first["equations"] if e["verdict"] == "changed"]
-    assert [edit["kind"] for edit in edited["edits"]] == ["sign"]
+    assert [edit["says"] for edit in edited["edits"]] == ["-4 became 2"]
     text = project.diff("--structures", "all")[1]
     assert "cart kind=firm: physics CHANGED" in text
 
