@@ -8,7 +8,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs validate mutants soak matrix peers compare sceptic lint setup clean
+CAMPAIGNS := validate mutants soak matrix peers compare sceptic
+
+.PHONY: run test docs lint setup clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -20,7 +22,11 @@ docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
 
-soak: setup
+# what runs outside the suite, and where docs/reference/campaigns.md says what came of it
+$(CAMPAIGNS): setup
+	$(BIN)/python -m tests.campaigns $@ $(MAKE) --no-print-directory campaign-$@
+
+campaign-soak:
 	$(BIN)/pytest -m soak
 	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
@@ -36,30 +42,30 @@ soak: setup
 	rm -rf report/soak.zarr && mkdir -p report
 	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
 
-matrix: setup
+campaign-matrix:
 	$(BIN)/python tests/gates/matrix.py
 
 # without constraints.txt: Basilisk asks for versions of its own
-validate:
+campaign-validate:
 	$(PYTHON) -m venv .venv-validation
 	.venv-validation/bin/python -m pip install --quiet --disable-pip-version-check -e ".[validation]"
 	.venv-validation/bin/python -m tests.validation
 
-mutants: setup
+campaign-mutants:
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[mutants]"
 	$(BIN)/python -m tests.mutants $(if $(MINUTES),--minutes $(MINUTES))
 
-peers: setup
+campaign-peers:
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy polars twine
 	$(BIN)/pytest -m peers
 
 # without constraints.txt, as `validate`
-compare:
+campaign-compare:
 	$(PYTHON) -m venv .venv-compare
 	.venv-compare/bin/python -m pip install --quiet --disable-pip-version-check -e . -r benchmarks/peers/lqr/requirements.txt
 	.venv-compare/bin/python -m benchmarks.compare
 
-sceptic:
+campaign-sceptic:
 	$(PYTHON) -m venv .venv-sceptic
 	.venv-sceptic/bin/python -m pip install --quiet --disable-pip-version-check -c benchmarks/peers/requirements.txt -e . heyoka
 	.venv-sceptic/bin/python -m benchmarks.sceptic

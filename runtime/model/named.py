@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,12 @@ class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
 
     __slots__ = ()  # a misspelt name is an error where it is written too
     names: Sequence[str] = ()
+
+    if TYPE_CHECKING:  # the properties of the names, which a checker cannot know
+
+        def __getattr__(self, name: str) -> Any: ...
+
+        def __setattr__(self, name: str, value: Any) -> None: ...
 
     def __getitem__(self, key: Any) -> Any:
         return self.view(np.ndarray)[self._place(key)]

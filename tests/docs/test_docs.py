@@ -376,7 +376,9 @@ def prose(paragraph: str) -> str:
 
 def programs(text: str) -> list[str]:
     """Return the commands that a text names, each of which must be there."""
-    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    targets = re.findall(
+        r"^(?:campaign-)?([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE
+    )
     there = {
         "python": lambda place: (ROOT / place).is_file(),
         "python -m": lambda name: (ROOT / f"{name.replace('.', '/')}.py").is_file(),

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every campaign of the Makefile is recorded, and the page says what the records say."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests import campaigns
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_campaign_of_the_makefile_is_on_the_page() -> None:
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    listed = re.search(r"^CAMPAIGNS := (.*)$", text, re.MULTILINE)
+    assert listed is not None
+    assert set(listed[1].split()) == campaigns.CAMPAIGNS.keys()
+    assert all(f"\ncampaign-{name}:" in text for name in campaigns.CAMPAIGNS)
+
+
+def test_the_page_says_what_the_records_say() -> None:
+    text = campaigns.PAGE.read_text(encoding="utf-8")
+    assert campaigns.page(text) == text
+
+
+def test_a_campaign_that_fails_is_recorded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("RECORDS", "PAGE"):
+        copy = tmp_path / name
+        copy.write_bytes(getattr(campaigns, name).read_bytes())
+        monkeypatch.setattr(campaigns, name, copy)
+    assert campaigns.main("peers", sys.executable, "-c", "raise SystemExit(3)") == 3
+    result = json.loads((tmp_path / "RECORDS").read_text())["peers"]
+    assert result["outcome"] == "failed, exit 3"
+    assert result["commit"]
+    assert "| failed, exit 3 | 0 |" in (tmp_path / "PAGE").read_text()
+    assert campaigns.main("peers", sys.executable, "-c", "") == 0
+    assert "| passed | 0 |" in (tmp_path / "PAGE").read_text()
