@@ -116,8 +116,9 @@ class Claim:
         if not holding:
             return f"Under none of {many} other readings tried." if many > 1 else "Not under the other reading tried."
         which = f"{len(holding)} of {many} other readings tried" if many > 1 else "the other reading tried"
-        holds = "Does not hold as printed; holds if read otherwise," if self.printed else "Holds"
-        return f"{holds} under {which}: {'; '.join(holding)}."
+        if self.printed:
+            return f"Holds if read otherwise ({len(holding)} of {many} tried): {'; '.join(holding)}."
+        return f"Holds under {which}: {'; '.join(holding)}."
 
     @property
     def expected(self) -> str:

@@ -64,7 +64,7 @@ def test_a_claim_about_the_print_does_not_hold_under_a_reading_of_something_else
     readings = (TriedReading("pounds", "masses in lb", (good,)),)
     claim = Claim("1", "", (bad,), refuted=True, readings=readings, printed=True)
     assert claim.verdict is ClaimVerdict.PRINTED
-    assert claim.outcome.startswith("Does not hold as printed; holds if read otherwise, under the other reading tried")
+    assert claim.outcome == "Holds if read otherwise (1 of 1 tried): pounds: masses in lb."
     assert replace(claim, readings=()).verdict is ClaimVerdict.REFUTED
     assert replace(claim, checks=(good,), refuted=False).verdict is ClaimVerdict.HOLDS
 
