@@ -50,6 +50,9 @@ def _show(manifest: Manifest) -> None:
         rows = [[c.name, " ".join(c.values), c.description] for c in manifest.choices.values()]
         print_entries("choices (the first value is the default)", ["name", "values", "meaning"], rows)
         typer.echo()
+    if manifest.limits:
+        print_entries("limits, at which a run ends", ["message"], [[message] for message in manifest.limits])
+        typer.echo()
     _scenarios(manifest)
     _functions(manifest)
 

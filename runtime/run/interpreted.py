@@ -20,8 +20,8 @@ from mehvar.names import identifier
 
 from ..model.functions import FloatArray, PythonBackend
 from .calls import check_method, jacobian_name
+from .events.margins import Margins
 from .events.watch import Watch
-from .margins import Margins
 from .noise import Draws, Stream
 from .options import FIXED, IMPLICIT, SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
