@@ -147,7 +147,8 @@ def run_batch(
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
-        raise bad_value("resume", resume, "left out: whether it is the same law in Python cannot be told", origin)
+        allowed = f"left out: whether it is the same law in Python cannot be told: {own.untold}"
+        raise bad_value("resume", resume, allowed, origin)
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
@@ -236,9 +237,18 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
                 f"{store} was made with other numerics, whose bits do not mix: {differences}; "
                 "continue it where it was made, or begin another"
             )
+        if name == "law":
+            stored, value = _other_lines(stored, value)
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
         raise InputError(f"{store} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
+
+
+def _other_lines(old: str, new: str) -> tuple[str, str]:
+    """Return the lines that only one of two texts has."""
+    lines = [text.splitlines() for text in (old, new)]
+    first, second = ("\n".join(line for line in one if line not in other) for one, other in (lines, lines[::-1]))
+    return first, second
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
