@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, MehvarError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value, is_shortage
 
 from ..arguments import check_arguments
 from ..model.catalogue import shipped_models
@@ -161,7 +161,9 @@ def run_batch(
     try:
         with store.writing():
             _Filling(store, plan, rule, condition, strict, report).run(source)
-    except MemoryError as error:
+    except (MemoryError, RuntimeError) as error:
+        if not is_shortage(error):
+            raise
         allowed = f"with more memory or fewer threads than {blocks.threads} it goes on"
         what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
         raise OutOfMemoryError(f"{what}: {allowed}") from error

@@ -260,7 +260,7 @@ def test_a_lack_of_memory_stops_cleanly_and_the_rest_follows(pendulum: runtime.M
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 2**28, limits[1]))
     try:
-        with pytest.raises(OutOfMemoryError, match=r"not enough memory for a block of 40000 runs \(Unable to allocate"):
+        with pytest.raises(OutOfMemoryError, match=r"not enough memory for a block of 40000 runs \("):
             run_batch(pendulum, campaign, tmp_path / "runs.zarr", chunk=40_000, threads=1)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limits)
