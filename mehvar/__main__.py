@@ -21,13 +21,15 @@ def main() -> None:
 
 def _run() -> None:
     from mehvar.cli.app import app
-    from mehvar.errors import MehvarError
+    from mehvar.errors import MehvarError, is_shortage
 
     try:
         app()
     except MehvarError as error:
         fail(error, error.exit_status)
-    except MemoryError as error:
+    except (MemoryError, RuntimeError) as error:
+        if not is_shortage(error):
+            raise
         fail(f"not enough memory{f': {error}' if str(error) else ''}", 3)
     except ModuleNotFoundError as error:
         fail(f"the module {error.name} is missing{_how_to_install(error.name or '')}", 2)

@@ -49,6 +49,13 @@ class BuildError(MehvarError, RuntimeError):
     exit_status = 3
 
 
+def is_shortage(error: BaseException) -> bool:
+    """Whether an error says that memory is short: Python has another one where a thread gets none."""
+    return isinstance(error, MemoryError) or (
+        isinstance(error, RuntimeError) and "can't start new thread" in str(error)
+    )
+
+
 def bad_value(field: str, value: object, allowed: str, origin: str = "") -> InputError:
     """Return the error for a value that is not allowed.
 

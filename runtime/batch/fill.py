@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, MehvarError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value, is_shortage
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
@@ -148,7 +148,8 @@ def run_batch(
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
-        raise bad_value("resume", resume, "left out: whether it is the same law in Python cannot be told", origin)
+        allowed = f"left out: whether it is the same law in Python cannot be told: {own.untold}"
+        raise bad_value("resume", resume, allowed, origin)
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
@@ -161,7 +162,9 @@ def run_batch(
     try:
         with store.writing(), KeptInterrupts() as kept:
             _Filling(store, plan, rule, condition, strict, report, kept).run(source)
-    except MemoryError as error:
+    except (MemoryError, RuntimeError) as error:
+        if not is_shortage(error):
+            raise
         allowed = f"with more memory or fewer threads than {blocks.threads} it goes on"
         what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
         raise OutOfMemoryError(f"{what}: {allowed}") from error
@@ -237,9 +240,18 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
                 f"{store} was made with other numerics, whose bits do not mix: {differences}; "
                 "continue it where it was made, or begin another"
             )
+        if name == "law":
+            stored, value = _other_lines(stored, value)
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
         raise InputError(f"{store} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
+
+
+def _other_lines(old: str, new: str) -> tuple[str, str]:
+    """Return the lines that only one of two texts has."""
+    lines = [text.splitlines() for text in (old, new)]
+    first, second = ("\n".join(line for line in one if line not in other) for one, other in (lines, lines[::-1]))
+    return first, second
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:

@@ -12,12 +12,12 @@ import itertools
 import json
 import threading
 import warnings
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, Queue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from mehvar import cache
 from mehvar.errors import InputError, MehvarError
@@ -33,12 +33,14 @@ from .plan import Campaign, Plan
 if TYPE_CHECKING:
     from distributed import Client
 
+T = TypeVar("T")
+
 _AHEAD = 2
 """Blocks per thread of the cluster that are under way: one is computed while the next waits beside it. With one a
 thread is idle while its result travels; more only means more to cancel when a batch ends early."""
-_SILENCE = 10.0
-"""Seconds without a block after which we look which workers are heard of: they let the scheduler hear of them every
-second or two, whatever they compute."""
+_SILENCE = 5.0
+"""Seconds without a block after which we look which workers are heard of; a second look tells. They let the scheduler
+hear of them every second or two, whatever they compute."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
@@ -126,6 +128,7 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
         waiting = iter(missing)
         numbers: dict[Any, int] = {}
         done: Queue[Any] = Queue()
+        watch = _Watch(client)
 
         def submit() -> None:
             for block, runs in itertools.islice(waiting, 1):
@@ -138,9 +141,8 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
             submit()
         try:
             while numbers:
-                future = _next(client, done)
-                block = numbers.pop(future)
-                yield block, *_result(future)
+                future = watch.wait(lambda timeout: done.get(timeout=timeout), Empty)
+                yield numbers.pop(future), *_result(future, watch)
                 submit()
         finally:
             with suppress(Exception):  # a scheduler that is gone cancels nothing
@@ -183,21 +185,31 @@ def _same(bundle: Bundle) -> Bundle:
     return bundle
 
 
-def _next(client: Client, done: Queue[Any]) -> Any:
-    """Return the next future that is done; say meanwhile which workers nobody hears of."""
-    seen, told = _last_seen(client), set[str]()
-    while True:
-        try:
-            return done.get(timeout=_SILENCE)
-        except Empty:
-            before, seen = seen, _last_seen(client)
-            if silent := {worker for worker, at in seen.items() if before.get(worker) == at} - told:
-                told |= silent
-                warnings.warn(
-                    f"no block and no word for {_SILENCE:g} s from {', '.join(sorted(silent))}: end a worker "
-                    "that hangs, and others compute its blocks",
-                    stacklevel=2,
-                )
+class _Watch:
+    """Says which workers nobody hears of while we wait for a block, or for what a worker holds of one."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._told: set[str] = set()
+
+    def wait(self, get: Callable[[float], T], late: type[Exception]) -> T:
+        """Return what `get` does; it is called with a timeout, after which it raises `late`, again and again."""
+        seen: dict[str, float] = {}
+        while True:
+            try:
+                return get(_SILENCE)
+            except late:
+                before, seen = seen, _last_seen(self._client)
+                self._tell({worker for worker, at in seen.items() if before.get(worker) == at})
+
+    def _tell(self, silent: set[str]) -> None:
+        if new := sorted(silent - self._told):
+            warnings.warn(
+                f"no block, and no word for {_SILENCE:g} s from {', '.join(new)}: end a worker that hangs, and others "
+                "compute its blocks",
+                stacklevel=2,
+            )
+        self._told = silent
 
 
 def _last_seen(client: Client) -> dict[str, float]:
@@ -205,11 +217,11 @@ def _last_seen(client: Client) -> dict[str, float]:
     return {worker: about["last_seen"] for worker, about in client.scheduler_info()["workers"].items()}
 
 
-def _result(future: Any) -> tuple[Values, Provenance]:
+def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
     error = future.exception()
     if error is not None:
         raise error
-    result: tuple[Values, Provenance] = future.result()
+    result: tuple[Values, Provenance] = watch.wait(lambda timeout: future.result(timeout=timeout), TimeoutError)
     return result
 
 

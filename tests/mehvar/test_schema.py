@@ -3,16 +3,20 @@
 
 import json
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
-from mehvar.codegen.generate import installed_tree
+from mehvar.codegen.generate import Tree, installed_tree
+from mehvar.errors import MehvarError
 from mehvar.manifest import FILE, manifest_text, read_manifest
+from mehvar.models.tables import read_parameters
 from mehvar.names import identifier
-from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
+from mehvar.schema import Lower, SchemaError, Upper, json_key, parse_toml, plain, read
 
 
 class Pair(NamedTuple):
@@ -94,3 +98,29 @@ def test_a_manifest_is_read_and_written_to_the_byte(model):
 
 def test_names_in_code():
     assert [identifier(name) for name in ("lyapunov-v1", "p sum", "é")] == ["lyapunov_v1", "p_sum", "_"]
+
+
+def test_toml_that_is_nested_too_deeply_is_no_toml():
+    with pytest.raises(tomllib.TOMLDecodeError, match="nested too deeply"):
+        parse_toml(f"a = {'[' * 3000}")
+
+
+def test_every_reader_of_toml_is_ours():
+    """The one of Python ends in RecursionError."""
+    root = Path(__file__).parents[2]
+    files = [path for room in ("mehvar", "runtime", "codegen", "models") for path in (root / room).rglob("*.py")]
+    readers = {
+        path.relative_to(root).as_posix() for path in files if "tomllib.load" in path.read_text(encoding="utf-8")
+    }
+    assert readers == {"mehvar/schema.py"}
+
+
+@pytest.mark.parametrize("name", ["parameters.toml", "scenarios.toml", "plant.toml"])
+def test_a_table_that_is_nested_too_deeply_is_refused_by_its_name(name, tmp_path):
+    (tmp_path / "models" / "deep").mkdir(parents=True)
+    for each in {name, "parameters.toml"}:
+        (tmp_path / "models" / "deep" / each).write_text(f"a = {'[' * 3000}")
+    (tmp_path / "generated").mkdir()
+    (tmp_path / "models" / "deep" / "__init__.py").touch()
+    with pytest.raises(MehvarError, match=f"{name}.*nested too deeply"):
+        read_parameters(tmp_path / "models" / "deep" / name) if name != "plant.toml" else Tree(tmp_path).plant("deep")

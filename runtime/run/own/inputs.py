@@ -21,7 +21,8 @@ from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..options import either
 from ..ticks import fraction
-from .law import LawError, OwnLaw, describe, source
+from .identity import told
+from .law import LawError, OwnLaw, describe
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +50,8 @@ class Signal:
         Until when it is known, s.
     text : str
         Tells it from others, where Python knows its text.
+    untold : str
+        Why it has no such text.
     """
 
     value: Callable[[float], float]
@@ -56,6 +59,7 @@ class Signal:
     instants: FloatArray = field(default_factory=lambda: np.empty(0))
     last: float = np.inf
     text: str = ""
+    untold: str = ""
 
 
 def open_loop(
@@ -116,6 +120,7 @@ def open_loop(
         period=period,
         held=all(signal.held for signal in signals),
         text="\n".join([f"linear = {linear}", *texts]) if all(texts) else "",
+        untold=next((signal.untold for signal in signals if signal.untold), ""),
         instants=np.unique(np.concatenate([signal.instants for signal in signals] or [np.empty(0)])),
     )
 
@@ -147,7 +152,8 @@ class _Inputs:
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
     if callable(value):
-        return Signal(value, held=False, text=source(value))
+        text, untold = told(value)
+        return Signal(value, held=False, text=text, untold=untold)
     if not isinstance(value, tuple | list):
         try:
             constant = number(name, value, origin)

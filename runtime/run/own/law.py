@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-import inspect
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,7 @@ from mehvar.manifest import Controller, Manifest, Quantity
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ..ticks import common_step
+from .identity import told
 from .state import state_type
 
 LawFunction = Callable[..., Any]
@@ -56,7 +55,9 @@ class OwnLaw:
     instants : array, (n,)
         Where inputs over time change their course, s: integration stops at each.
     text : str
-        Its source, where Python knows it.
+        What it is: its source, and what it reads from around it.
+    untold : str
+        Why a law has no such text: what of it cannot be told from another.
     """
 
     controller: Controller
@@ -66,6 +67,7 @@ class OwnLaw:
     held: bool = False
     instants: FloatArray = field(default_factory=lambda: np.empty(0))
     text: str = ""
+    untold: str = ""
 
     def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
         """Return for how long an input is held, None for a continuous loop; and the step in which the loop is stopped.
@@ -125,10 +127,11 @@ def own_law(
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
     quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
-    text = source(function)
+    text, untold = told(function)
     if text:
         text += f"\nmemory = {start.tolist()}"
-    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=text)
+    described = describe(f"python:{name}", title, quantities)
+    return OwnLaw(described, start, caller, period, text=text, untold=untold)
 
 
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
@@ -203,44 +206,6 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
     if len(arrays) != n or any(a.dtype.kind not in "iuf" or a.shape not in ((), runs) for a in arrays):
         return None
     return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64)
-
-
-def source(function: LawFunction) -> str:
-    """Return the text of a function and the numbers that it takes from around it; nothing where that is not all of it.
-
-    Python knows a lambda by its line, which may hold several, and other functions and objects by name only.
-    """
-    if not isinstance(function, FunctionType):
-        return ""
-    try:
-        text, around = inspect.getsource(function), inspect.getclosurevars(function)
-    except (OSError, TypeError, ValueError):
-        return ""
-    values = {
-        **{name: function.__globals__[name] for name in _names(function.__code__) if name in function.__globals__},
-        **around.nonlocals,
-        "defaults": function.__defaults__,
-        "keywords": tuple((function.__kwdefaults__ or {}).values()),
-    }
-    numbers = {name: value for name, value in values.items() if not isinstance(value, ModuleType)}
-    if function.__name__ == "<lambda>" or not all(map(_is_plain, numbers.values())):
-        return ""
-    return f"{text}\n{ {name: np.asarray(value).tolist() for name, value in sorted(numbers.items())} }"
-
-
-def _names(code: CodeType) -> Iterator[str]:
-    """Yield the names that a text uses, in its comprehensions too, which Python keeps as code of their own."""
-    yield from code.co_names
-    for part in code.co_consts:
-        if isinstance(part, CodeType):
-            yield from _names(part)
-
-
-def _is_plain(value: object) -> bool:
-    try:
-        return np.asarray(value).dtype.kind in "biufU" or value is None
-    except (TypeError, ValueError):
-        return False
 
 
 def _said(error: Exception, function: LawFunction) -> str:

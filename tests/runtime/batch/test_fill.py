@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import resource
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -18,10 +19,11 @@ from mehvar.errors import InputError
 from mehvar.manifest import sealed
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
-from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, run_batch
+from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, OutOfMemoryError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
 from mehvar.runtime.batch.statistics import Success
+from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, StoreError, open_store
 
@@ -267,6 +269,44 @@ def test_a_full_disk_stops_cleanly_and_the_rest_follows(
     run_batch(triangle, TRIANGLE, out, resume=True, report=lambda runs, *_: again.append(runs))
     assert again == [16 * len(stored), *(min(16 * k, 60) for k in range(len(stored) + 1, 5))]
     assert contents(out) == contents(tmp_path / "whole.zarr")
+
+
+def test_a_lack_of_memory_stops_cleanly_and_the_rest_follows(pendulum: runtime.Model, tmp_path: Path) -> None:
+    """Of the process's own limit; the block's series alone would take gigabytes."""
+    campaign = Campaign("pd", n=40_000, options={"t_end": 10.0}, save_every=0.01)
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 2**28, limits[1]))
+    try:
+        with pytest.raises(OutOfMemoryError, match=r"not enough memory for a block of 40000 runs \("):
+            run_batch(pendulum, campaign, tmp_path / "runs.zarr", chunk=40_000, threads=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
+    assert OutOfMemoryError.resumable
+    assert open_store(tmp_path / "runs.zarr").stored() == []
+
+
+@pytest.mark.parametrize("kept", [True, False], ids=["whole", "unfinished"])
+def test_a_store_on_a_disk_that_cannot_be_written(
+    triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kept: bool
+) -> None:
+    """There is nothing to write into a whole one."""
+    out, campaign = tmp_path / "runs.zarr", replace(TRIANGLE, n=4, save_every=None)
+    run_batch(triangle, campaign, out)
+    if not kept:
+        (out / "records" / "end.json").unlink()
+    before = contents(out)
+
+    def read_only(*_: object) -> NoReturn:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(store_module, "Lock", read_only)
+    if kept:
+        assert run_batch(triangle, campaign, out, resume=True).stored() == [0]
+    else:
+        with pytest.raises(StoreError, match="Read-only file system"):
+            run_batch(triangle, campaign, out, resume=True)
+    assert contents(out) == before
 
 
 def test_a_stop_rule_ends_at_the_same_run_whatever_was_stored_before(triangle: runtime.Model, tmp_path: Path) -> None:

@@ -173,7 +173,7 @@ def test_a_worker_that_hangs_is_named(
     scheduler: str, client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And the batch goes on when it does."""
-    monkeypatch.setattr(workers, "_SILENCE", 3.0)
+    monkeypatch.setattr(workers, "_SILENCE", 2.0)
     process = worker(scheduler, "hanging", FOLDER=str(tmp_path))
     try:
         address = ""
@@ -186,7 +186,7 @@ def test_a_worker_that_hangs_is_named(
                 process.send_signal(signal.SIGSTOP)
                 threading.Timer(12.0, process.send_signal, [signal.SIGCONT]).start()
 
-        with pytest.warns(UserWarning, match=rf"no block and no word for 3 s from {address}: end a worker that hangs"):
+        with pytest.warns(UserWarning, match=rf"no block, and no word for 2 s from {address}: end a worker that hangs"):
             run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
         assert verify(tmp_path / "runs.zarr").complete
     finally:

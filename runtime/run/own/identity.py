@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a law in Python is: its text, and every value and text that it reads from around it."""
+
+from __future__ import annotations
+
+import dis
+import hashlib
+import inspect
+import sys
+import sysconfig
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType, MemberDescriptorType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
+
+_LOADS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"} | {
+    *("LOAD_FROM_DICT_OR_GLOBALS", "LOAD_FROM_DICT_OR_DEREF"),
+}
+"""Instructions of any Python from 3.11 on that load a name from around a text."""
+_ATTRIBUTES = {"LOAD_ATTR", "LOAD_METHOD"}
+_PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_INSTALLED = {"site-packages", "dist-packages"}
+_STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
+"""Folders of modules that nobody edits between two runs of a batch: those of environments, and of Python."""
+_LONGEST = 200
+"""Characters of a value that are shown; a longer one, as a table of numbers, is shown by its digest."""
+
+
+class UntoldError(Exception):
+    """Something that a law reads and that cannot be told from another; the message names it."""
+
+
+def told(function: Callable[..., Any]) -> tuple[str, str]:
+    """Return the text of a function with what it reads, or else what of it cannot be told from another."""
+    try:
+        return source(function), ""
+    except UntoldError as error:
+        return "", str(error)
+
+
+def source(function: Callable[..., Any]) -> str:
+    """Return the text of a function, and what it reads from around it, a line each.
+
+    Raises
+    ------
+    UntoldError
+        If something that it reads cannot be told from another.
+    """
+    if not isinstance(function, FunctionType | MethodType):
+        raise UntoldError(f"{type(function).__name__} is no function that is defined by a text")
+    try:
+        text = inspect.getsource(function)
+    except (OSError, TypeError) as error:
+        raise UntoldError(f"the text of {function.__name__} is not known") from error
+    if function.__name__ == "<lambda>":
+        raise UntoldError("a lambda is known by its line only")
+    walk = _Walk()
+    try:
+        walk.value(function.__name__, function)
+    except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value yet
+        raise UntoldError(f"what {function.__name__} reads cannot be followed: {error}") from error
+    return "\n".join([text.rstrip("\n"), *walk.lines()])
+
+
+class _Walk:
+    """Everything that can be reached from a function, each once."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, str] = {}
+        self._seen: dict[int, object] = {}
+
+    def lines(self) -> list[str]:
+        return [f"{name} = {text}" for name, text in sorted(self._lines.items())]
+
+    def value(self, name: str, value: Any) -> None:
+        """Add what a name stands for."""
+        if isinstance(value, ModuleType):
+            raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
+        if _is_number(value):
+            self._lines[name] = _shown(value)
+            return
+        if id(value) in self._seen:
+            self._lines.setdefault(name, "as above")
+            return
+        self._seen[id(value)] = value
+        self._object(name, value)
+
+    def _object(self, name: str, value: Any) -> None:
+        owner = value if isinstance(value, type | FunctionType) else type(value)
+        if isinstance(value, list | tuple | set | frozenset):
+            parts = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
+            self._parts(name, type(value).__name__, {f"[{i}]": part for i, part in enumerate(parts)})
+        elif isinstance(value, dict):
+            self._parts(name, "dict", {f"[{key!r}]": part for key, part in value.items() if _is_key(name, key)})
+        elif isinstance(value, MethodType):
+            self.value(f"{name}.__func__", value.__func__)
+            self.value(f"{name}.__self__", value.__self__)
+        elif isinstance(value, BuiltinFunctionType | np.ufunc) or _is_installed(owner):
+            if not isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc) and not _held(value):
+                raise UntoldError(f"{name} is of {owner.__module__}.{owner.__qualname__}, which holds what nobody sees")
+            self._lines[name] = _known_as(value if callable(value) else owner)
+            self._members(name, {} if isinstance(value, type | FunctionType) else _held(value))
+        elif isinstance(value, FunctionType):
+            self._function(name, value)
+        elif isinstance(value, type):
+            self._lines[name] = f"class {value.__qualname__}"
+            for base in value.__bases__:
+                self.value(f"{name}({base.__qualname__})", base)
+            self._members(name, {key: part for key, part in vars(value).items() if key not in _OF_EACH_CLASS})
+        else:
+            self.value(f"{name}.__class__", type(value))
+            self._members(name, _held(value))
+
+    def _parts(self, name: str, kind: str, parts: Mapping[str, Any]) -> None:
+        self._lines[name] = f"{kind} of {len(parts)}"
+        for key, part in parts.items():
+            self.value(f"{name}{key}", part)
+
+    def _members(self, name: str, members: Mapping[str, Any]) -> None:
+        for key, part in members.items():
+            if isinstance(part, MemberDescriptorType):  # of __slots__, which each object fills
+                continue
+            inner = getattr(part, "__func__", None) or getattr(part, "fget", None) or part
+            self.value(f"{name}.{key}", inner)
+
+    def _function(self, name: str, function: FunctionType) -> None:
+        self._lines[name] = f"def {function.__qualname__}, code {_digest(_code(function.__code__))}"
+        defaults = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__}
+        self._members(name, {key: value for key, value in defaults.items() if value})
+        cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+        for path in dict.fromkeys(_reads(function.__code__)):
+            self._read(name, path, function, cells)
+
+    def _read(self, where: str, path: tuple[str, ...], function: FunctionType, cells: Mapping[str, Any]) -> None:
+        first, *rest = path
+        if first in cells:
+            value, name = cells[first].cell_contents, f"{where}: {first}"
+        elif first in function.__globals__:
+            value, name = function.__globals__[first], f"{function.__module__}.{first}"
+        else:
+            return  # of Python itself, or a name that the text has for itself
+        while isinstance(value, ModuleType) and rest:
+            if _is_installed_module(value):
+                self._lines[f"{value.__name__}.{'.'.join(rest)}"] = _version(value)
+                return
+            name, value = f"{value.__name__}.{rest[0]}", getattr(value, rest.pop(0), None)
+        if isinstance(value, ModuleType) and _is_installed_module(value):
+            self._lines[value.__name__] = _version(value)
+            return
+        self.value(name, value)
+
+
+_OF_EACH_CLASS = frozenset(
+    ("__module__", "__dict__", "__weakref__", "__doc__", "__qualname__", "__annotations__", "__static_attributes__")
+) | {"__firstlineno__", "__dataclass_fields__", "__dataclass_params__", "__match_args__", "__slots__"}
+
+
+def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
+    """Yield the names that a text loads from around it, each with the attributes that it takes of it at once.
+
+    Raises
+    ------
+    UntoldError
+        If it imports, or writes what others read.
+    """
+    path: tuple[str, ...] = ()
+    for step in dis.get_instructions(code):
+        if path and step.opname in _ATTRIBUTES:
+            path = (*path, str(step.argval))
+            continue
+        if path:
+            yield path
+        if step.opname == "IMPORT_NAME" and not _imports_installed(str(step.argval)):
+            raise UntoldError(f"{code.co_name} imports {step.argval} while it runs: import it outside of it")
+        if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
+            raise UntoldError(f"{code.co_name} sets the global {step.argval}: a law keeps numbers in its memory")
+        path = (str(step.argval),) if step.opname in _LOADS else ()
+    if path:
+        yield path
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            yield from _reads(part)
+
+
+def _code(code: CodeType) -> str:
+    """Return what a text does, without the lines and the file in which it stands."""
+    constants = [_code(c) if isinstance(c, CodeType) else _canonical(c) for c in code.co_consts]
+    names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
+    flags = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    return repr((sys.version_info[:2], code.co_code.hex(), constants, names, flags))
+
+
+def _canonical(value: object) -> str:
+    return f"set {sorted(map(repr, value))}" if isinstance(value, frozenset) else repr(value)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, _PLAIN) or (isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "biufcUS")
+
+
+def _shown(value: Any) -> str:
+    array = isinstance(value, np.ndarray)
+    text = f"array {value.dtype} {value.shape} {value.tolist()}" if array else f"{type(value).__name__} {value!r}"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 4]}... {_digest(text)}"
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _is_key(name: str, key: object) -> bool:
+    if not isinstance(key, (*_PLAIN, tuple)):
+        raise UntoldError(f"{name} has the key {key!r}, which is no number and no text")
+    return True
+
+
+def _held(value: object) -> Mapping[str, Any]:
+    """Return the attributes that an object has itself."""
+    slots = [name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ())]
+    return {**{name: getattr(value, name) for name in slots if hasattr(value, name)}, **getattr(value, "__dict__", {})}
+
+
+def _is_installed(owner: Any) -> bool:
+    module = sys.modules.get(owner.__module__)
+    return module is not None and _is_installed_module(module)
+
+
+def _is_installed_module(module: ModuleType) -> bool:
+    file = getattr(module, "__file__", None)
+    if module.__name__.partition(".")[0] == "mehvar":
+        return True
+    if file is None:
+        return module.__name__ in sys.builtin_module_names or module.__name__ in sys.stdlib_module_names
+    path = Path(file).resolve()
+    return not _INSTALLED.isdisjoint(path.parts) or any(path.is_relative_to(folder) for folder in _STANDARD)
+
+
+def _imports_installed(name: str) -> bool:
+    module = sys.modules.get(name)
+    return name in sys.stdlib_module_names or (module is not None and _is_installed_module(module))
+
+
+def _known_as(value: Any) -> str:
+    module = str(getattr(value, "__module__", None) or type(value).__module__)
+    name = getattr(value, "__qualname__", None) or getattr(value, "__name__", type(value).__qualname__)
+    return f"{module}.{name} {_version(sys.modules.get(module))}".rstrip()
+
+
+def _version(module: ModuleType | None) -> str:
+    """Return the version of what an installed module is of."""
+    package = sys.modules.get(module.__name__.partition(".")[0]) if module is not None else None
+    return str(getattr(package, "__version__", f"Python {sys.version_info[0]}.{sys.version_info[1]}"))

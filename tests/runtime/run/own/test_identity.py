@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The identity of a law in Python: whatever it reads from the user's modules changes it, or it has none."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from mehvar import runtime
+from mehvar.errors import InputError
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.run.own.identity import told
+from mehvar.runtime.run.own.law import own_law
+
+GAINS = """
+from types import SimpleNamespace
+import numpy as np
+K = 2.0
+TABLE = {"soft": [1.0, 2.0], "hard": (np.arange(3.0), {4.0})}
+PLACES = SimpleNamespace(low=1.0)
+class Gains:
+    factor = 2.0
+    def __init__(self, k):
+        self.k = k
+    @property
+    def doubled(self):
+        return self.factor * self.k
+    @staticmethod
+    def offset():
+        return 0.25
+own = Gains(1.0)
+def helper(x, scale=2.0, *, shift=0.5):
+    return scale * deeper(x) + shift
+def deeper(x):
+    return K * x
+def scaled(k):
+    return lambda x: k * x
+one, two = scaled(1.0), scaled(2.0)
+"""
+LAWS = """
+import math
+import numpy as np
+import gains
+from gains import K as COPY, helper, own, one, two
+import package.inner
+MINE = 3.0
+class Base:
+    slope = 1.0
+class Law(Base):
+    level = 4.0
+    def u(self, t, x):
+        return [self.slope * self.level * x[0]]
+law_object = Law()
+def module(t, x): return [gains.K * x[0]]
+def inner(t, x): return [package.inner.DEEP * x[0]]
+def table(t, x): return [gains.TABLE["hard"][0][1] * x[0]]
+def place(t, x): return [gains.PLACES.low * x[0]]
+def copied(t, x): return [COPY * x[0]]
+def mine(t, x): return [sum(MINE * angle for angle in [x[0]]) + math.sin(np.pi)]
+def called(t, x): return [helper(x[0])]
+def instance(t, x): return [own.doubled * x[0] + own.offset()]
+def default(t, x, k=5.0, *, j=6.0): return [k * j * x[0]]
+def closures(t, x): return [one(x[0]) + two(x[0])]
+def lazy(t, x):
+    import math
+    return [math.sin(x[0]) * gains.K]
+method = law_object.u
+def around(k):
+    def law(t, x):
+        def within():
+            return k * x[0]
+        return [within()]
+    return law
+closed = around(7.0)
+def whole(t, x): return [vars(gains)["K"] * x[0]]
+def dynamic(t, x): return [getattr(gains, "K") * x[0]]
+def imports(t, x):
+    import gains
+    return [gains.K * x[0]]
+def writes(t, x):
+    global MINE
+    MINE = MINE + 1
+    return [MINE * x[0]]
+generator = np.random.default_rng(1)
+def random(t, x): return [generator.normal() * x[0]]
+"""
+CHANGES: dict[str, list[tuple[str, str, str]]] = {
+    "module": [("gains", "K = 2.0", "K = 3.0")],
+    "inner": [("package/inner", "DEEP = 1.0", "DEEP = 2.0")],
+    "table": [
+        ("gains", "[1.0, 2.0]", "[1.0, 2.5]"), ("gains", "{4.0}", "{4.5}"), ("gains", "arange(3.0)", "arange(4.0)"),
+    ],
+    "place": [("gains", "low=1.0", "low=2.0")],
+    "copied": [("gains", "K = 2.0", "K = 3.0")],
+    "mine": [("laws", "MINE = 3.0", "MINE = 4.0")],
+    "called": [
+        ("gains", "K = 2.0", "K = 3.0"), ("gains", "scale=2.0", "scale=3.0"), ("gains", "shift=0.5", "shift=0.6"),
+        ("gains", "K * x", "K + x"),
+    ],
+    "instance": [
+        ("gains", "factor = 2.0", "factor = 3.0"), ("gains", "Gains(1.0)", "Gains(2.0)"),
+        ("gains", "self.factor *", "self.factor +"), ("gains", "return 0.25", "return 0.5"),
+    ],
+    "default": [("laws", "k=5.0", "k=5.5"), ("laws", "j=6.0", "j=6.5")],
+    "closures": [("gains", "scaled(1.0)", "scaled(1.5)"), ("gains", "scaled(2.0)", "scaled(2.5)")],
+    "lazy": [("gains", "K = 2.0", "K = 3.0")],
+    "method": [("laws", "slope = 1.0", "slope = 2.0"), ("laws", "level = 4.0", "level = 5.0")],
+    "closed": [("laws", "around(7.0)", "around(8.0)")],
+}  # fmt: skip
+"""What each law reads, in the text of a module, and what it is changed to."""
+UNTOLD = {
+    "whole": "the module laws.gains is used as a whole",
+    "dynamic": "the module laws.gains is used as a whole",
+    "imports": "imports imports gains while it runs",
+    "writes": "writes sets the global MINE",
+    "random": "laws.generator is of numpy.random",
+}
+TEXTS = {"gains": GAINS, "laws": LAWS, "package/__init__": "", "package/inner": "DEEP = 1.0\n"}
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    (tmp_path / "package").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    yield tmp_path
+    forget()
+
+
+def forget() -> None:
+    for name in ("gains", "laws", "package", "package.inner"):
+        sys.modules.pop(name, None)
+
+
+def laws(project: Path, changed: str = "", old: str = "", new: str = "") -> ModuleType:
+    """Import the modules as a new process would."""
+    forget()
+    for name, text in TEXTS.items():
+        assert name != changed or old in text
+        (project / f"{name}.py").write_text(text.replace(old, new) if name == changed else text)
+    importlib.invalidate_caches()
+    return importlib.import_module("laws")
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_whatever_a_law_reads_from_modules_of_the_user_changes_it(name: str, project: Path) -> None:
+    before, why = told(getattr(laws(project), name))
+    assert before, why
+    assert told(getattr(laws(project), name))[0] == before, "the same modules in another process"
+    for place, old, new in CHANGES[name]:
+        assert told(getattr(laws(project, place, old, new), name))[0] not in ("", before), (place, new)
+    assert (
+        told(getattr(laws(project, "gains", "import numpy as np", "import numpy as np\nUNREAD = 1"), name))[0] == before
+    )
+
+
+@pytest.mark.parametrize("name", UNTOLD)
+def test_what_cannot_be_told_is_named(name: str, project: Path) -> None:
+    text, why = told(getattr(laws(project), name))
+    assert text == ""
+    assert UNTOLD[name] in why
+
+
+def test_a_number_that_is_set_while_python_runs_counts_too(project: Path) -> None:
+    module = laws(project)
+    before = told(module.module)
+    module.gains.K = 9.0
+    assert told(module.module) != before
+
+
+def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, project: Path) -> None:
+    def batch(module: ModuleType, name: str, **more: Any) -> None:
+        vary = {"angle": "uniform(-0.1, 0.1)"}
+        campaign = Campaign(f"python:{name}", n=8, vary=vary, options={"t_end": 0.2})
+        own = own_law(getattr(module, name), pendulum.manifest, 0.05, None, "the call")
+        run_batch(pendulum, campaign, project / "runs.zarr", own=own, **more)
+
+    batch(laws(project), "module", chunk=4)
+    (project / "runs.zarr" / "records" / "1.json").unlink()
+    with pytest.raises(InputError, match=r"law = 'gains.K = float 2.0', not 'gains.K = float 3.0'"):
+        batch(laws(project, "gains", "K = 2.0", "K = 3.0"), "module", resume=True)
+    with pytest.raises(InputError, match=r"cannot be told: the module laws.gains is used as a whole"):
+        batch(laws(project), "whole", resume=True)
