@@ -5,7 +5,8 @@ A cell is where every branching node goes one way. There both sides are smooth, 
 they are equal; what is left is to find the cells. Along lines through ordinary points every place is found where a
 condition changes, and a point on either side of it and between it and the next one is visited: between the old and
 the new place of a threshold that was moved by however little. Ways, and pairs of ways, that no such point has are
-looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided.
+looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided. A cell in which
+the field cannot tell, as where arcs undo their functions, is decided by many points on lines through its inside.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import itertools
 import random
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -79,13 +80,13 @@ _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PATTERNS = 4000
 """Ways in which branching nodes go together that are looked at with 50 digits."""
 _MOST_STEPS = 128
-"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary points.
-Each costs a comparison in the field."""
+"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary
+points. Each costs a comparison in the field."""
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _TOLD = 64
-"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there are
-ordinary ones, see `_BRANCHED` in `judge`."""
+"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there
+are ordinary ones, see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Of these points on one line at most, so that they lie on sixteen lines or more."""
 _MOST_INSIDE = 12
@@ -112,7 +113,7 @@ class Outcome:
 
 @dataclass
 class _Inside:
-    """A joint state whose two sides the field cannot tell to be equal: where it was met, and where both sides agreed."""
+    """A joint state whose two sides the field cannot tell to be equal: where it was met, and how often both agreed."""
 
     at: Point
     lines: set[int] = field(default_factory=set)
@@ -364,9 +365,9 @@ class Cells:
         members = []
         for k in np.nonzero(defined)[0]:
             pattern = table[k].tobytes()
-            if pattern not in self._cell and self._is_wanted(pattern):
-                if outcome := self._judge(_row(point, k), pattern):
-                    return outcome
+            is_new = pattern not in self._cell and self._is_wanted(pattern)
+            if is_new and (outcome := self._judge(_row(point, k), pattern)):
+                return outcome
             if inside is not None and self._cell.get(pattern) == inside:
                 members.append(k)
         for k in self._draw.sample(members, min(len(members), _OF_A_LINE)):
@@ -662,9 +663,9 @@ class Cells:
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
         names = " with ".join(self._text(node) for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a joint state of"
-        return Outcome(
-            None, f"equal at {self._points} points, but {before}{state} {names} was neither reached nor excluded"
-        )
+        met = [inside.points for told, inside in self._insides.items() if told.issuperset(ways)]
+        what = f"was compared at {sum(met)} points only" if met else "was neither reached nor excluded"
+        return Outcome(None, f"equal at {self._points} points, but {before}{state} {names} {what}")
 
     def _text(self, node: int) -> str:
         """Return the expression that branches, or its beginning."""
@@ -672,9 +673,12 @@ class Cells:
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
+        told = [inside.points for state, inside in self._insides.items() if state in self._states]
+        compared = (
+            f"; {len(told)} of them compared at {min(told)} points with {reals.DIGITS} digits or more" if told else ""
+        )
         return Outcome(
-            True,
-            f"{self.points}; each joint state in which they may differ was reached or is excluded",
+            True, f"{self.points}; each joint state in which they may differ was reached or is excluded{compared}"
         )
 
 
