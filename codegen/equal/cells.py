@@ -57,9 +57,9 @@ _TRIES = 40
 """Lines on which one missing way or pair of ways is looked for: each name of a condition comes up a few times."""
 _MOST_MISSING = 400
 """Ways and pairs that are looked for or proved impossible, one after the other; beyond, the answer is "undecided"."""
-_WORK = 60_000_000
-"""Values of nodes in double that one question may cost, about one second. Half as many leave more undecided, twice as
-many take twice the time where nothing can be found."""
+_WORK = 180_000_000
+"""Values of nodes in double that one question may cost, about three seconds. A third leaves some windows undecided that
+are products of two inside arcs, twice as many take twice the time where nothing can be found."""
 _MOST_JOINT = 300_000
 """Nodes of all joint states that are compared in the field: about ten seconds. Half as many leave one saturation less
 of a product or sum of rearranged ones decided here."""
@@ -82,6 +82,8 @@ _MOST_PATTERNS = 4000
 _MOST_STEPS = 128
 """Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary
 points. Each costs a comparison in the field."""
+_FAR = 1e9
+"""Size of a number beyond which no line starts if it need not: a thousand times what is drawn."""
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _TOLD = 64
@@ -253,9 +255,17 @@ class Cells:
             if outcome := self._visit(line):
                 return outcome
             base = starts if number % _LINES == _LINES - 1 else line
-            k = self._draw.randrange(len(base[name])) if len(base[name]) else 0
-            here = _row(base, k) if len(base[name]) else here
+            here = _row(base, self._chosen(base, range(len(base[name])))) if len(base[name]) else here
         return self._look_inside()
+
+    def _chosen(self, columns: Mapping[str, Array], among: Sequence[int]) -> int:
+        """Return the number of a point from which the next line starts."""
+        return self._draw.choice(self._near(columns, among))
+
+    def _near(self, columns: Mapping[str, Array], among: Sequence[int]) -> Sequence[int]:
+        """Return the points that are not far out, where rounding swallows the rest, if there are any."""
+        far = np.max(np.abs([*columns.values()]), axis=0, initial=0.0)
+        return [k for k in among if far[k] <= _FAR] or among
 
     def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
         """Return points along a name: beside every place where a condition changes, and between these places.
@@ -344,7 +354,7 @@ class Cells:
         old, new = (np.broadcast_to(np.asarray(found[root], dtype=float), count) for root in self._roots)
         sizes = doubles.apart(old, new)[0]
         worst = np.argsort(sizes)[-8:]
-        for k in worst[sizes[worst] > 0][::-1]:
+        for k in map(int, worst[sizes[worst] > 0][::-1]):
             if outcome := self._judge(_row(point, k)):
                 return outcome
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
@@ -363,13 +373,14 @@ class Cells:
     ) -> Outcome | None:
         """Judge points at which nodes go together as at none before, and some of those inside a joint state."""
         members = []
-        for k in np.nonzero(defined)[0]:
+        for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
             is_new = pattern not in self._cell and self._is_wanted(pattern)
             if is_new and (outcome := self._judge(_row(point, k), pattern)):
                 return outcome
             if inside is not None and self._cell.get(pattern) == inside:
                 members.append(k)
+        members = self._near(point, members)
         for k in self._draw.sample(members, min(len(members), _OF_A_LINE)):
             here = _row(point, k)
             self._insides[inside].at = here  # type: ignore[index]
@@ -643,7 +654,7 @@ class Cells:
                 continue
             score = self._score(possible[number // len(self._names) % len(possible)], line)
             best = np.nonzero(score == np.max(score))[0]
-            here = _row(line, int(best[self._draw.randrange(len(best))]))
+            here = _row(line, self._chosen(line, [*map(int, best)]))
         return self._look_inside()
 
     def _score(self, required: Sequence[Atom], line: Mapping[str, Array]) -> Array:
