@@ -380,8 +380,8 @@ class Cells:
                 return outcome
             if inside is not None and self._cell.get(pattern) == inside:
                 members.append(k)
-        members = self._near(point, members)
-        for k in self._draw.sample(members, min(len(members), _OF_A_LINE)):
+        near = self._near(point, members)
+        for k in self._draw.sample(near, min(len(near), _OF_A_LINE)):
             here = _row(point, k)
             self._insides[inside].at = here  # type: ignore[index]
             if outcome := self._judge(here):
