@@ -22,8 +22,8 @@ _PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
 def scale(versions: Versions, old: Item, new: Item) -> str:
     """Return by what an implicit equation was multiplied, in words; empty if it was not.
 
-    A number, or a power of a positive name times a number, never makes more zeros; neither does what is never zero, where
-    it has a value.
+    A number, or a power of a positive name times a number, never makes more zeros; neither does what is never zero,
+    where it has a value.
     """
     words = _scale(versions, old, new)
     sides = (versions.before, old.root), (versions.across, new.root)

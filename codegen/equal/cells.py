@@ -5,7 +5,8 @@ A cell is where every branching node goes one way. There both sides are smooth, 
 they are equal; what is left is to find the cells. Along lines through ordinary points every place is found where a
 condition changes, and a point on either side of it and between it and the next one is visited: between the old and
 the new place of a threshold that was moved by however little. Ways, and pairs of ways, that no such point has are
-looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided.
+looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided. A cell in which
+the field cannot tell, as where arcs undo their functions, is decided by many points on lines through its inside.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import itertools
 import random
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -56,9 +57,9 @@ _TRIES = 40
 """Lines on which one missing way or pair of ways is looked for: each name of a condition comes up a few times."""
 _MOST_MISSING = 400
 """Ways and pairs that are looked for or proved impossible, one after the other; beyond, the answer is "undecided"."""
-_WORK = 60_000_000
-"""Values of nodes in double that one question may cost, about one second. Half as many leave more undecided, twice as
-many take twice the time where nothing can be found."""
+_WORK = 180_000_000
+"""Values of nodes in double that one question may cost, about three seconds. A third leaves some windows undecided that
+are products of two inside arcs, twice as many take twice the time where nothing can be found."""
 _MOST_JOINT = 300_000
 """Nodes of all joint states that are compared in the field: about ten seconds. Half as many leave one saturation less
 of a product or sum of rearranged ones decided here."""
@@ -79,13 +80,15 @@ _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PATTERNS = 4000
 """Ways in which branching nodes go together that are looked at with 50 digits."""
 _MOST_STEPS = 128
-"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary points.
-Each costs a comparison in the field."""
+"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary
+points. Each costs a comparison in the field."""
+_FAR = 1e9
+"""Size of a number beyond which no line starts if it need not: a thousand times what is drawn."""
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _TOLD = 64
-"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there are
-ordinary ones, see `_BRANCHED` in `judge`."""
+"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there
+are ordinary ones, see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Of these points on one line at most, so that they lie on sixteen lines or more."""
 _MOST_INSIDE = 12
@@ -112,7 +115,7 @@ class Outcome:
 
 @dataclass
 class _Inside:
-    """A joint state whose two sides the field cannot tell to be equal: where it was met, and where both sides agreed."""
+    """A joint state whose two sides the field cannot tell to be equal: where it was met, and how often both agreed."""
 
     at: Point
     lines: set[int] = field(default_factory=set)
@@ -252,9 +255,17 @@ class Cells:
             if outcome := self._visit(line):
                 return outcome
             base = starts if number % _LINES == _LINES - 1 else line
-            k = self._draw.randrange(len(base[name])) if len(base[name]) else 0
-            here = _row(base, k) if len(base[name]) else here
+            here = _row(base, self._chosen(base, range(len(base[name])))) if len(base[name]) else here
         return self._look_inside()
+
+    def _chosen(self, columns: Mapping[str, Array], among: Sequence[int]) -> int:
+        """Return the number of a point from which the next line starts."""
+        return self._draw.choice(self._near(columns, among))
+
+    def _near(self, columns: Mapping[str, Array], among: Sequence[int]) -> Sequence[int]:
+        """Return the points that are not far out, where rounding swallows the rest, if there are any."""
+        far = np.max(np.abs([*columns.values()]), axis=0, initial=0.0)
+        return [k for k in among if far[k] <= _FAR] or among
 
     def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
         """Return points along a name: beside every place where a condition changes, and between these places.
@@ -343,7 +354,7 @@ class Cells:
         old, new = (np.broadcast_to(np.asarray(found[root], dtype=float), count) for root in self._roots)
         sizes = doubles.apart(old, new)[0]
         worst = np.argsort(sizes)[-8:]
-        for k in worst[sizes[worst] > 0][::-1]:
+        for k in map(int, worst[sizes[worst] > 0][::-1]):
             if outcome := self._judge(_row(point, k)):
                 return outcome
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
@@ -362,14 +373,15 @@ class Cells:
     ) -> Outcome | None:
         """Judge points at which nodes go together as at none before, and some of those inside a joint state."""
         members = []
-        for k in np.nonzero(defined)[0]:
+        for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
-            if pattern not in self._cell and self._is_wanted(pattern):
-                if outcome := self._judge(_row(point, k), pattern):
-                    return outcome
+            is_new = pattern not in self._cell and self._is_wanted(pattern)
+            if is_new and (outcome := self._judge(_row(point, k), pattern)):
+                return outcome
             if inside is not None and self._cell.get(pattern) == inside:
                 members.append(k)
-        for k in self._draw.sample(members, min(len(members), _OF_A_LINE)):
+        near = self._near(point, members)
+        for k in self._draw.sample(near, min(len(near), _OF_A_LINE)):
             here = _row(point, k)
             self._insides[inside].at = here  # type: ignore[index]
             if outcome := self._judge(here):
@@ -642,7 +654,7 @@ class Cells:
                 continue
             score = self._score(possible[number // len(self._names) % len(possible)], line)
             best = np.nonzero(score == np.max(score))[0]
-            here = _row(line, int(best[self._draw.randrange(len(best))]))
+            here = _row(line, self._chosen(line, [*map(int, best)]))
         return self._look_inside()
 
     def _score(self, required: Sequence[Atom], line: Mapping[str, Array]) -> Array:
@@ -662,9 +674,9 @@ class Cells:
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
         names = " with ".join(self._text(node) for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a joint state of"
-        return Outcome(
-            None, f"equal at {self._points} points, but {before}{state} {names} was neither reached nor excluded"
-        )
+        met = [inside.points for told, inside in self._insides.items() if told.issuperset(ways)]
+        what = f"was compared at {sum(met)} points only" if met else "was neither reached nor excluded"
+        return Outcome(None, f"equal at {self._points} points, but {before}{state} {names} {what}")
 
     def _text(self, node: int) -> str:
         """Return the expression that branches, or its beginning."""
@@ -672,9 +684,12 @@ class Cells:
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
+        told = [inside.points for state, inside in self._insides.items() if state in self._states]
+        compared = (
+            f"; {len(told)} of them compared at {min(told)} points with {reals.DIGITS} digits or more" if told else ""
+        )
         return Outcome(
-            True,
-            f"{self.points}; each joint state in which they may differ was reached or is excluded",
+            True, f"{self.points}; each joint state in which they may differ was reached or is excluded{compared}"
         )
 
 

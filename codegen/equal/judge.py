@@ -4,7 +4,8 @@
 From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
 place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches are fixed.
 Without branches, different values in the field show that expressions differ. What is called equal with branches has
-had every way, and every pair of ways, reached or excluded.
+had every way, and every pair of ways, reached or excluded; where the field cannot tell that both sides are equal in a
+cell, its inside was compared at as many points as any expression is.
 """
 
 from __future__ import annotations

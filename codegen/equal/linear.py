@@ -77,9 +77,7 @@ def _tightest(rows: Sequence[Row]) -> list[Row]:
         key = frozenset((node, value / lead) for node, value in form.items() if node != _ONE)
         bound = form.get(_ONE, Fraction(0)) / lead, not strict
         best[key] = min(best.get(key, bound), bound)
-    return [
-        ({**dict(key), **({_ONE: value} if value else {})}, not weak) for key, (value, weak) in best.items()
-    ]
+    return [({**dict(key), **({_ONE: value} if value else {})}, not weak) for key, (value, weak) in best.items()]
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:

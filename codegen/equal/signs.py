@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the sign of an expression says of the signs of its parts.
 
-A product is positive where an even number of its factors is negative, a difference of squares where one of two linear
-factors is, `sqrt(Q) - k` where `k` is negative or `Q - k^2` is positive, a minimum where each of its operands is. What is
-written as one condition on one side, and as several on the other, becomes the same signs.
+A product is positive where an even number of its factors is negative, `sqrt(Q) - k` where `k` is negative or `Q - k^2`
+is positive, a minimum where each of its operands is. What is written as one condition on one side, and as several on
+the other, becomes the same signs.
 """
 
 from __future__ import annotations

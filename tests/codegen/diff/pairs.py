@@ -18,6 +18,7 @@ import sympy as sp
 
 from mehvar.codegen.diff import Document
 from mehvar.manifest import Advice, Choice, Manifest, Output, Quantity, read_manifest
+from tests.codegen.diff import windows
 from tests.codegen.diff.documents import document
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -460,5 +461,6 @@ GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "steps": _steps,
     "implicit": _implicit,
     "ordinary": _ordinary,
+    **windows.GROUPS,
     "manifest": _manifests,
 }  # fmt: skip

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairs of documents with the answer that a person would give."""
 
+import re
 from collections import Counter
 
 import pytest
@@ -60,6 +61,24 @@ def test_the_root_of_a_square_is_not_its_base(number):
     meaning = Meaning(pool, lambda _: None)
     sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.sqrt(sp.expand((a + b) ** 2)), a + b)]
     assert Judge(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
+
+
+@pytest.mark.parametrize("number", range(24))
+def test_the_quadrant_of_an_arc_counts(number):
+    """In the field an arc has its angle by a root, whose sign is one of chance, too."""
+    a, b = sp.symbols(f"a{number} b{number}", real=True)
+    pool = Pool()
+    meaning = Meaning(pool, lambda _: None)
+    sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.atan2(b, a), sp.atan(b / a))]
+    assert not Judge(pool, lambda _: False, PointSampler({}, frozenset())).same_in_field(*sides)
+
+
+def test_what_the_field_cannot_tell_says_at_how_many_points_it_was_compared():
+    window = "(a > 1) & (a < Rational('1.0001'))"
+    old, new = (document(f"f: Piecewise(({part}, {window}), (x, True))") for part in ("acos(cos(a))", "a"))
+    comparison = compare(old, new)
+    assert not comparison.differs
+    assert re.search(r"; 1 of them compared at (6[4-9]|7\d) points with 50 digits or more", comparison["f"].how)
 
 
 @pytest.mark.parametrize("part", range(4))

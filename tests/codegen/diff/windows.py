@@ -90,7 +90,7 @@ UNDONE: tuple[tuple[str, str, str, float, float], ...] = (
     ("{x} - floor({x})", "{x}", "{x}", 0, 1),
     ("acos(cos({a} - {b}))", "{a} - {b}", "({a} - {b})", 0, pi),
 )
-"""Two expressions that are equal where a third one lies within a range, and different beyond either end or one of them."""
+"""Two expressions that are equal where a third one lies within a range, and different beyond its lower end."""
 
 ALWAYS: tuple[tuple[str, str], ...] = (
     ("log(exp({a}))", "{a}"),

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The signs of parts give the sign of the whole, and only it; bounds of functions hold their values."""
+
+import random
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+from mehvar.codegen.equal import intervals, linear
+from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equal.reals import RealWorld
+from mehvar.codegen.equal.signs import Signs
+from mehvar.codegen.ledger.sides import Sides
+
+x, y, k = sp.symbols("x y k", real=True)
+m = sp.Symbol("m", positive=True)
+f = sp.acos(sp.cos(x))
+BOUNDS = {"m": (Fraction(0), None)}
+WHOLES = [
+    (f - 1) * (2 - f),
+    (f - 1) ** 2 - sp.Rational(1, 4),
+    9 * (x - y) ** 2 - (x + 1) ** 4 * 25,
+    sp.sqrt(x**2 + y**2) - k,
+    k - 2 * sp.sqrt(x**2 + y**2),
+    sp.sqrt(m) - y,
+    sp.Max(x, y, k) - 1,
+    1 - sp.Max(x, sp.Min(y, k)),
+    sp.Min(x - 1, 2 - y) * m,
+    sp.Abs(f - 1) - sp.Rational(1, 10),
+    sp.log(m) - x,
+    y - 2 * sp.log(m),
+    -3 * x * sp.exp(y) * (x - k) * y,
+    x**3 * (y - 1) ** 2 / m,
+    sp.Max(0, x - 1) * (k + y),
+]
+
+
+@pytest.mark.parametrize("whole", WHOLES, ids=str)
+def test_parts_have_their_signs_where_the_whole_has_its_own(whole):
+    pool = Pool()
+    (node,) = Sides(pool).entries(whole)
+    signs = Signs(pool, BOUNDS)
+    alternatives = {sign: signs((node, sign)) for sign in (1, -1)}
+    draw = random.Random(str(whole))
+    for _ in range(200):
+        point = {name: Fraction(draw.randrange(-4000, 4000), 1000) for name in "xyk"} | {
+            "m": Fraction(draw.randrange(1, 4000), 1000)
+        }
+        world = RealWorld(pool, lambda _: None, point)
+        value = world.value(node)
+        if abs(value) < 1e-9:
+            continue
+        for sign in (1, -1):
+            holds = any(all(world.value(part) * way > 0 for part, way in row) for row in alternatives[sign])
+            assert holds == (value * sign > 0), (whole, point, sign)
+
+
+def test_a_window_is_the_same_signs_however_it_is_written():
+    pool = Pool()
+    texts = [(f - 1) * (2 - f), sp.Min(f - 1, 2 - f), sp.Rational(1, 2) - sp.Abs(f - sp.Rational(3, 2))]
+    nodes = [Sides(pool).entries(text)[0] for text in [*texts, f - 1, 2 - f]]
+    signs = Signs(pool, {})
+    for node in nodes[:3]:
+        for alternative in signs((node, 1)):
+            for beyond in nodes[3:]:
+                required = [*alternative, (beyond, -1)]
+                assert linear.impossible(pool, required, {}) or intervals.impossible(pool, required, {})
+
+
+NEVER = [
+    (sp.acos(sp.cos(x)) - sp.Rational("3.15"), 1),
+    (sp.sqrt(sp.acos(sp.cos(x))) - sp.Rational("1.8"), 1),
+    (sp.asin(x) + sp.Rational("1.58"), -1),
+    (sp.exp(-(x**2)) - sp.Rational("1.001"), 1),
+    (sp.log(1 + x**2) + sp.Rational("0.001"), -1),
+    (sp.Mod(x, 2) - 2, 1),
+    (x - sp.floor(x) - sp.Rational("1.001"), 1),
+    (1 - (sp.cos(x) * sp.sin(y)) ** 2, -1),
+]
+
+
+@pytest.mark.parametrize(("whole", "sign"), NEVER, ids=str)
+def test_a_sign_beyond_the_range_of_a_function_is_excluded(whole, sign):
+    pool = Pool()
+    (node,) = Sides(pool).entries(whole)
+    proofs = (linear.impossible, intervals.impossible)
+    assert any(proof(pool, [(node, sign)], {}) for proof in proofs)
+    assert not any(proof(pool, [(node, -sign)], {}) for proof in proofs)
+
+
+def test_no_whole_number_lies_between_two():
+    pool = Pool()
+    (low, high) = Sides(pool).entries(sp.Matrix([sp.floor(x) - sp.Rational(9, 4), sp.Rational(5, 2) - sp.floor(x)]))
+    assert intervals.impossible(pool, [(low, 1), (high, 1)], {})
+    assert not intervals.impossible(pool, [(low, 1), (high, -1)], {})
