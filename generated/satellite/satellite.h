@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "c1e9b3e895210bee140d5768c5eefd057056b464ad73d05ce7981b20c2cc6391"
+#define SATELLITE_HASH "2cc9c56bb050fde6bfeacf191500c75d51107a9a78a6e188bd60f6d0b572858d"
 
 /* state x */
 enum {
@@ -463,7 +463,7 @@ void satellite_reference(const mv_real *t, const mv_real *p, const mv_real *s, m
 enum {
     SATELLITE_CONSTRAINTS_NP = 33,
     SATELLITE_CONSTRAINTS_NS = 11,
-    SATELLITE_CONSTRAINTS_NMARGIN = 2
+    SATELLITE_CONSTRAINTS_NMARGIN = 4
 };
 void satellite_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 

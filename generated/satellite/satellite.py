@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "c1e9b3e895210bee140d5768c5eefd057056b464ad73d05ce7981b20c2cc6391"
+HASH = "2cc9c56bb050fde6bfeacf191500c75d51107a9a78a6e188bd60f6d0b572858d"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -28,7 +28,7 @@ SIZES = {
     "measure": {'x': 10, 'e': 6, 'p': 33, 'x_seen': 10},
     "initial": {'p': 33, 's': 11, 'x': 10},
     "reference": {'t': None, 'p': 33, 's': 11, 'r': 3},
-    "constraints": {'p': 33, 's': 11, 'margin': 2},
+    "constraints": {'p': 33, 's': 11, 'margin': 4},
     "momentum": {'x': 10, 'p': 33, 'H': 3},
     "energy": {'x': 10, 'p': 33, 'E': None},
     "mrac": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'p': 33, 'c': 23, 'u': 3, 'z_next': 92},
@@ -480,6 +480,8 @@ def constraints(p, s):
         Iw_x = p[..., 3]
         Iw_y = p[..., 4]
         Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
         Ts = p[..., 9]
         half_period = s[..., 10]
         t_odutq = I_y + Iw_y
@@ -488,6 +490,8 @@ def constraints(p, s):
         return _vector(
             np.fmin(np.fmin(t_odutq - t_dukwy + t_l4gxo, t_l4gxo - I_y - Iw_y + t_dukwy), t_odutq + t_dukwy - I_x - Iw_x),
             half_period - Ts,
+            orbit_radius + -6378137.0,
+            0.0012394474623 - omega0,
         )
 
 
