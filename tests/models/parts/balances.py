@@ -23,16 +23,17 @@ class Balances:
         graphs = {g.name: g.graph for g in generate_functions(system)}
         self.system = system
         self.x_names = [q.name for q in system.states]
-        self.u_names = [q.name for q in system.inputs]
         self.p = np.array([float(q.default) for q in system.parameters])
-        x, u, p = graphs["rhs"].sx_in()
-        dx = graphs["rhs"](x, u, p)
-        energy, momentum = graphs["energy"](x, p), graphs["momentum"](x, p)
-        rates = ca.jtimes(ca.vertcat(energy, momentum), x, dx)
-        self.rhs = ca.Function("rhs", [x, u, p], [dx])
-        self.energy = ca.Function("energy", [x, p], [energy])
-        self.momentum = ca.Function("momentum", [x, p], [momentum])
-        self.rates = ca.Function("rates", [x, u, p], [rates])
+        self._rhs = graphs["rhs"]
+        x, u, p = self._rhs.sx_in()
+        read = ca.vertcat(graphs["energy"](x, p), graphs["momentum"](x, p))
+        rates = ca.jtimes(read, x, self._rhs(x, u, p))
+        supply = ca.vertcat(graphs["power"](x, u, p), graphs["loads"](x, u, p))
+        self._sides = ca.Function("sides", [x, u, p], [rates, supply, read])
+
+    def rhs(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return the rates of the states."""
+        return np.array(self._rhs(x, u, self.p)).ravel()
 
     def state(self, rng: np.random.Generator) -> np.ndarray:
         """Return a random state: quaternions and directions have length one, and bobs turn across their rods."""
@@ -47,14 +48,15 @@ class Balances:
             x[u] -= x[e] * (x[e] @ x[u])
         return x
 
-    def residuals(self, x: np.ndarray, u: np.ndarray, loads) -> tuple[float, np.ndarray]:
-        """Return power less that of `loads`, and momentum's rates less the loads: (6,), relative to their size."""
-        pick = lambda *names: np.array([x[self.x_names.index(n)] if n in self.x_names else 0.0 for n in names])  # noqa: E731
-        v, w = pick("vx", "vy", "vz"), pick("wx", "wy", "wz")
-        force, moment, power = loads(dict(zip(self.u_names, u, strict=True)), dict(zip(self.x_names, x, strict=True)))
-        rates = np.array(self.rates(x, u, self.p)).ravel()
-        total = np.array(self.momentum(x, self.p)).ravel()
-        linear = rates[1:4] + np.cross(w, total[:3]) - force
-        angular = rates[4:] + np.cross(w, total[3:]) + np.cross(v, total[:3]) - moment
-        size = 1.0 + np.abs(total).max() * (1 + np.abs(w).max() + np.abs(v).max())
-        return float(rates[0] - power) / size, np.concatenate([linear, angular]) / size
+    def residual(self, x: np.ndarray, u: np.ndarray) -> float:
+        """Return the largest misfit of power and of momentum's rates, relative to the size of the terms."""
+        v, w = (
+            np.array([x[self.x_names.index(n)] if n in self.x_names else 0.0 for n in (f"{letter}{a}" for a in "xyz")])
+            for letter in "vw"
+        )
+        rates, supply, read = (np.array(side).ravel() for side in self._sides(x, u, self.p))
+        linear, angular = read[1:4], read[4:]
+        rates[1:4] += np.cross(w, linear)
+        rates[4:] += np.cross(w, angular) + np.cross(v, linear)
+        size = 1.0 + np.abs(read).max() * (1 + np.abs(w).max() + np.abs(v).max())
+        return float(np.abs(rates - supply).max() / size)

@@ -61,34 +61,10 @@ CASES = {
 }
 
 
-def loads(parts, u, x):
-    """Return force, moment about O, and power, of inputs and dampers."""
-    v, w = (np.array([x[f"{letter}{axis}"] for axis in "xyz"]) for letter in "vw")
-    push, turn = (np.array([u[f"{name}{axis}"] for axis in "xyz"]) for name in ("push", "turn"))
-    force, moment = push, np.cross(PUSH.at, push) + turn
-    power = force @ v + moment @ w
-    for part in parts:
-        if isinstance(part, Wheel):
-            speed = x[f"{part.name}_speed"]
-            power += (u[f"{part.name}_torque"] - (part.friction or 0.0) * speed) * speed
-        elif isinstance(part, Hinge | Slider):
-            speed = x[part.coordinates()[0].speed.name]
-            power += (sum(u[q.name] for q in part.inputs()) - (part.damping or 0.0) * speed) * speed
-        elif isinstance(part, Modes):
-            for k, mode in enumerate(part.modes, 1):
-                power -= 2 * mode.damping * mode.frequency * x[f"{part.name}_{k}_dot"] ** 2
-        elif isinstance(part, Bob):
-            e, turning = (np.array([x[f"{part.name}_{letter}{axis}"] for axis in "xyz"]) for letter in "eu")
-            slip = turning - np.cross(w, e)
-            power -= (part.damping or 0.0) * slip @ slip
-    return force, moment, power
-
-
-@pytest.mark.parametrize("attitude", ["quaternion", "euler", "mrp"])
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    ("case", "attitude"), [*((case, "quaternion") for case in CASES), ("hub", "euler"), ("hub", "mrp")]
+)
 def test_momentum_and_energy_balance(case, attitude):
-    if attitude != "quaternion" and case != "hub":
-        return  # parts do not know the chart
     craft = Spacecraft("craft", attitude=attitude)
     for part in (HUB, PUSH, TURN, *CASES[case]):
         craft.add(part)
@@ -97,6 +73,4 @@ def test_momentum_and_energy_balance(case, attitude):
     balances, rng = Balances(system), np.random.default_rng(1)
     for _ in range(5):
         x, u = balances.state(rng), rng.normal(size=len(system.inputs))
-        power, momentum = balances.residuals(x, u, lambda u, x: loads(CASES[case], u, x))
-        assert abs(power) < 1e-13
-        assert np.abs(momentum).max() < 1e-13
+        assert balances.residual(x, u) < 1e-13
