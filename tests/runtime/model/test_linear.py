@@ -4,14 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from mehvar.errors import InputError
+from mehvar.models.system import Actuator, Controller, Group, Scenario
 from mehvar.runtime import Model, load
 from mehvar.runtime.model.linear import cut_loop
 from mehvar.runtime.model.parameters import vector
+from tests.models.edits import parameter, quantity
+from tests.models.feedback import table
+from tests.models.written import written
 
 Vector = np.ndarray
 
@@ -64,6 +70,23 @@ def test_a_continuous_loop(model: Model) -> None:
     np.testing.assert_allclose(loop.D, differences(lambda v: seen(x, v), r), atol=1e-7)
     assert loop.inputs == tuple(q.name for q in model.manifest.references)
     np.testing.assert_allclose(np.sort(loop.eigenvalues), np.sort(np.linalg.eigvals(loop.A)))
+
+
+def test_an_actuator_that_depends_on_the_state(tmp_path: Path) -> None:
+    """A jet that pushes less the faster it turns: its own slope and that of the law's command."""
+    x, u = Group("x", (quantity("v", "1"),)), Group("u", (quantity("a", "1/s"),))
+    asked = quantity("asked", "1/s")
+    p, c = Group("p", (parameter("m", "1", 2.0),)), Group("c", (parameter("k", "1/s", 3.0),))
+    jet = Actuator(Group("u_cmd", (asked,)), (asked.symbol * sp.cos(p.m * x.v),))
+    law = Controller("brake", "", c, (-c.k * x.v,))
+    system = table(
+        x, u, p, name="jet", scenario_parameters=Group("s", ()), rhs=(u.a,), initial=(sp.S.One,), actuator=jet,
+        controllers=(law,), scenarios=(Scenario("plain", "", 1.0, 0.1, {}, {}, {}),),
+    )  # fmt: skip
+    model = load(written(system, tmp_path), backend="c")
+    loop = model.linearize([0.3], None, model.parameters(), controller="brake", c=model.law_parameters("brake"))
+    expected = -3.0 * np.cos(0.6) + 3.0 * 0.3 * 2.0 * np.sin(0.6)
+    np.testing.assert_allclose(loop.A, [[expected]], rtol=1e-14)
 
 
 def test_a_sampled_loop(model: Model) -> None:

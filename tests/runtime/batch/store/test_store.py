@@ -73,6 +73,11 @@ def test_plain_xarray_reads_names_units_and_values(store: Store) -> None:
         assert plain.status.dtype == np.uint8
 
 
+def test_variables_come_back_as_they_were_declared(store: Store) -> None:
+    assert store.variables() == {variable.name: variable for variable in VARIABLES}
+    assert open_store(store.path).variables() == store.variables()
+
+
 def test_a_block_counts_when_its_record_is_there(store: Store) -> None:
     assert store.stored() == []
     store.write(1, values(4, 4))

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where in a product or a sum something became something else."""
+
+import pytest
+
+from mehvar.codegen.diff import compare
+from tests.codegen.diff.documents import document
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "path"),
+    [
+        ("f: exp(x*sin(a))", "f: exp(x*y**2)", ("exp(x sin(a))", "sin(a)")),
+        ("f: x*exp(y*sin(a))", "f: x*exp(y*w**2)", ("exp(y sin(a))", "sin(a)")),
+        ("f: x*sin(a)", "f: x*sqrt(y**2 + 1)", ("sin(a)",)),
+        ("f: x*m", "f: x*m*(y + z)", ()),
+        ("f: sin(x*y)", "f: sin(x*y*exp(z)*cos(w))", ()),
+    ],
+)
+def test_the_place_of_an_edit_is_the_innermost_that_explains_it(old, new, path):
+    (equation,) = compare(document(old), document(new)).equations
+    (edit,) = equation.edits
+    assert edit.path == path
