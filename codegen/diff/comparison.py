@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..equal.judge import Verdict
-from ..equal.opinion import second_opinion
 from ..equations.document import Document
 from .changes import Change
 from .explain import Explainer
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
+from .opinion import second_opinion
 from .parameters import parameter_changes
 from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
 from .stories.causes import MOTION, causes, solving, turns

@@ -21,6 +21,17 @@ MEMBER = "of a member of a family that the other side lacks"
 """How a change is known that the length of a family explains."""
 
 
+class ModelStatus(StrEnum):
+    """State of a model in two versions, in one word."""
+
+    SAME = "same"
+    PARAMETERS = "parameters changed"
+    UNDECIDED = "undecided"
+    CHANGED = "changed"
+    ADDED = "added"
+    REMOVED = "removed"
+
+
 class Fate(StrEnum):
     """What became of an equation.
 

@@ -9,7 +9,7 @@ from dataclasses import astuple, replace
 from pathlib import Path
 
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Comparison, Fate
+from mehvar.codegen.diff.report import Comparison, Fate, ModelStatus
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.names import WORK
 from mehvar.runtime.model.generated import check_unedited
@@ -18,7 +18,6 @@ from mehvar.terminal import working
 from .consequences import consequences
 from .result import Diff, ModelDiff
 from .sources import Sources, Version
-from .status import ModelStatus
 from .structures import Variant, changed_sources, selection
 
 _NAMED = 4

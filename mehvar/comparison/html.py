@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
+from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ModelStatus, ParameterChange, Story
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
@@ -19,7 +19,6 @@ from mehvar.pictures.files import encoded
 from .consequences import Consequences
 from .marks import Alignment
 from .result import Diff, ModelDiff
-from .status import ModelStatus
 from .text import (
     choices,
     counted,

@@ -10,12 +10,11 @@ from typing import Any
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, EquationChange, ParameterChange
+from mehvar.codegen.diff.report import Comparison, EquationChange, ModelStatus, ParameterChange
 from mehvar.terminal import Line, finite, plain_text
 
 from .consequences import Consequences
 from .runs import Overlay
-from .status import ModelStatus
 from .text import lines
 
 SCHEMA = 1

@@ -9,14 +9,23 @@ from dataclasses import replace
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story, handle, label
+from mehvar.codegen.diff.report import (
+    Comparison,
+    Edit,
+    EquationChange,
+    Fate,
+    ModelStatus,
+    ParameterChange,
+    Story,
+    handle,
+    label,
+)
 from mehvar.terminal import Line
 
 from .consequences import Consequences
 from .margins import Margin
 from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
-from .status import ModelStatus
 
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""

@@ -12,7 +12,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, TypeAlias, get_args, get_type_hints
+from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
@@ -87,7 +87,8 @@ def tensor(symbol: str, meaning: str) -> Kind:
 
 def kinds(part: object) -> dict[str, Kind]:
     """Return the declared fields of a part by name."""
-    hints = get_type_hints(type(part), include_extras=True)
+    words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
+    hints = get_type_hints(type(part), localns=words, include_extras=True)
     declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
     return {name: found[0] for name, found in declared.items() if found}
 

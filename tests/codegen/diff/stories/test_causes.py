@@ -7,9 +7,8 @@ import re
 import pytest
 
 from mehvar.codegen.diff import Document, compare
-from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.diff.report import Fate, Kind, ModelStatus
 from mehvar.codegen.generate import installed_tree
-from mehvar.comparison.status import ModelStatus
 from mehvar.comparison.text import lines, one_by_one
 from mehvar.terminal import plain_text
 from tests.codegen.diff.documents import document

@@ -7,8 +7,7 @@ import random
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import EXTENDED, MEMBER, Fate
-from mehvar.comparison.status import ModelStatus
+from mehvar.codegen.diff.report import EXTENDED, MEMBER, Fate, ModelStatus
 from mehvar.comparison.text import lines
 from mehvar.terminal import plain_text
 from tests.codegen.diff.documents import document

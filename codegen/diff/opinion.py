@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..equal.judge import Judge, Verdict
+from ..equal.meaning import Expression
+from ..equal.reals import DIGITS
 from ..equations.document import reached
-from .judge import Judge, Verdict
-from .meaning import Expression
-from .reals import DIGITS
 
 POINTS = 100_000
 """Of the 15 false answers of an independent corpus of 281 pairs, 20 000 such points showed 9; five times as many met a
@@ -42,7 +42,7 @@ def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]])
     count : int
         Points at which every pair was evaluated.
     """
-    from .doubles import suspects  # needs numpy, which comparing equal texts does not
+    from ..equal.doubles import suspects  # needs numpy, which comparing equal texts does not
 
     flat = [(judge.written_out(old), judge.written_out(new)) for old, new in pairs]
     nodes = reached(judge.pool.nodes, [node for pair in flat for node in pair])
