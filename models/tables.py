@@ -63,7 +63,7 @@ class _ParameterRow(_Strict):
     @field_validator("source")
     @classmethod
     def _source(cls, value: str) -> str:
-        if not _SOURCE.match(value):
+        if not is_source(value):
             raise ValueError(f"source {value!r} must begin with 'paper', 'assumption: ' or 'addition: '")
         return value
 
@@ -96,6 +96,11 @@ class _ScenarioRow(_Strict):
 class _ScenarioFile(_Strict):
     scenarios: dict[str, _ScenarioRow]
     metrics: dict[str, _MetricRow] = {}
+
+
+def is_source(text: str) -> bool:
+    """Tell whether a text says where a number comes from."""
+    return _SOURCE.match(text) is not None
 
 
 def parse_interval(text: str) -> Interval:

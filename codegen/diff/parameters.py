@@ -130,16 +130,37 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
             yield ParameterChange(name, role, what, origin, value)
     for (role, name, _), value in before.items():
         yield ParameterChange(name, role, "removed", value, "")
-    yield from _order_change(old.events, new.events, renamed)
+    orders = (dict(_orders(manifest)) for manifest in (old, new))
+    yield from _order_changes(*orders, renamed)
 
 
-def _order_change(old: Iterable[Event], new: Iterable[Event], renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
-    """Compare the order of events that do something: of those at one instant each meets what the one before it left."""
-    before, after = ([event.name for event in events if event.resets or event.ends] for events in (old, new))
-    origin = {renamed.get(name, name): name for name in after}
-    order, common = [name for name in before if name in origin], [name for name in origin if name in before]
-    if order != common:
-        yield ParameterChange("events", "model", "order", ", ".join(order), ", ".join(common))
+def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
+    """Yield the names whose order means something, by what they are of.
+
+    Elements of a vector have places, in C and in arrays; the first scenario is run unless another is asked for; of
+    events at one instant that do something each meets what the one before it left.
+    """
+    yield "events", [event.name for event in manifest.events if event.resets or event.ends]
+    yield "scenarios", list(manifest.scenarios)
+    vectors = ("states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise")
+    for owner, record, fields_of in (
+        ("", manifest, (*vectors, "measured", "wiener", "random_step")),
+        *((f"{name} ", law, ("parameters", "memory", "outputs")) for name, law in manifest.controllers.items()),
+    ):
+        for key in fields_of:
+            yield f"{owner}{key}", [q.name for q in getattr(record, key)]
+
+
+def _order_changes(
+    old: Mapping[str, list[str]], new: Mapping[str, list[str]], renamed: Mapping[str, str]
+) -> Iterator[ParameterChange]:
+    """Compare the order of the names that both sides have."""
+    for what in [what for what in new if what in old]:
+        before = old[what]
+        origin = {renamed.get(name, name): name for name in new[what]}
+        order, common = [name for name in before if name in origin], [name for name in origin if name in before]
+        if order != common:
+            yield ParameterChange(what, "model", "order", ", ".join(order), ", ".join(common))
 
 
 def _unsaid(manifest: Manifest) -> set[str]:

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
 import sympy as sp
 
 from ..derivation import Expr
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
 from .frame import AXES, point_inertia
 from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
 from .values import Number, Parameters, Vector, place, scalar
@@ -49,6 +50,10 @@ class Bob(Part):
     inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
     rest: tuple[int, int, int] = (-1, 0, 0)
 
+    def __post_init__(self) -> None:
+        if sorted(map(abs, self.rest)) != [0, 0, 1]:
+            raise ModelError(f"{self.name}.rest = {self.rest!r}: must be an axis or its opposite, as in (0, 0, -1)")
+
     @property
     def direction(self) -> sp.Matrix:
         """Symbols of the direction e of the rod."""
@@ -72,6 +77,12 @@ class Bob(Part):
         starts = [*_turned(self.rest, *angles), *[sp.S.Zero] * 3]
         quantities = (*self._quantities("e", "1", "direction"), *self._quantities("u", "1/s", "absolute rate"))
         return tuple(map(State, quantities, starts))
+
+    def projection(self) -> Mapping[sp.Symbol, Expr]:
+        e, u = self.direction, self.turning
+        unit = e / sp.sqrt(e.dot(e))
+        across = u - e * (e.dot(u) / e.dot(e))
+        return dict(zip((*e, *u), (*unit, *across), strict=True))
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, e = at.values, self.direction

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from typing import TypeVar
 
 import sympy as sp
 
 from mehvar.manifest import Metric, Scenario
 
-from ..derivation import Derivation, Expr
+from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
 from ..quantities import Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations
@@ -129,19 +129,29 @@ class Spacecraft:
         mounted = self._mounted(derivation)
         rhs = self._rhs(mounted, derivation)
         states = self._states()
+        actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
+        constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
+        used = free_symbols((*rhs, *expressions((actuator, controllers))), derivation.definitions)
         x = Group("x", tuple(state.quantity for state in states))
         u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
-        p = Group("p", tuple(self._plant.quantities.values()))
+        p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
+        velocity = self._components(self._velocity) if self._velocity else None
+        known = {*x.symbols, *u.symbols, *p.symbols}
+        functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
+            f
+            for f in readings(self.parts, mounted, velocity, (x, u, p), self.motion == "plane")
+            if free_symbols([value for _, value in f.results], derivation.definitions) <= known
+        )
         return System(
             name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
             references=Group("r", ()), outputs=Group("y", ()), parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, output=(), steps=tuple(derivation.steps), limits=(),
-            initial=tuple(sp.sympify(state.start) for state in states), reference=(), constraints=(),
-            functions=readings(self.parts, mounted, self._components(self._velocity), (x, u, p)),
-            controllers=tuple(laws(self, derivation)) if laws else (),
+            rhs=rhs, output=(), steps=_needed(derivation, rhs, actuator, controllers, functions), limits=(),
+            initial=tuple(sp.sympify(state.start) for state in states), reference=(),
+            constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
+            functions=functions, controllers=controllers,
             scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=self._actuator(mounted),
+            actuator=actuator,
         )  # fmt: skip
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
@@ -205,6 +215,8 @@ class Spacecraft:
 
     def _projection(self, states: Sequence[State]) -> tuple[Expr, ...]:
         placed = dict(zip(self.chart.symbols, self.chart.projection(), strict=False))
+        for part in self.parts:
+            placed |= part.projection()
         return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
 
 
@@ -212,6 +224,33 @@ def _loaded(part: Part, at: Mounted) -> Contribution:
     """Return what a part adds to the equations of the hub, with what acts on it from outside."""
     own = part.contribution(at)
     return replace(own, loads=(*own.loads, *part.loads(at)))
+
+
+def expressions(value: object) -> Iterator[Expr]:
+    """Yield every expression in a part of a system."""
+    if isinstance(value, sp.Expr):
+        yield value
+    elif is_dataclass(value):
+        for entry in fields(value):
+            yield from expressions(getattr(value, entry.name))
+    elif isinstance(value, tuple | list):
+        for entry in value:
+            yield from expressions(entry)
+    elif isinstance(value, Mapping):
+        yield from expressions(tuple(value.values()))
+
+
+def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
+    """Return the steps of a derivation that something uses, directly or not."""
+    definitions = derivation.definitions
+    stack = [symbol for expr in expressions(users) for symbol in expr.free_symbols]
+    seen: set[sp.Basic] = set()
+    while stack:
+        symbol = stack.pop()
+        if symbol not in seen:
+            seen.add(symbol)
+            stack += definitions[symbol].free_symbols if symbol in definitions else ()
+    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
 
 
 _SCENARIO = Scenario("default", "from the defaults", 100.0, 0.1, {}, {}, {})

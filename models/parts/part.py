@@ -17,7 +17,7 @@ with the acceleration a = V' + W x V of O.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -26,8 +26,9 @@ import sympy as sp
 from ..derivation import Expr
 from ..geometry import Shape
 from ..quantities import Quantity
+from ..system import Condition
 from .frame import AXES, ZERO, Frame, cross_matrix
-from .values import Parameters
+from .values import Parameters, conditions, kinds
 
 
 @dataclass(frozen=True)
@@ -315,6 +316,14 @@ class Part:
         """Return the rates of the part's states."""
         places = [c.speed.symbol for c in self.coordinates() if c.place is not None]
         return (*places, *motion.own)
+
+    def projection(self) -> Mapping[sp.Symbol, Expr]:
+        """Return the states that are put back on their manifold after each step, with their values there."""
+        return {}
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        """Return what the parameters of the part must satisfy beyond their bounds."""
+        return conditions(self.name, at.values, kinds(self))
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         """Return the inputs that act where these are commanded; a part without limits applies what is commanded."""

@@ -17,7 +17,7 @@ _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
 
 def readings(
-    parts: Sequence[Part], mounted: Sequence[Mounted], velocity: sp.Matrix, groups: Sequence[Group]
+    parts: Sequence[Part], mounted: Sequence[Mounted], velocity: sp.Matrix | None, groups: Sequence[Group], plane: bool
 ) -> tuple[Function, ...]:
     """Return energy, momentum, power and loads of an assembly, from the aggregates and loads of its parts.
 
@@ -25,32 +25,47 @@ def readings(
     ----------
     parts, mounted : sequence of Part and of Mounted
         The parts in their assembly.
-    velocity : sympy.Matrix
-        Of O in the axes of the hub.
+    velocity : sympy.Matrix, optional
+        Of O in the axes of the hub; None where the attitude alone is a state: then all is relative to the centre of
+        mass, and loads are a moment about it.
     groups : sequence of Group
         States, inputs and parameters.
+    plane : bool
+        Whether the motion is in the plane of x and y, whose other components are left out.
     """
     x, u, p = groups
-    v, w = velocity, mounted[0].frame.rate
+    w = mounted[0].frame.rate
+    aggregates = [part.aggregates(at) for part, at in zip(parts, mounted, strict=True)]
+    loads = [load for part, at in zip(parts, mounted, strict=True) for load in part.loads(at)]
+    force = sum((load.force for load in loads), sp.zeros(3, 1))
+    moment = sum((load.at.cross(load.force) + load.couple for load in loads), sp.zeros(3, 1))
+    v = velocity
+    if v is None:
+        mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
+        v = -(w.cross(first) + sum((of.momentum for of in aggregates), sp.zeros(3, 1))) / mass
+    power: Expr = v.dot(force) + w.dot(moment)
+    if velocity is None:
+        force, moment = sp.zeros(3, 1), moment - (first / mass).cross(force)
     energy: Expr = sp.S.Zero
-    power: Expr = sp.S.Zero
-    momentum, angular, force, moment = (sp.zeros(3, 1) for _ in range(4))
-    for part, at in zip(parts, mounted, strict=True):
-        of = part.aggregates(at)
+    momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
+    for part, of in zip(parts, aggregates, strict=True):
         linear, turning = of.mass * v + w.cross(of.first) + of.momentum, of.first.cross(v) + of.inertia * w + of.angular
         momentum, angular = momentum + linear, angular + turning
         energy += (v.dot(linear + of.momentum) + w.dot(turning + of.angular)) / 2 + of.energy + of.potential
         power += _internal(part, of)
-        for load in part.loads(at):
-            force, moment = force + load.force, moment + load.at.cross(load.force) + load.couple
-    power += v.dot(force) + w.dot(moment)
+    if velocity is None:
+        momentum = sp.zeros(3, 1)
+    wrenches = [[*momentum, *angular], [*force, *moment]]
+    if plane:
+        wrenches = [[entry if k in (0, 1, 5) else sp.S.Zero for k, entry in enumerate(wrench)] for wrench in wrenches]
+    point = "the centre of mass" if velocity is None else "O"
     return (
         _scalar("energy", "J", "kinetic and potential energy", energy, (x, p)),
         _wrench(
-            "momentum", ("kg m/s", "kg m^2/s"), "momentum, and angular momentum about O", (*momentum, *angular), (x, p)
+            "momentum", ("kg m/s", "kg m^2/s"), f"momentum, and angular momentum about {point}", wrenches[0], (x, p)
         ),
         _scalar("power", "W", "power of loads, motors and dampers", power, (x, u, p)),
-        _wrench("loads", ("N", "N m"), "applied force, and moment about O", (*force, *moment), (x, u, p)),
+        _wrench("loads", ("N", "N m"), f"applied force, and moment about {point}", wrenches[1], (x, u, p)),
     )
 
 

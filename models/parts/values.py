@@ -9,7 +9,7 @@ a vector or of a tensor is structure: it enters no equation.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
@@ -18,7 +18,8 @@ import sympy as sp
 
 from ..derivation import Expr
 from ..quantities import Interval, ModelError, Parameter
-from ..tables import parse_interval
+from ..system import Condition
+from ..tables import is_source, parse_interval
 from .frame import AXES
 
 SOURCE = "assumption: as assembled"
@@ -108,7 +109,14 @@ class Parameters:
             If the number is none, or outside of its bounds.
         """
         given = value if isinstance(value, Value) else Value(value)
-        interval: Interval = parse_interval(given.bounds or bounds)
+        try:
+            interval: Interval = parse_interval(given.bounds or bounds)
+        except ValueError as error:
+            raise ModelError(f"{name}: {error}") from error
+        if not is_source(given.source):
+            raise ModelError(
+                f"{name}: source = {given.source!r}: must begin with 'paper', 'assumption: ' or 'addition: '"
+            )
         if (
             isinstance(given.default, bool)
             or not isinstance(given.default, int | float)
@@ -168,6 +176,8 @@ class Parameters:
 
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
         rows = sp.zeros(3, 3)
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            raise ModelError(f"{where} = {value!r}: must be three moments, or three rows")
         if all(isinstance(entry, Sequence) for entry in value):
             given = [_entries(row, where, 3) for row in _entries(value, where, 3)]
             for i in range(3):
@@ -210,6 +220,35 @@ def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
     if vector.is_zero_matrix:
         raise ModelError(f"{where}: must not be zero")
     return vector / sp.sqrt(vector.dot(vector))
+
+
+def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
+    """Return what expressions that were given for a part must satisfy: positive numbers, inertias of a body."""
+    result: list[Condition] = []
+    for field, kind in declared.items():
+        value = getattr(values, field, None)
+        if kind.form == "tensor":
+            result += (Condition(m, f"{name}.{field} is the inertia of no body") for m in _of_a_body(value))
+        elif kind.form == "scalar" and value is not None and not value.is_Symbol and kind.bounds == "(0, inf)":
+            result.append(Condition(value, f"{name}.{field} must be above zero"))
+    return tuple(condition for condition in result if condition.margin.free_symbols)
+
+
+def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
+    """Return margins that are positive for the inertia J of a body: those of tr(J)/2 - J, its second moments of mass.
+
+    A flat body, which has one of zero, is allowed: the margins take part of the size of the inertia.
+    """
+    size = inertia.trace()
+    moments = size / 2 * sp.eye(3) - inertia + _FLAT * size * sp.eye(3)
+    if inertia.is_diagonal():
+        return [moments[k, k] for k in range(3)]
+    pairs = [moments.extract([i, j], [i, j]).det() for i, j in ((0, 1), (0, 2), (1, 2))]
+    return [*(moments[k, k] for k in range(3)), *pairs, moments.det()]
+
+
+_FLAT = sp.Rational(1, 10**9)
+"""Of the trace: far above the rounding of three numbers, far below what a part of a body adds."""
 
 
 def directions(part: Any) -> list[str]:

@@ -32,7 +32,7 @@ class Wheel(Part):
     torque_limit : number, optional
         Largest torque of the motor, N m.
     speed_limit : number, optional
-        Speed beyond which the motor does not accelerate the wheel further, rad/s.
+        Speed from which on a command to turn faster is not carried out, rad/s.
     """
 
     axis: Annotated[Vector, direction("a", "axis")]

@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import fields, is_dataclass, replace
+from typing import get_args
 
 import pytest
 
@@ -99,7 +100,8 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
     exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
     if name == "name" or exempt:
         return
-    more = {"geometry": (Shape("rod", "rod", 2, "blue"),), "events": (EVENT,), "delays": {"M": "k"}}
+    random = {name: (Quantity("n", "1", "noise"),) for name in ("measured", "wiener", "random_step")}
+    more = random | {"geometry": (Shape("rod", "rod", 2, "blue"),), "events": (EVENT,), "delays": {"M": "k"}}
     plain, old = document("f: x*m"), replace(manifest(), **more)
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
     pair = (replace(plain, manifest=side) for side in (old, new))
@@ -114,6 +116,29 @@ def test_the_order_of_events_is_seen_where_they_do_something(kind, order):
     pair = (replace(document("f: x*m"), manifest=replace(manifest(), events=events)) for events in ((a, b), (b, a)))
     changes = compare(*pair).parameters
     assert [(change.what, change.new) for change in changes] == ([("order", order)] if order else [])
+
+
+VECTORS = {f.name: get_args(f.type)[0] for f in fields(Manifest) if get_args(f.type)[:1] in [(Quantity,), (Parameter,)]}
+ELEMENTS = {
+    Quantity: Quantity("a", "m", "a length"),
+    Parameter: next(iter(manifest().parameters)),
+}
+
+
+@pytest.mark.parametrize("vector", VECTORS)
+def test_the_order_of_a_vector_is_seen(vector):
+    """Its elements have places, in C and in arrays."""
+    a, b = (replace(ELEMENTS[VECTORS[vector]], name=name) for name in ("first", "second"))
+    pair = (replace(document("f: x*m"), manifest=replace(manifest(), **{vector: rows})) for rows in ((a, b), (b, a)))
+    changes = [(change.name, change.what, change.new) for change in compare(*pair).parameters]
+    assert changes == [(vector, "order", "second, first")]
+
+
+def test_the_first_scenario_is_told_from_the_others():
+    rows = dict.fromkeys(("calm", "wild"), next(iter(manifest().scenarios.values())))
+    turned = dict(reversed(rows.items()))
+    pair = (replace(document("f: x*m"), manifest=replace(manifest(), scenarios=side)) for side in (rows, turned))
+    assert [(c.name, c.what, c.new) for c in compare(*pair).parameters] == [("scenarios", "order", "wild, calm")]
 
 
 def test_every_exemption_is_of_a_field_and_has_a_reason():

@@ -74,3 +74,17 @@ def test_momentum_and_energy_balance(case, attitude):
     for _ in range(5):
         x, u = balances.state(rng), rng.normal(size=len(system.inputs))
         assert balances.residual(x, u) < 1e-13
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_energy_and_angular_momentum_balance_about_the_centre_of_mass(case):
+    """Where the attitude alone is a state."""
+    craft = Spacecraft("craft", motion="attitude")
+    for part in (HUB, PUSH, TURN, *CASES[case]):
+        craft.add(part)
+    system = craft.system()
+    check(system)
+    balances, rng = Balances(system), np.random.default_rng(2)
+    for _ in range(3):
+        x, u = balances.state(rng), rng.normal(size=len(system.inputs))
+        assert balances.residual(x, u) < 1e-13

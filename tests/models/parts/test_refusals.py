@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wrong assemblies are refused in the words of parts."""
+
+import pytest
+
+from mehvar.errors import MehvarError
+from mehvar.models.check import check
+from mehvar.models.parts import Bob, Hub, Spacecraft, Thruster, Value, Wheel
+
+BALL = (1.0, 1.0, 1.0)
+
+
+def assembled(*parts, **options):
+    craft = Spacecraft("craft", **options)
+    for part in parts:
+        craft.add(part)
+    return craft.system()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: assembled(), "has no parts: add a Hub"),
+        (lambda: assembled(Wheel("w", axis=(1, 0, 0), inertia=0.1)), "has no mass: add a Hub"),
+        (lambda: assembled(Hub("hub", mass=0.0, inertia=BALL)), r"hub_m = 0.0: must be a number in \(0, inf\), kg"),
+        (lambda: assembled(Hub("hub", mass=1.0, inertia=1.0)), "hub.inertia = 1.0: must be three moments"),
+        (lambda: assembled(Hub("hub", mass=1.0, inertia=((1, 2, 0), (0, 1, 0), (0, 0, 1)))), "must be symmetric"),
+        (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL, centre=(0, 1))), "hub.centre = .*: must be 3 numbers"),
+        (lambda: assembled(Hub("hub", mass=Value(1.0, bounds="3..5"), inertia=BALL)), "hub_m: bounds '3..5'"),
+        (lambda: assembled(Hub("hub", mass=Value(1.0, source="me"), inertia=BALL)), "hub_m: source = 'me'"),
+        (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL), Hub("hub", mass=1.0, inertia=BALL)), "mounted already"),
+        (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
+        (lambda: assembled("hub"), "'hub' is no part"),
+        (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
+        (lambda: Bob("tank", mass=1.0, length=1.0, rest=(0, 0, -2)), r"tank.rest = \(0, 0, -2\): must be an axis"),
+        (lambda: Spacecraft("craft", attitude="euler angles"), "attitude = 'euler angles': must be one of quaternion"),
+        (lambda: Spacecraft("craft", motion="orbit"), "motion = 'orbit': must be one of free"),
+    ],
+)
+def test_a_wrong_assembly_is_refused(make, words):
+    with pytest.raises(MehvarError, match=words):
+        make()
+
+
+def margins(system, **changes):
+    values = {q.symbol: changes.get(q.name, q.default) for q in system.parameters}
+    return [float(condition.margin.subs(values)) for condition in system.constraints]
+
+
+def test_the_inertia_of_a_hub_is_that_of_a_body():
+    system = assembled(Hub("hub", mass=1.0, inertia=((1.0, 0.1, 0), (0.1, 1.0, 0), (0, 0, 1.9))))
+    check(system)
+    assert min(margins(system)) > 0
+    assert min(margins(system, hub_Jzz=2.1)) < 0
+    assert min(margins(system, hub_Jxy=5.0)) < 0
+
+
+def test_a_flat_hub_is_a_body():
+    assert min(margins(assembled(Hub("hub", mass=1.0, inertia=(1.0, 1.0, 2.0))))) > 0
+
+
+def test_what_a_motion_does_not_need_is_no_parameter():
+    hub = Hub("hub", mass=1.0, inertia=(1.0, 2.0, 2.5))
+    wheel = Wheel("wheel", axis=(1, 1, 0), inertia=0.1)
+    attitude = assembled(hub, wheel, motion="attitude")
+    plane = assembled(hub, motion="plane")
+    for system in (attitude, plane):
+        check(system)
+    assert "hub_m" not in [q.name for q in attitude.parameters]
+    assert [q.name for q in plane.states] == ["vx", "vy", "wz", "theta"]
