@@ -144,7 +144,7 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
     yield "scenarios", list(manifest.scenarios)
     vectors = ("states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise")
     for owner, record, fields_of in (
-        ("", manifest, (*vectors, "measured", "wiener", "random_step")),
+        ("", manifest, vectors),
         *((f"{name} ", law, ("parameters", "memory", "outputs")) for name, law in manifest.controllers.items()),
     ):
         for key in fields_of:
