@@ -32,6 +32,7 @@ def run_alone(
         *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
         np.full((n, rows, width), np.nan),
         np.full(n, np.nan),
+        np.zeros((n, len(kernel.loop.events)), np.int64),
     )
     evaluations = 0 if hold_every is None else (len(t) - 1) // hold_every + 1
     for i in range(n):
@@ -54,6 +55,7 @@ def run_alone(
         block.final[i], block.status[i], block.t_stop[i] = one.x_stop, one.status, one.t_stop
         block.violated[i] = one.violated if one.status is Status.LIMIT else -1
         block.steps[i] = one.statistics["steps"]
+        np.add.at(block.events[i], [number for _, number in one.events], 1)
         block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
         block.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
         regular = np.isin(one.t, regular_t)
