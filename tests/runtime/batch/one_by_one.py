@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+
 import numpy as np
 
 from mehvar import runtime
@@ -55,9 +58,11 @@ def run_alone(
         block.final[i], block.status[i], block.t_stop[i] = one.x_stop, one.status, one.t_stop
         block.violated[i] = one.violated if one.status is Status.LIMIT else -1
         block.steps[i] = one.statistics["steps"]
-        np.add.at(block.events[i], [number for _, number in one.events], 1)
         block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
-        block.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
+        counts = Counter(problem.events[number].name for _, number in one.events)
+        block.events[i] = [counts[event.name] for event in problem.events]
+        cut = math.inf if one.status is Status.DONE else one.t_stop
+        block.metrics[i] = [evaluate(m, one.t, columns, counts, cut) for m in manifest.metrics.values()]
         regular = np.isin(one.t, regular_t)
         block.series[i, : regular.sum()] = series[regular]
     return block
