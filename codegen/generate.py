@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from mehvar.errors import InputError, shown
-from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
+from mehvar.manifest import FILE, Manifest, made_when_asked, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 from mehvar.versions import installed
 
@@ -87,8 +87,8 @@ def check(tree: Tree, model: str) -> Report:
     """Compare generated/MODEL with its sources, without deriving anything."""
     folder = tree.root / "generated" / model
     reasons = _reasons(tree, model, folder)
-    names = sorted(_texts_of(model, has_casadi(folder, model))) if reasons else []
-    return Report(model, tuple(names), reasons)
+    record = _record(folder) if reasons else None
+    return Report(model, (*(record.files_sha256 if record else ()), FILE) if reasons else (), reasons)
 
 
 def generate(
@@ -107,7 +107,8 @@ def generate(
     model : str
         Its name.
     out : Path, optional
-        Folder to write instead of generated/MODEL.
+        Folder to write instead of generated/MODEL. It gets every file; generated/MODEL lacks those that are made from
+        the sources beside it when they are first used (`mehvar.manifest.made_when_asked`).
     structure : mapping, optional
         Structural choices that differ from the defaults.
     casadi : bool
@@ -127,7 +128,8 @@ def generate(
     reasons = _reasons(tree, model, folder, choices, casadi)
     if not reasons:
         return Report(model)
-    texts = _renumbered(tree, model, folder, choices, casadi) or derive(tree, model, choices, casadi)
+    texts = _renumbered(tree, model, folder, choices, casadi)
+    texts = texts or derive(tree, model, choices, casadi, whole=out is not None)
     write(folder, texts)
     return Report(model, tuple(texts), reasons)
 
@@ -159,8 +161,17 @@ def _renumbered(
     return {FILE: text}
 
 
-def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False) -> dict[str, str]:
+def derive(
+    tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False, whole: bool = True
+) -> dict[str, str]:
     """Derive a model and return every text of its generated folder, manifest last.
+
+    Parameters
+    ----------
+    tree, model, structure, casadi
+        As of `generate`.
+    whole : bool
+        Whether what is made when asked is among the texts.
 
     Raises
     ------
@@ -170,7 +181,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
         If the form that is evaluated is not the one that was derived.
     """
     with _few_collections():
-        return _derived(tree, model, structure or {}, casadi)
+        return _derived(tree, model, structure or {}, casadi, whole)
 
 
 @contextlib.contextmanager
@@ -187,7 +198,7 @@ def _few_collections() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
-def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool) -> dict[str, str]:
+def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool, whole: bool) -> dict[str, str]:
     """Derive a model, as `derive` does."""
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure)
@@ -195,7 +206,7 @@ def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool)
         libraries, answers = loading.libraries(), loading.answers()
     sources = {**answers, **loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     tables = tree.root / "models" / model
-    return texts_of(system, sources, libraries, tables, casadi)
+    return texts_of(system, sources, libraries, tables, casadi, whole)
 
 
 def texts_of(
@@ -204,6 +215,7 @@ def texts_of(
     libraries: Mapping[str, str] | None = None,
     tables: Path | None = None,
     casadi: bool = False,
+    whole: bool = True,
 ) -> dict[str, str]:
     """Generate every text of a folder from a derived system, manifest last.
 
@@ -219,6 +231,8 @@ def texts_of(
         Folder of its tables, whose numbers may change without a new derivation.
     casadi : bool
         Whether CasADi's own C is among the texts.
+    whole : bool
+        Whether the rest of what is made when asked is among them.
     """
     from .code.files import printed, texts
     from .equations.graph import equations_json
@@ -235,7 +249,8 @@ def texts_of(
     manifest = manifest_of(system, functions, sources)
     manifest = replace(manifest, versions=dict(sorted({**(libraries or {}), **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
-    files = texts(manifest, functions)
+    left_out = frozenset() if whole else made_when_asked(system.name)
+    files = {name: text for name, text in texts(manifest, functions).items() if name not in left_out}
     files["equations.json"] = equations_json(system)
     files["equations.md"] = equations_markdown(system)
     if casadi:
@@ -475,23 +490,6 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
             yield name, "is gone" if before[name] else "is new"
         elif before[name] != now[name]:
             yield name, "changed"
-
-
-def _texts_of(model: str, casadi: bool) -> list[str]:
-    return [
-        *([f"{model}_casadi.c", f"{model}_casadi.h"] if casadi else []),
-        f"{model}.c",
-        f"{model}_prepared.c",
-        f"{model}_jac.c",
-        f"{model}_outputs_jac.c",
-        f"{model}_parameters_jac.c",
-        f"{model}_loops_jac.c",
-        f"{model}.h",
-        f"{model}.py",
-        "equations.json",
-        "equations.md",
-        FILE,
-    ]
 
 
 def write(folder: Path, texts: Mapping[str, str]) -> None:

@@ -7,27 +7,28 @@ run refuses the older one.
 """
 
 import hashlib
-import json
 import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, Self, get_args
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.names import identifier
 from mehvar.notebook.display import heading, table
-from mehvar.schema import Lower, SchemaError, Upper, json_key, parse, plain, read
+from mehvar.schema import Lower, SchemaError, Upper, json_key, json_text, parse, plain, read
 
 FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
 """What a run without a law is called, where a law has its name; no law can have it."""
-Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
+Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """Which of a model's C files a function is in."""
+PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
+"""Where the two parts of a function are, by the file of the whole one."""
 METRIC_KINDS = (
     "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
 )  # fmt: skip
@@ -450,6 +451,12 @@ class Manifest:
         """Whether the manifold of the coordinates depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
+    @property
+    def whole(self) -> Self:
+        """The same without the functions that are parts of others: Python and CasADi's C have none of those."""
+        functions = {name: f for name, f in self.functions.items() if not f.internal}
+        return replace(self, functions=functions)
+
     def check_rates(self, what: str) -> None:
         """Refuse what takes every row of `rhs` for a rate where there are algebraic states."""
         if self.algebraic:
@@ -529,9 +536,22 @@ def check_manifest(manifest: Manifest) -> None:
     _check_scenarios(manifest)
 
 
-def file_of(model: str, part: Part) -> str:
-    """Return the name of a C file."""
-    return f"{model}_{part}.c" if part else f"{model}.c"
+def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
+    """Return the name of a C file, or of its twin in Python."""
+    return f"{model}_{part}.{kind}" if part else f"{model}.{kind}"
+
+
+def made_when_asked(model: str) -> frozenset[str]:
+    """Return the names of the files that a tree's generated folder leaves out: few read them, and few runs need them.
+
+    They are CasADi's own C, the derivatives by parameters and of laws and closed loops, and derivatives in Python.
+    """
+    derivatives = [part for part in get_args(Part) if part.endswith("jac")]
+    return frozenset(
+        {f"{model}_casadi.c", f"{model}_casadi.h"}
+        | {file_of(model, part) for part in ("parameters_jac", "loops_jac")}
+        | {file_of(model, part, "py") for part in derivatives}
+    )
 
 
 def _check_words(manifest: Manifest) -> None:
@@ -731,7 +751,7 @@ def _check_scenarios(manifest: Manifest) -> None:
 
 def manifest_text(manifest: Manifest) -> str:
     """Return the text of a manifest.json, sealed."""
-    return sealed(json.dumps({**plain(Manifest, manifest), "digest": ""}, indent=1, ensure_ascii=False) + "\n")
+    return sealed(json_text({**plain(Manifest, manifest), "digest": ""}))
 
 
 def sealed(text: str) -> str:

@@ -35,6 +35,8 @@ _Convert = Callable[..., Any]
 _KEY = "json_key"
 _LONGEST = 60
 """Characters of a value that a message shows: a line in a terminal with the place before it."""
+_WIDTH = 120
+"""Characters of a line of JSON that is written for people."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
 """In JSON, where these characters stand, or are escaped; most files have neither, and are not searched again."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
@@ -91,6 +93,30 @@ def parse_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError as error:
         raise tomllib.TOMLDecodeError("it is nested too deeply") from error
+
+
+def json_text(table: Mapping[str, Any]) -> str:
+    """Return JSON for people and for diffs: an entry of the table a line, and so on in what is too long for one.
+
+    A list of texts or numbers is one line however long it is.
+    """
+    return _json_lines(table, "\n") + "\n"
+
+
+def _json_lines(value: Any, start: str) -> str:
+    """Return JSON of which all lines but the first begin with `start`."""
+    line = json.dumps(value, ensure_ascii=False)
+    entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    nested = any(isinstance(entry, dict | list) for entry in entries)
+    if not entries or (start != "\n" and (len(start + line) <= _WIDTH or (isinstance(value, list) and not nested))):
+        return line
+    inner = start + " "
+    if isinstance(value, dict):
+        parts = [f"{json.dumps(key, ensure_ascii=False)}: {_json_lines(v, inner)}" for key, v in value.items()]
+    else:
+        parts = [_json_lines(entry, inner) for entry in value]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    return f"{opening}{inner}{f',{inner}'.join(parts)}{start}{closing}"
 
 
 def _check_texts(data: object, place: str) -> None:

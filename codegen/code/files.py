@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from mehvar.constants import vectors
-from mehvar.manifest import Array, Manifest, Part, file_of, result_shape
+from mehvar.manifest import PREPARED, Array, Manifest, Part, file_of, result_shape
 from mehvar.names import identifier
 
 from ..functions.function import FunctionGraph
@@ -29,7 +29,9 @@ Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
 _TEMPLATES = Path(__file__).parent / "templates"
 _TITLES: dict[Part, str] = {
     "": "",
+    "variants": ", as the choices of a run vary it",
     "prepared": ", in two parts for many calls of a run",
+    "variants_prepared": ", its variants in two parts for many calls of a run",
     "jac": ", Jacobians",
     "outputs_jac": ", Jacobians of the outputs",
     "parameters_jac": ", Jacobians with respect to the parameters",
@@ -191,7 +193,7 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
             continue
         once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
         part = PrintedFunction(
-            f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare, rest.labels, rest.families
+            f"{f.name}_{step}", once, halves.first, result, PREPARED[f.part], halves.prepare, rest.labels, rest.families
         )
         labels = _with_part(rest.labels, f"{f.name}_{vector}", vector, part.names_of(0))
         parts.append(replace(part, labels=labels))
@@ -200,7 +202,10 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         constant |= {vector}
     if not parts:
         return []
-    return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
+    return [
+        *parts,
+        replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part=PREPARED[f.part]),
+    ]
 
 
 def _with_part(labels: Labels, prefix: str, vector: str, names: tuple[str, ...]) -> Labels:
@@ -244,7 +249,8 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     Returns
     -------
     dict of str to str
-        File name to text: MODEL.c, MODEL_prepared.c, MODEL_jac.c and the other parts, MODEL.h, MODEL.py.
+        File name to text: MODEL.h; a file in C for each part of the functions, and one in Python unless they are parts
+        of others.
     """
     environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
@@ -260,8 +266,11 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     def fill(template: str, chosen: Sequence[PrintedFunction], what: str = "") -> str:
         return environment.get_template(template).render(common, functions=chosen, what=what)
 
-    return {
-        **{file_of(name, p): fill("model.c.j2", [f for f in functions if f.part == p], t) for p, t in _TITLES.items()},
-        f"{name}.h": fill("model.h.j2", functions),
-        f"{name}.py": fill("model.py.j2", functions),
-    }
+    files = {f"{name}.h": fill("model.h.j2", functions)}
+    for part, title in _TITLES.items():
+        chosen = [f for f in functions if f.part == part]
+        if chosen:
+            files[file_of(name, part)] = fill("model.c.j2", chosen, title)
+        if chosen and part not in PREPARED.values():
+            files[file_of(name, part, "py")] = fill("model.py.j2", chosen, title)
+    return files

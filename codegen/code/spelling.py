@@ -12,6 +12,11 @@ from .tape import MASKS, Instruction, Tape
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _PRECEDENCE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
 _ATOM = 4
+_WIDTH = 110
+"""Characters of a line that names elements: 120 without the indentation."""
+_BESIDE = 4
+"""Elements that are named on one line: those of the same places always, so that one more moves no others."""
+_Load = tuple[str, object, int]
 
 
 @dataclass(frozen=True)
@@ -32,12 +37,10 @@ class Language:
         Format of the fused sine and cosine, with {angle}, {sine} and {cosine}.
     splat : str
         Format that makes a constant a value of full width, where a result is a plain number.
-    load : str
-        Format that gives an element of a vector a name, with {vector}, {place}, {index} and {name}.
+    load : callable
+        Statement that gives some elements of a vector their names; of each it receives the name, place and index.
     named : str
         Format of an element that has one.
-    unpack : str
-        Format that gives all elements of a vector their names, a line each; empty where `load` does.
     comment : str
         Format of a remark behind a statement.
     broken : str
@@ -51,11 +54,19 @@ class Language:
     declare: str
     sincos: str
     splat: str
-    load: str
+    load: Callable[[str, Sequence[_Load]], str]
     named: str
-    unpack: str
     comment: str
     broken: str
+
+
+def _c_load(_: str, elements: Sequence[_Load]) -> str:
+    return f"enum {{ {', '.join(f'{name} = {place}' for name, place, _ in elements)} }};"
+
+
+def _python_load(vector: str, elements: Sequence[_Load]) -> str:
+    names, values = zip(*((name, f"{vector}[..., {index}]") for name, _, index in elements), strict=True)
+    return f"{', '.join(names)} = {', '.join(values)}"
 
 
 def _c_constant(value: float) -> str:
@@ -112,9 +123,8 @@ C = Language(
     declare="const {kind} {name} = {value};",
     sincos="real {sine}, {cosine}; mv_sincos({angle}, &{sine}, &{cosine});",
     splat="SPLAT({0})",
-    load="enum {{ {name} = {place} }};",
+    load=_c_load,
     named="{vector}[{name}]",
-    unpack="",
     comment="  /* {} */",
     broken="{}",
 )  # fmt: skip
@@ -141,9 +151,8 @@ PYTHON = Language(
     declare="{name} = {value}",
     sincos="{sine}, {cosine} = np.sin({angle}), np.cos({angle})",
     splat="{0}",
-    load="{name} = {vector}[..., {index}]",
+    load=_python_load,
     named="{name}",
-    unpack="(\n{names}) = np.moveaxis({vector}, -1, 0)",
     comment="  # {}",
     broken="(\n    {}\n)",
 )  # fmt: skip
@@ -210,15 +219,24 @@ class Printer:
     def _load(self) -> None:
         """Name what is read of the vectors."""
         read = self._read()
-        for place, (vector, size) in enumerate(self._arguments):
-            if vector in self._labels.parts and self._language.unpack and any(a == place for a, _ in read):
-                names = "".join(f"    {self._elements[place, k]},\n" for k in range(size or 0))
-                self._add(self._language.unpack.format(names=names, vector=vector))
-                continue
+        for place, (vector, _) in enumerate(self._arguments):
+            constants = self._labels.constants.get(vector)
+            beside = 1 if vector in self._labels.parts else _BESIDE  # of a part the places follow from all before them
+            lines: dict[int, list[_Load]] = {}
             for k in sorted(k for a, k in read if a == place and (a, k) in self._elements):
-                constants = self._labels.constants.get(vector)
-                name, where = self._elements[place, k], constants[k] if constants else k
-                self._add(self._language.load.format(name=name, vector=vector, place=where, index=k))
+                element = (self._elements[place, k], constants[k] if constants else k, k)
+                lines.setdefault(k // beside, []).append(element)
+            for elements in lines.values():
+                self._add_load(vector, elements)
+
+    def _add_load(self, vector: str, elements: Sequence[_Load]) -> None:
+        """Name elements in one statement, or in two halves that are shorter."""
+        statement, half = self._language.load(vector, elements), len(elements) // 2
+        if half and len(statement) > _WIDTH:
+            self._add_load(vector, elements[:half])
+            self._add_load(vector, elements[half:])
+        else:
+            self._add(statement)
 
     def _read(self) -> set[Element]:
         """Return the elements that the text reads."""

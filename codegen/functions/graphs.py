@@ -80,6 +80,7 @@ def _build(
         signature,
         sizes,
         graph,
+        request.part,
         elements={name: tuple(q.name for q in group) for name, group in groups.items()},
         families={name: tuple((q.family, q.index if q.family else 0) for q in group) for name, group in groups.items()},
         derivation=NamedSteps({s.name: number for s, number in numbers.items()}, steps),

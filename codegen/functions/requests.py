@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from mehvar.manifest import Part
 from mehvar.models.check import formulas
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import (
@@ -49,6 +50,8 @@ class Request:
         Whether a run calls it again and again with the same parameters.
     alone : bool
         Whether no subexpression is shared with other functions, whose sums would be in another order without it.
+    part : str
+        The file it goes into.
     """
 
     name: str
@@ -59,6 +62,7 @@ class Request:
     law: Controller | None = None
     repeated: bool = False
     alone: bool = False
+    part: Part = ""
 
 
 def requests(system: System) -> list[Request]:
@@ -89,7 +93,7 @@ def _plant(system: System) -> list[Request]:
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
-        functions.append(Request(name, description, (x, u, p), result, repeated=True))
+        functions.append(Request(name, description, (x, u, p), result, repeated=True, part="variants"))
     q = _integrated(system)
     if system.coordinates:
         functions.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
@@ -247,7 +251,8 @@ def _continuous(system: System, law: Controller) -> list[Request]:
         loop = (*variant.loops.get(law.name, variant.rhs), *law.rates)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"
         tag = f"{name}_loop_{suffix(system, variant.values)}"
-        functions.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
+        results = (("dq", loop),)
+        functions.append(Request(tag, description, (q, r, p, c), results, law=law, repeated=True, part="variants"))
     return functions
 
 

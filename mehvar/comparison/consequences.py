@@ -127,7 +127,7 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
 def _loaded(folder: Path) -> Model:
     """Load a model whose manifest may be of another version: what is compared here needs none of the newer fields."""
     manifest = read_manifest(folder, any_age=True)
-    return Model(manifest, PythonBackend(manifest))
+    return Model(manifest.whole, PythonBackend(manifest))
 
 
 def _operations(before: Model, after: Model) -> tuple[tuple[str, int, int], ...]:

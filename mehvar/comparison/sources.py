@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -18,6 +16,7 @@ from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tr
 from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
 from mehvar.names import WORK
+from mehvar.runtime.model.derived import last_line, run_python
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.schema import SchemaError, parse
 from mehvar.terminal import working
@@ -26,7 +25,6 @@ from mehvar.versions import installed
 from .git import Revision, find_revision, in_repository
 
 _EQUATIONS = "equations.json"
-_HERE = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
@@ -213,22 +211,9 @@ def derived(tree: Tree, model: str, label: str, structure: Mapping[str, str] | N
 
 def _derive(tree: Tree, model: str, label: str, choices: list[str], folder: Path) -> None:
     options = [part for choice in choices for part in ("--structure", choice)]
-    process = run_python(tree, "-m", "mehvar", "generate", model, *options, "--out", str(folder))
+    process = run_python(tree.root, "-m", "mehvar", "generate", model, *options, "--out", str(folder))
     if process.returncode:
-        reason = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
-        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(reason)}")
-
-
-def run_python(tree: Tree, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run Python with this mehvar in a tree, whose models it may import as no other process of ours may."""
-    path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.run(
-        [sys.executable, "-P", *arguments],
-        cwd=tree.root,
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-    )
+        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {last_line(process)}")
 
 
 def _generated(folder: Path) -> dict[str, Path]:

@@ -16,11 +16,12 @@ from mehvar.codegen.generate import Tree, own_inputs
 from mehvar.codegen.structures import every_structure
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import read_manifest
+from mehvar.runtime.model.derived import run_python
 from mehvar.schema import parse_toml
 from mehvar.settings import read_settings
 from mehvar.terminal import working
 
-from .sources import Version, derived, run_python
+from .sources import Version, derived
 
 ALL = "all"
 _ALLOWED = f"{ALL} or NAME=VALUE[,NAME=VALUE]"
@@ -195,7 +196,7 @@ def _derived(model: str, old: Version, new: Version, structure: Mapping[str, str
 def _ask(version: Version, function: str, *arguments: object) -> Any:
     """Ask a function of `codegen.structures`, in a process that has imported no other models."""
     assert version.tree is not None
-    process = run_python(version.tree, "-c", _ASK, function, *map(json.dumps, arguments))
+    process = run_python(version.tree.root, "-c", _ASK, function, *map(json.dumps, arguments))
     if process.returncode:
         reason = (process.stderr.strip() or "no answer").splitlines()[-1]
         raise InputError(f"{version.label}: the structures cannot be read: {reason}")

@@ -7,11 +7,11 @@ import ctypes
 from collections.abc import Iterable
 from dataclasses import replace
 
-from mehvar.errors import InputError
 from mehvar.manifest import Function, Manifest
 from mehvar.names import identifier
 
 from ..compiling.library import load_library
+from .derived import holder
 from .functions import BackendName, CBackend, Real
 from .generated import generated_text
 
@@ -22,16 +22,12 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
     Raises
     ------
     InputError
-        If the folder has no such file.
+        If there is no such file, and none can be made.
     """
     file = f"{manifest.model}_casadi.c"
-    if not (manifest.folder / file).is_file():
-        raise InputError(
-            f"backend = 'casadi': {manifest.folder} has no {file}; "
-            f"mehvar generate {manifest.model} --emit casadi writes it"
-        )
-    whole = {name: f for name, f in manifest.functions.items() if not f.internal}
-    return replace(manifest, functions={name: replace(f, file=file) for name, f in whole.items()})
+    holder(manifest, file)
+    functions = {name: replace(f, file=file) for name, f in manifest.whole.functions.items()}
+    return replace(manifest, functions=functions)
 
 
 class CasadiBackend(CBackend):

@@ -17,6 +17,7 @@ from mehvar.names import identifier
 from mehvar.notebook.display import heading, table
 
 from ..compiling.library import load_library, load_native, native_headers
+from .derived import holder
 from .generated import generated_text
 from .header import check_module
 from .point import Point
@@ -221,13 +222,13 @@ class CBackend:
 
 
 class PythonBackend:
-    """The generated NumPy module."""
+    """The generated NumPy modules, each imported on first use."""
 
     name: BackendName = "python"
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest = manifest
-        self._module: ModuleType | None = None
+        self._modules: dict[str, ModuleType] = {}
 
     def prepare(self) -> None:
         """Import the module."""
@@ -250,18 +251,20 @@ class PythonBackend:
 
     def raw(self, name: str) -> Callable[..., Any]:
         """Return the module's own function, unchecked."""
-        if self._module is None:
-            self._module = self._import()
-        function: Callable[..., Any] = getattr(self._module, identifier(name))
+        by_identifier = {identifier(other): f for other, f in self._manifest.functions.items()}
+        file = by_identifier[identifier(name)].file.removesuffix(".c") + ".py"
+        if file not in self._modules:
+            self._modules[file] = self._import(file)
+        function: Callable[..., Any] = getattr(self._modules[file], identifier(name))
         return function
 
-    def _import(self) -> ModuleType:
-        model = self._manifest.model
-        path = self._manifest.folder / f"{model}.py"
-        module = ModuleType(f"mehvar_generated_{identifier(model)}")
+    def _import(self, file: str) -> ModuleType:
+        manifest = holder(self._manifest, file)
+        path = manifest.folder / file
+        module = ModuleType(f"mehvar_generated_{identifier(path.stem)}")
         module.__file__ = str(path)
-        exec(compile(generated_text(self._manifest, path.name), path, "exec"), module.__dict__)
-        check_module(self._manifest, module, path)
+        exec(compile(generated_text(manifest, file), path, "exec"), module.__dict__)
+        check_module(manifest, module, path)
         return module
 
 

@@ -9,9 +9,11 @@ import warnings
 from mehvar.errors import InputError
 from mehvar.manifest import Manifest
 
+from .derived import holder
+
 
 def generated_text(manifest: Manifest, name: str) -> str:
-    """Return the text of a generated file.
+    """Return the text of a generated file, which is made now if the folder leaves it out and the cache lacks it.
 
     Parameters
     ----------
@@ -23,8 +25,9 @@ def generated_text(manifest: Manifest, name: str) -> str:
     Raises
     ------
     InputError
-        If it cannot be read, or is not what generation wrote: the manifest has its SHA-256.
+        If it cannot be read or made, or is not what generation wrote: the manifest has its SHA-256.
     """
+    manifest = holder(manifest, name)
     path = manifest.folder / name
     try:
         content = path.read_bytes()

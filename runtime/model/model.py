@@ -265,8 +265,9 @@ class Model:
         """
         from .tools.casadi import casadi_function
 
-        function = self.functions[name].function
-        return casadi_function(function, PythonBackend(self.manifest).raw(function.name))
+        evaluator = PythonBackend(self.manifest)
+        function = Functions(evaluator, self.manifest.whole)[name].function
+        return casadi_function(function, evaluator.raw(function.name))
 
     def to_jax(self) -> Translation:
         """Return the generated functions on JAX's arrays, as attributes: `rhs(x, u, p)`, `jac_x`, `jac_u` and the rest.
@@ -452,7 +453,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     manifest = find_model(model)
     tell_stale(manifest)
     if backend == "python":
-        return Model(manifest, PythonBackend(manifest))
+        return Model(manifest.whole, PythonBackend(manifest))
     if backend is None and find_compiler() is None:
         warnings.warn(
             "no C compiler found: using the much slower Python backend; "
@@ -460,7 +461,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
             RuntimeWarning,
             stacklevel=2,
         )
-        return Model(manifest, PythonBackend(manifest))
+        return Model(manifest.whole, PythonBackend(manifest))
     require_compiler()
     check_header(manifest)
     if backend == "casadi":

@@ -50,17 +50,10 @@ class _Scalar(ast.NodeTransformer):
         """Leave out `with np.errstate(...)`: compiled arithmetic does not warn."""
         return [new for statement in node.body for new in self._statements(statement)]
 
-    def visit_Assign(self, node: ast.Assign) -> ast.stmt | list[ast.stmt] | None:
-        """Leave out the conversion of the arguments; take what names all elements of a vector one by one."""
-        call = ast.unparse(node.value.func) if isinstance(node.value, ast.Call) else ""
-        if call == "_arrays":
+    def visit_Assign(self, node: ast.Assign) -> ast.stmt | None:
+        """Leave out the conversion of the arguments."""
+        if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "_arrays":
             return None
-        if call == "np.moveaxis":
-            assert isinstance(node.value, ast.Call)
-            assert isinstance(node.targets[0], ast.Tuple)
-            vector = ast.unparse(node.value.args[0])
-            names = map(ast.unparse, node.targets[0].elts)
-            return [ast.parse(f"{name} = {vector}[{k}]").body[0] for k, name in enumerate(names)]
         return ast.Assign(node.targets, self.visit(node.value))
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:

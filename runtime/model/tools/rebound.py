@@ -49,7 +49,7 @@ class Translation:
     """
 
     def __init__(self, manifest: Manifest, translate: Callable[[str, Callable[..., Any]], Any]) -> None:
-        self._names = {identifier(name): name for name in manifest.functions}
+        self._names = {identifier(name): name for name in manifest.whole.functions}
         self._module, self._translate, self._model = PythonBackend(manifest), translate, manifest.model
 
     def __getattr__(self, name: str) -> Any:

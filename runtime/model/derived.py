@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that a generated folder leaves out: derived from the sources beside it when first used, kept in the cache.
+
+A derivation runs in a process of its own, by the command that a user would type: what runs a model imports nothing that
+derives one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from mehvar import cache, errors
+from mehvar.errors import InputError
+from mehvar.manifest import Manifest, made_when_asked, read_manifest
+from mehvar.versions import installed
+
+from .catalogue import shipped_models
+
+_HERE = Path(errors.__file__).resolve().parents[1]
+_NEEDED = ("sympy", "casadi")
+
+
+def holder(manifest: Manifest, name: str) -> Manifest:
+    """Return the manifest of the folder that has a file: the model's own, or one in the cache, which is made now.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        Of the model's generated folder.
+    name : str
+        Of the file, such as "triangle_loops_jac.c".
+
+    Raises
+    ------
+    InputError
+        If the file is to be made and cannot be: its sources are gone or have changed, or a package is missing.
+    """
+    present = name in manifest.files_sha256 if manifest.files_sha256 else (manifest.folder / name).is_file()
+    if present or name not in made_when_asked(manifest.model):
+        return manifest
+    root, what = _root(manifest, name), f"{name} of {manifest.model} is made when it is first used"
+    for package in _NEEDED:
+        if not installed(package):
+            raise InputError(f"{what}, which needs {package}: pip install {package}")
+    versions = sorted(installed(*_NEEDED, "mehvar", "python").items())
+    entry = f"{manifest.model}-{cache.key(manifest.text, repr(versions))}"
+    made = read_manifest(cache.entry("derived", entry, lambda folder: _fill(root, manifest.model, folder, what)))
+    signatures, own = ({(f.name, f.arguments, f.results) for f in one.functions.values()} for one in (made, manifest))
+    if not own <= signatures:
+        raise InputError(
+            f"{what}, and this version of mehvar derives other functions than {manifest.folder} has; "
+            f"generate the model again (mehvar generate {manifest.model})"
+        )
+    return made
+
+
+def _root(manifest: Manifest, name: str) -> Path:
+    """Return the folder with models/ that a generated folder was derived from, unchanged since."""
+    own, model = manifest.folder.absolute(), manifest.model
+    shipped = shipped_models().get(model)
+    folders = [own, *([shipped] if shipped and read_manifest(shipped).text == manifest.text else [])]
+    for folder in folders:
+        root = folder.parent.parent
+        if folder == root / "generated" / model and (root / "models" / model).is_dir():
+            _check_unchanged(manifest, root, name)
+            return root
+    raise InputError(
+        f"{own} has no {name}, and no models/{model} beside it to make it from; "
+        f"mehvar generate {model} --out DIR writes every file, with --emit casadi CasADi's C too"
+    )
+
+
+def _check_unchanged(manifest: Manifest, root: Path, name: str) -> None:
+    for source, digest in manifest.inputs_sha256.items():
+        path = root / source
+        if source.startswith("models/") and path.is_file() and _sha256(path) != digest:
+            raise InputError(
+                f"{name} cannot be made: {source} has changed since {manifest.model} was generated; "
+                f"mehvar generate {manifest.model} brings it up to date"
+            )
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _fill(root: Path, model: str, folder: Path, what: str) -> None:
+    process = run_python(root, "-m", "mehvar", "generate", model, "--emit", "casadi", "--out", str(folder))
+    if process.returncode:
+        raise InputError(f"{what}, which failed: {last_line(process)}")
+
+
+def run_python(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python with this mehvar in a tree, whose models it may import as no other process of ours may."""
+    path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return subprocess.run(
+        [sys.executable, "-P", *arguments],
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def last_line(process: subprocess.CompletedProcess[str]) -> str:
+    """Return the last thing that a process said."""
+    return "".join((process.stderr.strip() or process.stdout.strip()).splitlines()[-1:])
