@@ -9,14 +9,9 @@
 /* state derivative; 7 operations. */
 void triangle_rhs(const real *x, const real *u, const real *p, real *dx)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { mu = TRIANGLE_X_MU };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
-    enum { H = TRIANGLE_P_H };
-    enum { disturbance = TRIANGLE_P_DISTURBANCE };
-    enum { mass = TRIANGLE_P_MASS };
+    enum { rho = TRIANGLE_X_RHO, mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
+    enum { H = TRIANGLE_P_H, disturbance = TRIANGLE_P_DISTURBANCE, mass = TRIANGLE_P_MASS };
     dx[0] = u[w1];
     dx[1] = u[w2];
     dx[2] = u[w3];
@@ -27,17 +22,10 @@ void triangle_rhs(const real *x, const real *u, const real *p, real *dx)
 void triangle_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real zeta1 = x[rho] * cos_phi;
@@ -109,8 +97,7 @@ void triangle_limits(const real *x, const real *u, const real *p, real *margin)
 {
     (void)u;
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { mu = TRIANGLE_X_MU };
+    enum { rho = TRIANGLE_X_RHO, mu = TRIANGLE_X_MU };
     margin[0] = K(0.5) - x[rho] * x[rho];
     margin[1] = x[mu];
 }
@@ -118,10 +105,7 @@ void triangle_limits(const real *x, const real *u, const real *p, real *margin)
 /* regular coordinates of a state; 4 operations. */
 void triangle_to_coordinates(const real *x, real *q)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
@@ -134,10 +118,7 @@ void triangle_to_coordinates(const real *x, real *q)
 /* state at regular coordinates; 5 operations. */
 void triangle_from_coordinates(const real *q, real *x)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
     const real rho = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     x[0] = rho;
@@ -150,10 +131,7 @@ void triangle_from_coordinates(const real *q, real *x)
 void triangle_initial(const real *p, const real *s, real *x)
 {
     (void)p;
-    enum { l1_0 = TRIANGLE_S_L1_0 };
-    enum { l2_0 = TRIANGLE_S_L2_0 };
-    enum { l3_0 = TRIANGLE_S_L3_0 };
-    enum { theta_0 = TRIANGLE_S_THETA_0 };
+    enum { l1_0 = TRIANGLE_S_L1_0, l2_0 = TRIANGLE_S_L2_0, l3_0 = TRIANGLE_S_L3_0, theta_0 = TRIANGLE_S_THETA_0 };
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
@@ -175,10 +153,7 @@ void triangle_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)t;
     (void)p;
-    enum { l1_f = TRIANGLE_S_L1_F };
-    enum { l2_f = TRIANGLE_S_L2_F };
-    enum { l3_f = TRIANGLE_S_L3_F };
-    enum { theta_f = TRIANGLE_S_THETA_F };
+    enum { l1_f = TRIANGLE_S_L1_F, l2_f = TRIANGLE_S_L2_F, l3_f = TRIANGLE_S_L3_F, theta_f = TRIANGLE_S_THETA_F };
     const real t_xkhu7 = s[l3_f] * s[l3_f];
     const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
     const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
@@ -199,12 +174,8 @@ void triangle_reference(const real *t, const real *p, const real *s, real *r)
 void triangle_constraints(const real *p, const real *s, real *margin)
 {
     (void)p;
-    enum { l1_0 = TRIANGLE_S_L1_0 };
-    enum { l2_0 = TRIANGLE_S_L2_0 };
-    enum { l3_0 = TRIANGLE_S_L3_0 };
-    enum { l1_f = TRIANGLE_S_L1_F };
-    enum { l2_f = TRIANGLE_S_L2_F };
-    enum { l3_f = TRIANGLE_S_L3_F };
+    enum { l1_0 = TRIANGLE_S_L1_0, l2_0 = TRIANGLE_S_L2_0, l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F, l2_f = TRIANGLE_S_L2_F, l3_f = TRIANGLE_S_L3_F };
     margin[0] = mv_min(mv_min(s[l1_0] - s[l2_0] + s[l3_0], s[l1_0] + s[l2_0] - s[l3_0]), s[l2_0] + s[l3_0] - s[l1_0]);
     margin[1] = mv_min(mv_min(s[l1_f] - s[l2_f] + s[l3_f], s[l1_f] + s[l2_f] - s[l3_f]), s[l2_f] + s[l3_f] - s[l1_f]);
 }
@@ -248,12 +219,8 @@ void triangle_shape(const real *l1, const real *l2, const real *l3, real *rho, r
 /* rod rates (22); 80 operations. */
 void triangle_length_rates(const real *x, const real *u, real *u_l)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
     const real zeta2 = x[rho] * sin_phi;
@@ -299,24 +266,14 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
 void triangle_sliding(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
@@ -367,27 +324,15 @@ void triangle_sliding(const real *x, const real *r, const real *p, const real *c
 /* closed loop of sliding; 131 operations. */
 void triangle_sliding_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { H = TRIANGLE_P_H };
-    enum { disturbance = TRIANGLE_P_DISTURBANCE };
-    enum { mass = TRIANGLE_P_MASS };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { H = TRIANGLE_P_H, disturbance = TRIANGLE_P_DISTURBANCE, mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
@@ -437,24 +382,14 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
 void triangle_sliding_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
@@ -509,12 +444,8 @@ void triangle_sliding_constraints(const real *p, const real *c, const real *s, r
 {
     (void)p;
     enum { R = TRIANGLE_SLIDING_C_R };
-    enum { l1_0 = TRIANGLE_S_L1_0 };
-    enum { l2_0 = TRIANGLE_S_L2_0 };
-    enum { l3_0 = TRIANGLE_S_L3_0 };
-    enum { l1_f = TRIANGLE_S_L1_F };
-    enum { l2_f = TRIANGLE_S_L2_F };
-    enum { l3_f = TRIANGLE_S_L3_F };
+    enum { l1_0 = TRIANGLE_S_L1_0, l2_0 = TRIANGLE_S_L2_0, l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F, l2_f = TRIANGLE_S_L2_F, l3_f = TRIANGLE_S_L3_F };
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
@@ -541,8 +472,7 @@ void triangle_sliding_constraints(const real *p, const real *c, const real *s, r
 /* formula defaults of sliding; 2 operations. */
 void triangle_sliding_defaults(const real *c, real *derived)
 {
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M };
     enum { R = TRIANGLE_SLIDING_C_R };
     derived[0] = c[R] / c[m] * c[k_phi];
 }
@@ -551,20 +481,12 @@ void triangle_sliding_defaults(const real *c, real *derived)
 void triangle_path(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     const real zeta1 = x[rho] * cos_phi;
@@ -656,23 +578,13 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
 /* closed loop of path; 221 operations. */
 void triangle_path_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { H = TRIANGLE_P_H };
-    enum { disturbance = TRIANGLE_P_DISTURBANCE };
-    enum { mass = TRIANGLE_P_MASS };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { H = TRIANGLE_P_H, disturbance = TRIANGLE_P_DISTURBANCE, mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
@@ -763,20 +675,12 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
 void triangle_path_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
@@ -872,12 +776,8 @@ void triangle_path_constraints(const real *p, const real *c, const real *s, real
 {
     (void)p;
     enum { R = TRIANGLE_PATH_C_R };
-    enum { l1_0 = TRIANGLE_S_L1_0 };
-    enum { l2_0 = TRIANGLE_S_L2_0 };
-    enum { l3_0 = TRIANGLE_S_L3_0 };
-    enum { l1_f = TRIANGLE_S_L1_F };
-    enum { l2_f = TRIANGLE_S_L2_F };
-    enum { l3_f = TRIANGLE_S_L3_F };
+    enum { l1_0 = TRIANGLE_S_L1_0, l2_0 = TRIANGLE_S_L2_0, l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F, l2_f = TRIANGLE_S_L2_F, l3_f = TRIANGLE_S_L3_F };
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
@@ -906,10 +806,7 @@ void triangle_geometry(const real *x, const real *u, const real *r, const real *
 {
     (void)u;
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
     enum { theta_ref = TRIANGLE_R_THETA_REF };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     real sin_theta, cos_theta; mv_sincos(x[theta], &sin_theta, &cos_theta);

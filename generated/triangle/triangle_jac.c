@@ -9,11 +9,9 @@
 /* Jacobian of rhs with respect to x, row by row; 7 operations. */
 void triangle_jac_x(const real *x, const real *u, const real *p, real *J)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { mu = TRIANGLE_X_MU };
+    enum { rho = TRIANGLE_X_RHO, mu = TRIANGLE_X_MU };
     enum { w2 = TRIANGLE_U_W2 };
-    enum { H = TRIANGLE_P_H };
-    enum { mass = TRIANGLE_P_MASS };
+    enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
     const real t_v4jyn = K(1.0) / x[mu];
     J[0] = SPLAT(K(0.0));
     J[1] = SPLAT(K(0.0));
@@ -56,16 +54,11 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J)
 /* change of rhs along a change of x and u; 13 operations. */
 void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { mu = TRIANGLE_X_MU };
+    enum { rho = TRIANGLE_X_RHO, mu = TRIANGLE_X_MU };
     enum { w2 = TRIANGLE_U_W2 };
-    enum { H = TRIANGLE_P_H };
-    enum { mass = TRIANGLE_P_MASS };
-    enum { along_rho = 0 };
-    enum { along_mu = 2 };
-    enum { along_w1 = 0 };
-    enum { along_w2 = 1 };
-    enum { along_w3 = 2 };
+    enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
+    enum { along_rho = 0, along_mu = 2 };
+    enum { along_w1 = 0, along_w2 = 1, along_w3 = 2 };
     const real t_v4jyn = K(1.0) / x[mu];
     change[0] = along_u[along_w1];
     change[1] = along_u[along_w2];

@@ -10,15 +10,9 @@
 void triangle_outputs_jac(const real *x, const real *u, const real *r, const real *p, real *J_x, real *J_u, real *J_r)
 {
     (void)p;
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF, mu_ref = TRIANGLE_R_MU_REF };
     real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real zeta1 = x[rho] * cos_phi;

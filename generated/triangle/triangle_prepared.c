@@ -14,19 +14,15 @@ enum {
 /* what rhs computes once per run; 2 operations. */
 void triangle_rhs_prepare(const real *p, real *h)
 {
-    enum { H = TRIANGLE_P_H };
-    enum { mass = TRIANGLE_P_MASS };
+    enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
     h[rhs_h_t_6q6qz] = K(3.0) * p[H] / p[mass];
 }
 
 /* the rest of rhs; 5 operations. */
 void triangle_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { mu = TRIANGLE_X_MU };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
+    enum { rho = TRIANGLE_X_RHO, mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
     enum { disturbance = TRIANGLE_P_DISTURBANCE };
     enum { t_6q6qz = rhs_h_t_6q6qz };
     dx[0] = u[w1];
@@ -47,9 +43,7 @@ enum {
 /* what outputs computes once per run; 23 operations. */
 void triangle_outputs_prepare(const real *r, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF, mu_ref = TRIANGLE_R_MU_REF };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real t_rqfjc = K(0.5773502691896257) * mv_sqrt(r[mu_ref]);
     const real t_vbegv = r[rho_ref] * mv_sqrt(K(1.0) - r[rho_ref] * r[rho_ref]);
@@ -68,15 +62,9 @@ void triangle_outputs_prepare(const real *r, real *h)
 /* the rest of outputs; 109 operations. */
 void triangle_outputs_prepared(const real *x, const real *u, const real *r, const real *h, real *y)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { w1 = TRIANGLE_U_W1 };
-    enum { w2 = TRIANGLE_U_W2 };
-    enum { w3 = TRIANGLE_U_W3 };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { w1 = TRIANGLE_U_W1, w2 = TRIANGLE_U_W2, w3 = TRIANGLE_U_W3 };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, theta_ref = TRIANGLE_R_THETA_REF };
     enum { cos_phi_ref = outputs_h_cos_phi_ref };
     enum { sin_phi_ref = outputs_h_sin_phi_ref };
     enum { length1_ref = outputs_h_length1_ref };
@@ -158,14 +146,10 @@ enum {
 /* what sliding computes once per run; 11 operations. */
 void triangle_sliding_prepare(const real *r, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
     enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { m = TRIANGLE_SLIDING_C_M, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN, R = TRIANGLE_SLIDING_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real t_ieu4b = K(1.0) / c[m];
@@ -185,20 +169,11 @@ void triangle_sliding_prepare(const real *r, const real *c, real *h)
 /* the rest of sliding; 127 operations. */
 void triangle_sliding_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M, eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_h_sin_phi_ref };
     enum { t_gjxkh = sliding_h_t_gjxkh };
@@ -273,16 +248,11 @@ enum {
 /* what sliding_loop computes once per run; 13 operations. */
 void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { H = TRIANGLE_P_H };
-    enum { mass = TRIANGLE_P_MASS };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
     enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { m = TRIANGLE_SLIDING_C_M, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN, R = TRIANGLE_SLIDING_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real t_ieu4b = K(1.0) / c[m];
@@ -303,21 +273,12 @@ void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, 
 /* the rest of sliding_loop; 118 operations. */
 void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
     enum { disturbance = TRIANGLE_P_DISTURBANCE };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M, eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_loop_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_loop_h_sin_phi_ref };
     enum { t_gjxkh = sliding_loop_h_t_gjxkh };
@@ -387,14 +348,10 @@ enum {
 /* what sliding_observe computes once per run; 11 operations. */
 void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
     enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
-    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
-    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
-    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { m = TRIANGLE_SLIDING_C_M, theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN, theta_min = TRIANGLE_SLIDING_C_THETA_MIN, R = TRIANGLE_SLIDING_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real t_ieu4b = K(1.0) / c[m];
@@ -414,20 +371,11 @@ void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
 /* the rest of sliding_observe; 124 operations. */
 void triangle_sliding_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
-    enum { m = TRIANGLE_SLIDING_C_M };
-    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
-    enum { R = TRIANGLE_SLIDING_C_R };
-    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI, m = TRIANGLE_SLIDING_C_M, eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R, mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX, area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
     enum { cos_phi_ref = sliding_observe_h_cos_phi_ref };
     enum { sin_phi_ref = sliding_observe_h_sin_phi_ref };
     enum { t_gjxkh = sliding_observe_h_t_gjxkh };
@@ -497,11 +445,8 @@ enum {
 /* what path computes once per run; 8 operations. */
 void triangle_path_prepare(const real *r, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE, R = TRIANGLE_PATH_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     h[path_h_cos_phi_ref] = cos_phi_ref;
     h[path_h_sin_phi_ref] = sin_phi_ref;
@@ -513,18 +458,10 @@ void triangle_path_prepare(const real *r, const real *c, real *h)
 /* the rest of path; 220 operations. */
 void triangle_path_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
-    enum { rho = TRIANGLE_X_RHO };
-    enum { phi = TRIANGLE_X_PHI };
-    enum { mu = TRIANGLE_X_MU };
-    enum { theta = TRIANGLE_X_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { rho = TRIANGLE_X_RHO, phi = TRIANGLE_X_PHI, mu = TRIANGLE_X_MU, theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     enum { cos_phi_ref = path_h_cos_phi_ref };
     enum { sin_phi_ref = path_h_sin_phi_ref };
     enum { t_llxk2 = path_h_t_llxk2 };
@@ -630,13 +567,9 @@ enum {
 /* what path_loop computes once per run; 10 operations. */
 void triangle_path_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { H = TRIANGLE_P_H };
-    enum { mass = TRIANGLE_P_MASS };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE, R = TRIANGLE_PATH_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     h[path_loop_h_cos_phi_ref] = cos_phi_ref;
     h[path_loop_h_sin_phi_ref] = sin_phi_ref;
@@ -649,19 +582,11 @@ void triangle_path_loop_prepare(const real *r, const real *p, const real *c, rea
 /* the rest of path_loop; 211 operations. */
 void triangle_path_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
     enum { disturbance = TRIANGLE_P_DISTURBANCE };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     enum { cos_phi_ref = path_loop_h_cos_phi_ref };
     enum { sin_phi_ref = path_loop_h_sin_phi_ref };
     enum { t_llxk2 = path_loop_h_t_llxk2 };
@@ -762,11 +687,8 @@ enum {
 /* what path_observe computes once per run; 8 operations. */
 void triangle_path_observe_prepare(const real *r, const real *c, real *h)
 {
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { phi_ref = TRIANGLE_R_PHI_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
-    enum { R = TRIANGLE_PATH_C_R };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE, R = TRIANGLE_PATH_C_R };
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     h[path_observe_h_cos_phi_ref] = cos_phi_ref;
     h[path_observe_h_sin_phi_ref] = sin_phi_ref;
@@ -778,18 +700,10 @@ void triangle_path_observe_prepare(const real *r, const real *c, real *h)
 /* the rest of path_observe; 217 operations. */
 void triangle_path_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
-    enum { zeta1 = TRIANGLE_Q_ZETA1 };
-    enum { zeta2 = TRIANGLE_Q_ZETA2 };
-    enum { mu = TRIANGLE_Q_MU };
-    enum { theta = TRIANGLE_Q_THETA };
-    enum { rho_ref = TRIANGLE_R_RHO_REF };
-    enum { mu_ref = TRIANGLE_R_MU_REF };
-    enum { theta_ref = TRIANGLE_R_THETA_REF };
-    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
-    enum { R = TRIANGLE_PATH_C_R };
-    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
-    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
-    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { zeta1 = TRIANGLE_Q_ZETA1, zeta2 = TRIANGLE_Q_ZETA2, mu = TRIANGLE_Q_MU, theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF, mu_ref = TRIANGLE_R_MU_REF, theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI, R = TRIANGLE_PATH_C_R, mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX, area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
     enum { cos_phi_ref = path_observe_h_cos_phi_ref };
     enum { sin_phi_ref = path_observe_h_sin_phi_ref };
     enum { t_llxk2 = path_observe_h_t_llxk2 };
