@@ -23,7 +23,7 @@ from mehvar.codegen.generate import (
     write,
 )
 from mehvar.codegen.new_numbers import shapes
-from mehvar.manifest import manifest_text, read_manifest
+from mehvar.manifest import made_when_asked, manifest_text, read_manifest
 from mehvar.models.quantities import ModelError
 from tests.derived import variant
 
@@ -84,7 +84,7 @@ def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
     """Two hash seeds, each in a working folder of its own."""
     code = (
         "import json; from mehvar.codegen.generate import derive, installed_tree\n"
-        f"print(json.dumps(derive(installed_tree(), {model!r}, casadi=True)))"
+        f"print(json.dumps(derive(installed_tree(), {model!r}, whole=False)))"
     )
     texts = json.loads(python(code, tmp_path, PYTHONHASHSEED=seed))
     folder = ROOT / "generated" / model
@@ -221,26 +221,36 @@ def test_nothing_is_half_written(tree, monkeypatch):
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
 
 
+def test_what_is_committed_can_be_read():
+    """As many lines as a reviewer may meet; what few read is made when it is asked for."""
+    files = {path: path.read_bytes().count(b"\n") for path in (ROOT / "generated").rglob("*.*") if path.is_file()}
+    files = {path: lines for path, lines in files.items() if path.suffix != ".pyc"}
+    assert sum(files.values()) <= 70_000
+    assert max(files.values()) <= 8_000
+    assert not {path.name for path in files} & {name for model in MODELS for name in made_when_asked(model)}
+    attributes = ["git", "check-attr", "linguist-generated", "--", *map(str, files)]
+    told = subprocess.run(attributes, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert [line for line in told if not line.endswith(": set")] == [
+        f"{ROOT}/generated/__init__.py: linguist-generated: unspecified"
+    ]
+
+
 def test_a_variant_goes_where_it_is_told(tmp_path):
     generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
     manifest = read_manifest(tmp_path / "mine")
-    assert not list((tmp_path / "mine").glob("*casadi*"))
+    left = made_when_asked("triangle") - {path.name for path in (tmp_path / "mine").iterdir()}
+    assert left == {"triangle_casadi.c", "triangle_casadi.h"}, "a folder elsewhere has all but what needs --emit"
     assert [p.name for p in manifest.parameters] == ["H", "disturbance", "m1", "m2", "m3"]
     assert manifest_text(manifest) == manifest.text
     assert not generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"}).stale
 
 
 def test_casadis_own_c_is_written_on_request_and_kept_from_then_on(tree, monkeypatch):
-    """The committed texts stand for what is derived; `test_regenerating_gives_the_committed_bytes` derives them."""
+    """What the installed tree derives stands for what its copy would."""
     folder, (code, header) = tree.root / "generated" / "triangle", ("triangle_casadi.c", "triangle_casadi.h")
-    texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
-
-    def committed(tree, model, structure, casadi):
-        return {name: text for name, text in texts.items() if casadi or name not in (code, header)}
-
-    monkeypatch.setattr(generation, "derive", committed)
-    for name in (code, header, "manifest.json"):
-        (folder / name).unlink()
+    texts = {casadi: derive(installed_tree(), "triangle", casadi=casadi, whole=False) for casadi in (False, True)}
+    monkeypatch.setattr(generation, "derive", lambda tree, model, structure, casadi, whole: texts[casadi])
+    (folder / "manifest.json").unlink()
     generate(tree, "triangle")
     assert not (folder / code).exists()
     generate(tree, "triangle", casadi=True)

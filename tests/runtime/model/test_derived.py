@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a generated folder leaves out is made when first used: the same functions, of unchanged sources, once."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mehvar.codegen.generate import installed_tree
+from mehvar.errors import InputError
+from mehvar.manifest import made_when_asked, read_manifest
+from mehvar.runtime.model import derived
+from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.model.derived import holder
+from mehvar.runtime.model.model import load
+
+FILES = sorted(made_when_asked("triangle"))
+
+
+@pytest.fixture
+def tree(tmp_path) -> Path:
+    """A copy of models/ and generated/ that a test may change; returns the folder of the triangle."""
+    for name in ("models", "generated"):
+        root = installed_tree().root
+        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path / "generated" / "triangle"
+
+
+@pytest.mark.parametrize("model", ["triangle", "satellite", "slosh"])
+def test_python_has_every_derivative(model):
+    """CasADi's C is held against ours by tests/mehvar/report/test_backends.py."""
+    ours, python = load(model, "c"), load(model, "python")
+    random = np.random.default_rng(1)
+    for f in (f for f in ours.manifest.functions.values() if f.file.endswith("_jac.c")):
+        arguments = [random.uniform(0.2, 0.9, a.shape) for a in f.arguments]
+        arguments = [ours.parameters() if a.name == "p" else v for a, v in zip(f.arguments, arguments, strict=True)]
+        one, other = (flat(m.functions[f.name](*arguments)) for m in (ours, python))
+        # both compute the same operations; only sines and the like differ, and a wrong operation shows at once
+        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9, err_msg=f.name)
+
+
+def flat(results) -> np.ndarray:
+    return np.concatenate([np.ravel(r) for r in (results if isinstance(results, tuple) else (results,))])
+
+
+def test_a_copied_folder_takes_the_sources_of_the_installed_model(tmp_path):
+    folder = shutil.copytree(find_model("triangle").folder, tmp_path / "copy")
+    made = {holder(read_manifest(folder), name).folder for name in FILES}
+    assert made == {holder(find_model("triangle"), FILES[0]).folder}, "one derivation for all files"
+
+
+def test_changed_sources_are_refused(tree):
+    source = tree.parents[1] / "models" / "triangle" / "dynamics.py"
+    source.write_text(source.read_text() + "\n# later\n")
+    message = r"cannot be made: models/triangle/dynamics\.py has changed since .*; mehvar generate triangle brings"
+    for name in FILES:
+        with pytest.raises(InputError, match=message):
+            holder(read_manifest(tree), name)
+    with pytest.warns(RuntimeWarning, match="changed since"), pytest.raises(InputError, match=message):
+        load(tree, "casadi")
+
+
+def test_a_folder_without_its_sources_says_what_to_type(tree):
+    manifest = read_manifest(tree)
+    shutil.rmtree(tree.parents[1] / "models" / "triangle")
+    manifest.__dict__["text"] = "of nobody's"
+    with pytest.raises(
+        InputError, match=r"has no triangle_casadi\.c, and no models/triangle .* generate triangle --out"
+    ):
+        holder(manifest, "triangle_casadi.c")
+
+
+def test_a_leftover_of_another_derivation_is_not_read(tree):
+    (tree / "triangle_loops_jac.c").write_text("#error left over")
+    model = load(tree)
+    assert holder(model.manifest, "triangle_loops_jac.c").folder != tree
+    point = model.state(rho=0.3, phi=0.1, mu=0.2, theta=0.4)
+    assert np.isfinite(model.linearize(point, None, model.parameters(), controller="path").A).all()
+
+
+def test_without_casadi_the_package_is_named(monkeypatch):
+    monkeypatch.setattr(derived, "installed", lambda *names: {n: "1" for n in names if n != "casadi"})
+    with pytest.raises(InputError, match=r"made when it is first used, which needs casadi: pip install casadi"):
+        holder(find_model("triangle"), "triangle_casadi.c")
+
+
+def test_two_processes_at_once_and_a_folder_that_cannot_be_written(tree, tmp_path):
+    """Both derive, one entry stays; nothing is written beside the sources."""
+    for path in (tree, *tree.iterdir()):
+        path.chmod(0o555)
+    code = (
+        "import sys; from mehvar.manifest import read_manifest; from mehvar.runtime.model.derived import holder\n"
+        "print(holder(read_manifest(sys.argv[1]), 'triangle_loops_jac.c').folder)"
+    )
+    (tmp_path / "cache").mkdir(mode=0o700)
+    environment = {**os.environ, "MEHVAR_CACHE": str(tmp_path / "cache")}
+    before = sorted(path for path in tree.parents[1].rglob("*") if "cache" not in str(path.relative_to(tmp_path)))
+    command = [sys.executable, "-c", code, str(tree)]
+    both = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    folders = {process.communicate()[0].strip() for process in both}
+    assert [process.returncode for process in both] == [0, 0]
+    (made,) = (tmp_path / "cache" / "derived").iterdir()
+    assert folders == {str(made)}
+    after = sorted(path for path in tree.parents[1].rglob("*") if "cache" not in str(path.relative_to(tmp_path)))
+    assert after == before
+    assert not (made / "triangle_loops_jac.c").stat().st_mode & 0o022
