@@ -451,6 +451,11 @@ class Manifest:
         """Whether the manifold of the coordinates depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
+    def module_of(self, function: Function) -> str:
+        """Return the name of a function's Python file, as of its C file; derivatives of the rates are in MODEL.py."""
+        own = function.file == file_of(self.model, "jac")
+        return file_of(self.model, "", "py") if own else function.file.removesuffix(".c") + ".py"
+
     @property
     def whole(self) -> Self:
         """The same without the functions that are parts of others: Python and CasADi's C have none of those."""
@@ -544,9 +549,10 @@ def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
 def made_when_asked(model: str) -> frozenset[str]:
     """Return the names of the files that a tree's generated folder leaves out: few read them, and few runs need them.
 
-    They are CasADi's own C, the derivatives by parameters and of laws and closed loops, and derivatives in Python.
+    They are CasADi's own C, the derivatives by parameters and of laws and closed loops, and of derivatives in Python
+    all but those of the rates.
     """
-    derivatives = [part for part in get_args(Part) if part.endswith("jac")]
+    derivatives = [part for part in get_args(Part) if part.endswith("_jac")]
     return frozenset(
         {f"{model}_casadi.c", f"{model}_casadi.h"}
         | {file_of(model, part) for part in ("parameters_jac", "loops_jac")}

@@ -109,7 +109,11 @@ class PrintedFunction:
 
     @property
     def python_lines(self) -> list[str]:
-        """Body of the Python function, what it returns included."""
+        """Body of the Python function, what it returns included; a Jacobian of the rates is columns of `jvp`."""
+        if self.part == "jac" and self.name != "jvp":
+            names, sizes = [name for name, _ in self.arguments], dict(self.arguments)
+            along, point = ("x", "u"), ", ".join(names)
+            return [f"return _columns(jvp, ({point}), {tuple(sizes[n] for n in along)}, {along.index(self.name[-1])})"]
         lines, values = self._statements(PYTHON)
         returned = [self._python_result(result, v) for result, v in zip(self.results, values, strict=True)]
         return [*lines, *f"return {', '.join(returned)}".split("\n")]
@@ -271,6 +275,7 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
         chosen = [f for f in functions if f.part == part]
         if chosen:
             files[file_of(name, part)] = fill("model.c.j2", chosen, title)
-        if chosen and part not in PREPARED.values():
-            files[file_of(name, part, "py")] = fill("model.py.j2", chosen, title)
+        if part in ("", "variants", "outputs_jac", "parameters_jac", "loops_jac") and chosen:
+            own = [f for f in functions if not part and f.part == "jac"]
+            files[file_of(name, part, "py")] = fill("model.py.j2", [*chosen, *own], title)
     return files

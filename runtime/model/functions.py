@@ -252,7 +252,7 @@ class PythonBackend:
     def raw(self, name: str) -> Callable[..., Any]:
         """Return the module's own function, unchecked."""
         by_identifier = {identifier(other): f for other, f in self._manifest.functions.items()}
-        file = by_identifier[identifier(name)].file.removesuffix(".c") + ".py"
+        file = self._manifest.module_of(by_identifier[identifier(name)])
         if file not in self._modules:
             self._modules[file] = self._import(file)
         function: Callable[..., Any] = getattr(self._modules[file], identifier(name))

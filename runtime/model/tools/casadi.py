@@ -66,11 +66,24 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
         _arrays=lambda *values: values,
         _vector=lambda *elements: _Vector(casadi, casadi.vertcat(casadi.SX(0, 1), *elements)),
         _erf=casadi.erf,
+        _columns=lambda change, point, sizes, place: _columns(casadi, change, point, sizes, place),
     )
     out = call(*arguments)
     results = [out] if len(function.results) == 1 else list(out)
     columns = [result.column if isinstance(result, _Vector) else result for result in results]
     return casadi.Function(function.name, symbols, columns, *_names(function.arguments, function.results))
+
+
+def _columns(
+    casadi: Any, change: Callable[..., Any], point: Sequence[Any], sizes: Sequence[int], place: int
+) -> _Vector:
+    """Return a Jacobian as the generated text does: the changes along unit vectors, as its columns."""
+    columns = []
+    for k in range(sizes[place]):
+        along = [casadi.SX(size, 1) for size in sizes]
+        along[place][k] = 1
+        columns.append(change(*point, *(_Vector(casadi, casadi.densify(vector)) for vector in along)).column)
+    return _Vector(casadi, casadi.horzcat(casadi.SX(point[0].shape[0], 0), *columns))
 
 
 def _names(arguments: Sequence[Array], results: Sequence[Array]) -> tuple[list[str], list[str]]:

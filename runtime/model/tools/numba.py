@@ -31,6 +31,8 @@ def numba_functions(manifest: Manifest) -> Translation:
     njit = library("numba", "numba", "to_numba").njit
 
     def translate(name: str, generated: Callable[..., Any]) -> Any:
+        if name in _COLUMNS:
+            return _jacobian(njit, translate("jvp", generated.__globals__["jvp"]), name, manifest)
         tree = ast.parse(inspect.getsource(generated))
         scalar = ast.fix_missing_locations(_Scalar(manifest.functions[name].shapes).visit(tree))
         names: dict[str, Any] = {"np": np, "_erf": math.erf}
@@ -38,6 +40,27 @@ def numba_functions(manifest: Manifest) -> Translation:
         return njit(names[generated.__name__])
 
     return Translation(manifest, translate)
+
+
+_COLUMNS = {"jac_x": 0, "jac_u": 1}
+"""Jacobians whose text is columns of `jvp`, and which of its directions they are along."""
+
+
+def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest) -> Any:
+    """Return a Jacobian as the generated text does: the changes along unit vectors, as its columns."""
+    (shape,), place = manifest.functions[name].shapes, _COLUMNS[name]
+    sizes = (len(manifest.states), len(manifest.inputs))
+
+    def jacobian(x: Any, u: Any, p: Any) -> Any:
+        result, along_x, along_u = np.empty(shape), np.zeros(sizes[0]), np.zeros(sizes[1])
+        along = along_u if place else along_x
+        for k in range(shape[1]):
+            along[k] = 1.0
+            result[:, k] = jvp(x, u, p, along_x, along_u)
+            along[k] = 0.0
+        return result
+
+    return njit(jacobian)
 
 
 class _Scalar(ast.NodeTransformer):

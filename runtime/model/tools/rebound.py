@@ -16,7 +16,7 @@ from ..functions import PythonBackend
 
 
 def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
-    """Return the same code where global names mean something else.
+    """Return the same code where global names mean something else, also in the functions that it calls.
 
     Parameters
     ----------
@@ -26,7 +26,11 @@ def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
         Such as `np`, `_arrays` and `_vector`, all that the generated functions use.
     """
     assert isinstance(function, FunctionType)
-    return FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
+    space = {**function.__globals__, **names}
+    for name, other in function.__globals__.items():
+        if isinstance(other, FunctionType) and name not in names:
+            space[name] = FunctionType(other.__code__, space, name)
+    return FunctionType(function.__code__, space, function.__name__)
 
 
 def library(name: str, package: str, use: str) -> ModuleType:
