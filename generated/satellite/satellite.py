@@ -45,6 +45,9 @@ SIZES = {
     "pd_start": {'x': 10, 'r': 3, 'p': 33, 'c': 11, 'z': 10},
     "pd_defaults": {'c': 11, 'derived': 1},
     "geometry": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'points': 72},
+    "jac_x": {'x': 10, 'u': 3, 'p': 33, 'J': 100},
+    "jac_u": {'x': 10, 'u': 3, 'p': 33, 'J': 30},
+    "jvp": {'x': 10, 'u': 3, 'p': 33, 'along_x': 10, 'along_u': 3, 'change': 10},
 }
 
 
@@ -54,6 +57,13 @@ def _arrays(*values):
 
 def _vector(*elements):
     return np.stack(np.broadcast_arrays(*elements), axis=-1) if elements else np.empty(0)
+
+
+def _columns(change, point, sizes, place):
+    """Return a Jacobian: the changes along the unit vectors of one argument, as its columns."""
+    along = [np.eye(size) if k == place else np.zeros(size) for k, size in enumerate(sizes)]
+    rows = change(*(vector[..., None, :] for vector in point), *along)
+    return np.swapaxes(np.broadcast_to(rows, np.broadcast_shapes(rows.shape, (sizes[place], 1))), -1, -2)
 
 
 def rhs(x, u, p):
@@ -2151,4 +2161,200 @@ def geometry(x, u, r, p):
             -30.0 * C23 * Ty
                 - -30.0 * sin_pitch * Tx
                 + -30.0 * C33 * Tz,
+        )
+
+
+def jac_x(x, u, p):
+    """Jacobian of rhs with respect to x, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (10, 3), 0)
+
+
+def jac_u(x, u, p):
+    """Jacobian of rhs with respect to u, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (10, 3), 1)
+
+
+def jvp(x, u, p, along_x, along_u):
+    """Change of rhs along a change of x and u: (x, u, p, along_x, along_u) -> change."""
+    x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
+    with np.errstate(all="ignore"):
+        roll, pitch, yaw, wx = x[..., 0], x[..., 1], x[..., 2], x[..., 3]
+        wy, wz, hx, hy = x[..., 4], x[..., 5], x[..., 6], x[..., 7]
+        hz, latitude = x[..., 8], x[..., 9]
+        I_x, I_y, I_z, Iw_x = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+        Iw_y, Iw_z, omega0, orbit_radius = p[..., 4], p[..., 5], p[..., 6], p[..., 7]
+        inclination, wheels = p[..., 8], p[..., 10]
+        wheel_friction, dipole_x, dipole_y = p[..., 13], p[..., 14], p[..., 15]
+        dipole_z, field_moment, air_density, drag_coefficient = p[..., 16], p[..., 17], p[..., 18], p[..., 19]
+        area, arm_x, arm_y, arm_z = p[..., 20], p[..., 21], p[..., 22], p[..., 23]
+        solar_pressure, reflectance, sun_latitude, sun_elevation = p[..., 24], p[..., 25], p[..., 26], p[..., 27]
+        along_roll, along_pitch = along_x[..., 0], along_x[..., 1]
+        along_yaw, along_wx = along_x[..., 2], along_x[..., 3]
+        along_wy, along_wz, along_hx, along_hy = along_x[..., 4], along_x[..., 5], along_x[..., 6], along_x[..., 7]
+        along_hz, along_latitude = along_x[..., 8], along_x[..., 9]
+        along_Tx, along_Ty, along_Tz = along_u[..., 0], along_u[..., 1], along_u[..., 2]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        C11 = cos_pitch * cos_yaw  # (3)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_xcu2m = omega0 * omega0
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        t_4hawg = t_mt3zp + t_mt3zp
+        B_z = t_4hawg * sin_latitude
+        t_5icb4 = cos_yaw * along_yaw
+        t_xy2yy = sin_pitch * along_pitch
+        t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy
+        t_ksn4u = 1.0 / cos_pitch
+        t_l3vet = sin_roll * t_ksn4u
+        t_dfbbp = cos_pitch * along_pitch
+        t_nfkgj = cos_roll * along_roll
+        t_77cpe = sin_roll * t_5icb4 + sin_yaw * t_nfkgj
+        t_7f7mz = sin_yaw * along_yaw
+        t_bbfxd = sin_roll * along_roll
+        t_t5j4l = cos_roll * t_7f7mz + cos_yaw * t_bbfxd
+        t_fut3b = t_wcbyi * t_dfbbp + sin_pitch * t_77cpe - t_t5j4l
+        t_iw7jh = along_wy + omega0 * t_fut3b
+        t_mhzz4 = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh
+        t_k5hl2 = cos_roll * t_ksn4u
+        t_xn3as = cos_roll * t_5icb4 - sin_yaw * t_bbfxd
+        t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz
+        t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo
+        t_wkarc = along_wz + omega0 * t_p66sm
+        t_k2ogc = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
+        t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l)
+        t_dj3d2 = t_mt3zp * (sin_latitude * along_latitude)
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_yqatx = t_4hawg * (cos_latitude * along_latitude)
+        t_duf4v = cos_roll * t_xy2yy + cos_pitch * t_bbfxd
+        t_yavzz = (
+            B_x * t_3yubc
+            - C31 * t_dj3d2
+            - t_xdhrg * t_p66sm
+            + (C33 * t_yqatx - B_z * t_duf4v)
+        )
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_latitude))
+        t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_latitude))
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        t_l2e6c = (
+            C31 * t_4d2hq
+            + t_4vgy7 * t_3yubc
+            + t_cokzx * t_p66sm
+            - (C33 * t_axqw3 + t_cw7a6 * t_duf4v)
+        )
+        t_yn6iw = t_yxoxk * t_dfbbp + sin_pitch * t_r7mwo - t_xn3as
+        t_e5eec = cos_pitch * t_nfkgj - sin_roll * t_xy2yy
+        t_fpw57 = (
+            B_x * t_yn6iw
+            - C21 * t_dj3d2
+            - t_xdhrg * t_fut3b
+            + (C23 * t_yqatx + B_z * t_e5eec)
+        )
+        t_d6yzf = (
+            C21 * t_4d2hq
+            + t_4vgy7 * t_yn6iw
+            + t_cokzx * t_fut3b
+            + (t_cw7a6 * t_e5eec - C23 * t_axqw3)
+        )
+        t_dukwy = I_z + Iw_z
+        t_bcmgw = I_y + Iw_y - t_dukwy
+        t_xcu2m_2 = 3.0 * t_xcu2m
+        t_dfei4 = t_xcu2m_2 * C33
+        t_qilnn = t_xcu2m_2 * t_duf4v
+        t_n5ucq = wheel_friction * wheels
+        t_h3squ = along_Tx + t_n5ucq * (along_hx / Iw_x - along_wx)
+        t_c24zs = along_hy + I_y * along_wy
+        t_rud4r = hy + wy * I_y
+        t_mrqlo = along_hz + I_z * along_wz
+        t_2fuj5 = hz + wz * I_z
+        t_mvb4j = (
+            dipole_y * t_yavzz
+            + arm_y * t_l2e6c
+            - dipole_z * t_fpw57
+            - arm_z * t_d6yzf
+            - (t_bcmgw * t_dfei4 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
+            + t_h3squ
+            + (wz * t_c24zs + t_rud4r * along_wz)
+            - (wy * t_mrqlo + t_2fuj5 * along_wy)
+        )
+        t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz
+        t_fedzc = (
+            C11 * t_4d2hq
+            - t_4vgy7 * t_3yawc
+            + t_cokzx * t_gaz2e
+            - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3)
+        )
+        t_qpxnd = (
+            C11 * t_dj3d2
+            + B_x * t_3yawc
+            + t_xdhrg * t_gaz2e
+            + (sin_pitch * t_yqatx + B_z * t_dfbbp)
+        )
+        t_l4gxo = I_x + Iw_x
+        t_dokbx = along_Ty + t_n5ucq * (along_hy / Iw_y - along_wy)
+        t_tzx3r = along_hx + I_x * along_wx
+        t_id7q2 = hx + wx * I_x
+        t_4zg6t = (
+            arm_z * t_fedzc
+            - dipole_z * t_qpxnd
+            - dipole_x * t_yavzz
+            - arm_x * t_l2e6c
+            - (t_l4gxo - t_dukwy) * (t_dfei4 * t_dfbbp - sin_pitch * t_qilnn)
+            + t_dokbx
+            + (wx * t_mrqlo + t_2fuj5 * along_wx)
+            - (wz * t_tzx3r + t_id7q2 * along_wz)
+        )
+        t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
+        t_k4pse = along_Tz + t_n5ucq * (along_hz / Iw_z - along_wz)
+        t_6oyah = (
+            dipole_x * t_fpw57
+            + arm_x * t_d6yzf
+            + dipole_y * t_qpxnd
+            - arm_y * t_fedzc
+            - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
+            + t_k4pse
+            + (wy * t_tzx3r + t_id7q2 * along_wy)
+            - (wx * t_c24zs + t_rud4r * along_wx)
+        )
+        return _vector(
+            along_wx
+                + omega0 * t_gaz2e
+                + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_mhzz4)
+                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_k2ogc),
+            cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc),
+            t_mhzz4 + t_k2ogc,
+            t_mvb4j / I_x,
+            t_4zg6t / I_y,
+            t_6oyah / I_z,
+            -(wheels * t_h3squ),
+            -(wheels * t_dokbx),
+            -(wheels * t_k4pse),
+            0.0,
         )

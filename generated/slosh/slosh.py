@@ -42,6 +42,9 @@ SIZES = {
     "lyapunov_v2_constraints": {'p': 22, 'c': 13, 's': 17, 'margin': 1},
     "lyapunov_v2_outputs": {'x': 17, 'r': 0, 'p': 22, 'c': 13, 'w': 3},
     "geometry": {'x': 17, 'u': 5, 'r': 0, 'p': 22, 'points': 87},
+    "jac_x": {'x': 17, 'u': 5, 'p': 22, 'J': 289},
+    "jac_u": {'x': 17, 'u': 5, 'p': 22, 'J': 85},
+    "jvp": {'x': 17, 'u': 5, 'p': 22, 'along_x': 17, 'along_u': 5, 'change': 17},
 }
 
 
@@ -51,6 +54,13 @@ def _arrays(*values):
 
 def _vector(*elements):
     return np.stack(np.broadcast_arrays(*elements), axis=-1) if elements else np.empty(0)
+
+
+def _columns(change, point, sizes, place):
+    """Return a Jacobian: the changes along the unit vectors of one argument, as its columns."""
+    along = [np.eye(size) if k == place else np.zeros(size) for k, size in enumerate(sizes)]
+    rows = change(*(vector[..., None, :] for vector in point), *along)
+    return np.swapaxes(np.broadcast_to(rows, np.broadcast_shapes(rows.shape, (sizes[place], 1))), -1, -2)
 
 
 def rhs(x, u, p):
@@ -6584,4 +6594,880 @@ def geometry(x, u, r, p):
             t_az6ui,
             t_4ycs6,
             t_eilto,
+        )
+
+
+def jac_x(x, u, p):
+    """Jacobian of rhs with respect to x, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (17, 5), 0)
+
+
+def jac_u(x, u, p):
+    """Jacobian of rhs with respect to u, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (17, 5), 1)
+
+
+def jvp(x, u, p, along_x, along_u):
+    """Change of rhs along a change of x and u: (x, u, p, along_x, along_u) -> change."""
+    x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
+    with np.errstate(all="ignore"):
+        vx, vy, vz, wx = x[..., 0], x[..., 1], x[..., 2], x[..., 3]
+        wy, wz = x[..., 4], x[..., 5]
+        phi1, theta1, phi2 = x[..., 9], x[..., 10], x[..., 11]
+        theta2, phi1_dot, theta1_dot, phi2_dot = x[..., 12], x[..., 13], x[..., 14], x[..., 15]
+        theta2_dot = x[..., 16]
+        Mx, My, Mz, delta1 = u[..., 0], u[..., 1], u[..., 2], u[..., 3]
+        delta2 = u[..., 4]
+        m, m0, I0, J_x = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+        J_y, J_z, h0, b = p[..., 4], p[..., 5], p[..., 6], p[..., 7]
+        d, F = p[..., 8], p[..., 9]
+        m1, l1, h1, I1 = p[..., 12], p[..., 13], p[..., 14], p[..., 15]
+        eps1, m2, l2, h2 = p[..., 16], p[..., 17], p[..., 18], p[..., 19]
+        I2, eps2 = p[..., 20], p[..., 21]
+        along_vx, along_vy, along_vz, along_wx = along_x[..., 0], along_x[..., 1], along_x[..., 2], along_x[..., 3]
+        along_wy, along_wz = along_x[..., 4], along_x[..., 5]
+        along_phi1, along_theta1, along_phi2 = along_x[..., 9], along_x[..., 10], along_x[..., 11]
+        along_theta2, along_phi1_dot = along_x[..., 12], along_x[..., 13]
+        along_theta1_dot, along_phi2_dot = along_x[..., 14], along_x[..., 15]
+        along_theta2_dot = along_x[..., 16]
+        along_Mx, along_My = along_u[..., 0], along_u[..., 1]
+        along_Mz, along_delta1 = along_u[..., 2], along_u[..., 3]
+        along_delta2 = along_u[..., 4]
+        sin_delta2, cos_delta2 = np.sin(delta2), np.cos(delta2)
+        sin_delta1, cos_delta1 = np.sin(delta1), np.cos(delta1)
+        sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        D1 = l1 * l1 * m1 + I1
+        t_gbl6n = 1.0 / D1
+        t_wywjk = m1 * t_gbl6n
+        k1 = t_wywjk * l1
+        me1 = t_wywjk * I1
+        t_6nwd2 = l1 * m1
+        mv1 = t_6nwd2 * k1
+        D2 = l2 * l2 * m2 + I2
+        t_jx6g7 = 1.0 / D2
+        t_jzg7x = m2 * t_jx6g7
+        k2 = t_jzg7x * l2
+        me2 = t_jzg7x * I2
+        t_popww = l2 * m2
+        mv2 = t_popww * k2
+        M_C = m + m0 + me1 + me2
+        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
+        S_C = (
+            me1 * (h1 * h1)
+            + me2 * (h2 * h2)
+            + m * (b * b)
+            + m0 * (h0 * h0)
+            - M_C * (x_C * x_C)
+        )
+        J_C1 = I0 + J_x
+        J_C3 = I0 + J_z + S_C
+        t_is5lg = I1 + I2
+        J_C2 = I0 + J_y + t_is5lg + S_C
+        W12 = wx * wy
+        W13 = wx * wz
+        e1 = h1 - x_C
+        e2 = h2 - x_C
+        t_ruxs4 = cos_delta2 * F
+        f_x = t_ruxs4 * cos_delta1
+        f_y = sin_delta2 * F
+        Wn1 = cos_theta1 * wy - sin_theta1 * wz
+        Wt1 = cos_theta1 * wz + sin_theta1 * wy
+        w_x1 = wx - theta1_dot
+        p1 = Wn1 + phi1_dot
+        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
+        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
+        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
+        Wn2 = cos_theta2 * wy - sin_theta2 * wz
+        Wt2 = cos_theta2 * wz + sin_theta2 * wy
+        w_x2 = wx - theta2_dot
+        p2 = Wn2 + phi2_dot
+        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
+        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
+        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
+        t_rybsf = wy * wy + wz * wz
+        t_aqrn5 = t_rybsf * e1
+        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
+        As_1 = mv1 * sin_phi1
+        Ass_1 = As_1 * sin_phi1
+        Asc_1 = As_1 * cos_phi1
+        eAss_1 = Ass_1 * e1
+        q_1 = sin_phi1 * l1
+        lc_1 = cos_phi1 * l1
+        B_1 = me1 * l1
+        Bs_1 = B_1 * sin_phi1
+        Bc_1 = B_1 * cos_phi1
+        Bl_1 = B_1 * l1
+        g_1 = e1 - lc_1
+        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
+        th_1 = m1 * t_d2zbw
+        wth_1 = th_1 * I1
+        eBc_1 = Bc_1 * e1
+        wg_1 = g_1 * wth_1
+        S_sq1 = sin_theta1 * sin_theta1
+        SC1 = cos_theta1 * sin_theta1
+        tn11_1 = Ass_1 + me1 - wth_1
+        t_xdulz = me1 * (e1 * e1)
+        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
+        t_leuxo = g_1 * wg_1
+        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
+        wq_1 = q_1 * wth_1
+        wqg_1 = q_1 * wg_1
+        wqq_1 = q_1 * wq_1
+        wqC_1 = cos_theta1 * wq_1
+        wqS_1 = sin_theta1 * wq_1
+        wgC_1 = cos_theta1 * wqg_1
+        wgS_1 = sin_theta1 * wqg_1
+        loss_phi1 = eps1 * phi1_dot
+        loss_theta1 = eps1 * theta1_dot
+        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
+        t_ownis = Wn1 * lc_1
+        t_plqy5 = chi1 * l1
+        t_l5lry = p1 + phi1_dot
+        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
+        t_djlym = zeta1 * I1 - loss_theta1 * q_1
+        F_n1 = th_1 * t_djlym
+        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
+        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
+        M_q1 = F_n1 * q_1
+        I_phi1 = phi1_dot * I1
+        I_theta1 = theta1_dot * I1
+        t_3hay7 = t_rybsf * e2
+        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
+        As_2 = mv2 * sin_phi2
+        Ass_2 = As_2 * sin_phi2
+        Asc_2 = As_2 * cos_phi2
+        eAss_2 = Ass_2 * e2
+        q_2 = sin_phi2 * l2
+        lc_2 = cos_phi2 * l2
+        B_2 = me2 * l2
+        Bs_2 = B_2 * sin_phi2
+        Bc_2 = B_2 * cos_phi2
+        Bl_2 = B_2 * l2
+        g_2 = e2 - lc_2
+        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
+        th_2 = m2 * t_ri6qi
+        wth_2 = th_2 * I2
+        eBc_2 = Bc_2 * e2
+        wg_2 = g_2 * wth_2
+        S_sq2 = sin_theta2 * sin_theta2
+        SC2 = cos_theta2 * sin_theta2
+        tn11_2 = Ass_2 + me2 - wth_2
+        t_uohf6 = me2 * (e2 * e2)
+        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
+        t_leuxo_2 = g_2 * wg_2
+        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
+        wq_2 = q_2 * wth_2
+        wqg_2 = q_2 * wg_2
+        wqq_2 = q_2 * wq_2
+        wqC_2 = cos_theta2 * wq_2
+        wqS_2 = sin_theta2 * wq_2
+        wgC_2 = cos_theta2 * wqg_2
+        wgS_2 = sin_theta2 * wqg_2
+        loss_phi2 = eps2 * phi2_dot
+        loss_theta2 = eps2 * theta2_dot
+        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
+        t_cmacw = Wn2 * lc_2
+        t_a3tjf = chi2 * l2
+        t_dkl52 = p2 + phi2_dot
+        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
+        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
+        F_n2 = th_2 * t_c6wyu
+        t_63ozv = B_2 * eta2 + loss_phi2 * k2
+        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
+        M_q2 = F_n2 * q_2
+        I_phi2 = phi2_dot * I2
+        I_theta2 = theta2_dot * I2
+        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
+        t_leuxo_3 = S_sq1 * tn11_1
+        t_leuxo_4 = S_sq2 * tn11_2
+        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
+        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
+        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_hig3c = wqq_1 + wqq_2
+        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
+        t_67i37 = wg_1 - e1 * me1
+        t_n5kna = wg_2 - e2 * me2
+        t_hig3c_2 = Bc_1 - eAss_1
+        t_vjftl = t_hig3c_2 + t_67i37
+        t_hig3c_3 = Bc_2 - eAss_2
+        t_vsqil = t_hig3c_3 + t_n5kna
+        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
+        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
+        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
+        K53 = wqS_1 - t_edvw3_2 + wqS_2
+        t_yzhyr = Bl_1 - eBc_1
+        t_q6put = Bl_2 - eBc_2
+        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
+        t_leuxo_5 = S_sq1 * tn44_1
+        t_leuxo_6 = S_sq2 * tn44_2
+        K55 = (
+            t_leuxo
+            + t_leuxo_2
+            + t_hig3c
+            + t_leuxo_5
+            + t_leuxo_6
+            + J_C3
+            - t_xdulz
+            - t_uohf6
+            + -2.0 * wgC_1
+            + -2.0 * wgC_2
+        )
+        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
+        t_hig3c_4 = wgS_1 + wgS_2
+        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
+        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
+        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
+        t_mallh = F_n1 * cos_theta1
+        t_lbh6o = F_n2 * cos_theta2
+        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
+        t_mallh_2 = F_n1 * sin_theta1
+        t_lbh6o_2 = F_n2 * sin_theta2
+        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
+        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
+        t_hig3c_5 = M_q1 + M_q2
+        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
+        t_sfymc = J_y - J_z
+        t_6nfyn = t_sfymc * wy
+        n4 = (
+            t_mjqai
+            - t_hig3c_5
+            + t_ogbts
+            - loss_phi1
+            - loss_phi2
+            + I_theta1 * wy
+            + I_theta2 * wy
+            - t_6nfyn * wz
+        )
+        t_lsqzr = t_mjqai + F_t1 * e1
+        t_rbrf6 = t_ogbts + F_t2 * e2
+        t_g7pzr = J_C1 + (J_z - J_y)
+        n5 = (
+            t_lsqzr * sin_theta1
+            - (t_hig3c_5 + loss_theta1 + loss_theta2)
+            + t_rbrf6 * sin_theta2
+            - W12 * t_g7pzr
+            - I_phi1 * wy
+            - I_phi2 * wy
+            + t_mallh * g_1
+            + t_lbh6o * g_2
+        )
+        t_urwo6 = J_C1 + t_is5lg + t_sfymc
+        n6 = (
+            t_lsqzr * cos_theta1
+            + t_rbrf6 * cos_theta2
+            + I_theta1 * wx
+            + I_theta2 * wx
+            - W13 * t_urwo6
+            - t_mallh_2 * g_1
+            - t_lbh6o_2 * g_2
+            - I_phi1 * wz
+            - I_phi2 * wz
+        )
+        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
+        t_6dtnj = 1.0 / K11
+        t_gousg = t_f2nhc * t_6dtnj
+        K_D2 = K22 - t_f2nhc * t_gousg
+        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
+        t_gousg_2 = t_f2nhc_2 * t_6dtnj
+        t_upifj = K32 - t_f2nhc * t_gousg_2
+        t_6dtnj_2 = 1.0 / K_D2
+        K_L32 = t_upifj * t_6dtnj_2
+        t_2jubo = Bs_1 + Asc_1 * e1
+        t_ittbm = Bs_2 + Asc_2 * e2
+        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
+        t_s62lc = t_6iku5 * t_6dtnj
+        t_6vega = K52 - t_f2nhc * t_s62lc
+        K_L52 = t_6vega * t_6dtnj_2
+        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
+        t_hig3c_6 = Bs_1 + Bs_2
+        t_w6lcf = t_hig3c_6 * t_6dtnj
+        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
+        t_vpdgs = t_ly572 * t_6dtnj_2
+        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
+        t_6dtnj_3 = 1.0 / K_D3
+        K_L43 = t_ichgo * t_6dtnj_3
+        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
+        K_L53 = t_jmicp * t_6dtnj_3
+        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
+        t_s62lc_2 = t_6iku5_2 * t_6dtnj
+        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
+        t_bk7yo = t_avyqv * t_6dtnj_2
+        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
+        K_L63 = t_2dahu * t_6dtnj_3
+        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
+        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
+        t_6dtnj_4 = 1.0 / K_D4
+        K_L54 = t_otpfz * t_6dtnj_4
+        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
+        K_L64 = t_aolgd * t_6dtnj_4
+        K_D5 = (
+            K55
+            - t_6vega * K_L52
+            - t_jmicp * K_L53
+            - t_otpfz * K_L54
+            - t_6iku5 * t_s62lc
+        )
+        t_hdeaq = (
+            K65
+            + t_6vega * t_bk7yo
+            - t_jmicp * K_L63
+            - t_otpfz * K_L64
+            - t_6iku5 * t_s62lc_2
+        )
+        t_6dtnj_5 = 1.0 / K_D5
+        K_L65 = t_hdeaq * t_6dtnj_5
+        K_D6 = (
+            K66
+            - t_avyqv * t_bk7yo
+            - t_2dahu * K_L63
+            - t_aolgd * K_L64
+            - t_hdeaq * K_L65
+            - t_6iku5_2 * t_s62lc_2
+        )
+        b1 = (
+            f_x
+            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        )
+        b2 = f_y - n2
+        b4 = Mx - n4
+        t_bknng = b + d + x_C
+        b5 = Mz - n5 - f_y * t_bknng
+        t_gcu5g = t_ruxs4 * sin_delta1
+        b6 = t_gcu5g * t_bknng - (My + n6)
+        X_y2 = b2 + t_gousg * b1
+        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
+        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
+        X_y5 = (
+            b5
+            + t_s62lc * b1
+            - K_L52 * X_y2
+            - K_L53 * X_y3
+            - K_L54 * X_y4
+        )
+        X_y6 = (
+            b6
+            + t_s62lc_2 * b1
+            + t_bk7yo * X_y2
+            - K_L63 * X_y3
+            - K_L64 * X_y4
+            - K_L65 * X_y5
+        )
+        t_6dtnj_6 = 1.0 / K_D6
+        X_x6 = X_y6 * t_6dtnj_6
+        t_bintu = X_y5 * t_6dtnj_5
+        X_x5 = t_bintu - K_L65 * X_x6
+        t_bintu_2 = X_y4 * t_6dtnj_4
+        X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6
+        t_ztwwp = X_y3 * t_6dtnj_3
+        X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
+        t_bintu_3 = X_y2 * t_6dtnj_2
+        X_x2 = (
+            t_bintu_3
+            - K_L32 * X_x3
+            + t_vpdgs * X_x4
+            - K_L52 * X_x5
+            + t_bk7yo * X_x6
+        )
+        t_bintu_4 = b1 * t_6dtnj
+        X_x1 = (
+            t_bintu_4
+            + t_gousg * X_x2
+            + t_gousg_2 * X_x3
+            + t_w6lcf * X_x4
+            + t_s62lc * X_x5
+            + t_s62lc_2 * X_x6
+        )
+        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
+        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
+        t_t7e4r = along_wx - along_theta1_dot
+        t_caymt = sin_phi1 * along_phi1
+        t_cfvjs = sin_theta1 * along_theta1
+        t_cfvjs_2 = cos_theta1 * along_theta1
+        t_gvj6n = cos_theta1 * along_wz - wz * t_cfvjs + (wy * t_cfvjs_2 + sin_theta1 * along_wy)
+        t_caymt_2 = cos_phi1 * along_phi1
+        t_c5xbf = cos_phi1 * t_t7e4r - w_x1 * t_caymt - (sin_phi1 * t_gvj6n + Wt1 * t_caymt_2)
+        t_c5xbf_2 = cos_phi1 * t_gvj6n - Wt1 * t_caymt + (w_x1 * t_caymt_2 + sin_phi1 * t_t7e4r)
+        t_jvyzn = t_fyz6s * t_c5xbf + chi1 * t_c5xbf_2 - (w_x1 * t_gvj6n + Wt1 * t_t7e4r)
+        t_zmble = eps1 * along_phi1_dot
+        t_rh7uc = B_1 * t_jvyzn + k1 * t_zmble
+        t_b67qm = along_wx - along_theta2_dot
+        t_acpzf = sin_phi2 * along_phi2
+        t_3nsm2 = sin_theta2 * along_theta2
+        t_3nsm2_2 = cos_theta2 * along_theta2
+        t_ki4dj = cos_theta2 * along_wz - wz * t_3nsm2 + (wy * t_3nsm2_2 + sin_theta2 * along_wy)
+        t_acpzf_2 = cos_phi2 * along_phi2
+        t_h6szz = cos_phi2 * t_b67qm - w_x2 * t_acpzf - (sin_phi2 * t_ki4dj + Wt2 * t_acpzf_2)
+        t_h6szz_2 = cos_phi2 * t_ki4dj - Wt2 * t_acpzf + (w_x2 * t_acpzf_2 + sin_phi2 * t_b67qm)
+        t_3oi7g = t_2t7vh * t_h6szz + chi2 * t_h6szz_2 - (w_x2 * t_ki4dj + Wt2 * t_b67qm)
+        t_trbl5 = eps2 * along_phi2_dot
+        t_dbexp = B_2 * t_3oi7g + k2 * t_trbl5
+        t_ph2zw = (wy + wy) * along_wy + (wz + wz) * along_wz
+        t_ipqst = e1 * t_ph2zw
+        t_gvj6n_2 = cos_theta1 * along_wy - wy * t_cfvjs - (wz * t_cfvjs_2 + sin_theta1 * along_wz)
+        t_brznr = t_gvj6n_2 + along_phi1_dot
+        t_h3brn = (
+            mv1 * (cos_phi1 * t_ipqst - t_aqrn5 * t_caymt)
+            - t_6nwd2 * ((t_fyz6s + t_fyz6s) * t_c5xbf_2 + (p1 + p1) * t_brznr)
+        )
+        t_tvere = e2 * t_ph2zw
+        t_ki4dj_2 = cos_theta2 * along_wy - wy * t_3nsm2 - (wz * t_3nsm2_2 + sin_theta2 * along_wz)
+        t_xhxds = t_ki4dj_2 + along_phi2_dot
+        t_3qzez = (
+            mv2 * (cos_phi2 * t_tvere - t_3hay7 * t_acpzf)
+            - t_popww * ((t_2t7vh + t_2t7vh) * t_h6szz_2 + (p2 + p2) * t_xhxds)
+        )
+        t_wybx3 = F * (sin_delta2 * along_delta2)
+        t_mrjrx = (
+            sin_phi1 * t_rh7uc
+            + t_pc5rt * t_caymt_2
+            + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
+            + (cos_phi1 * t_h3brn - tension1 * t_caymt)
+            + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
+            - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_delta1))
+        )
+        t_a6n2y = mv1 * t_caymt_2
+        t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2
+        t_jgxpx = mv2 * t_acpzf_2
+        t_ipkuk = sin_phi2 * t_jgxpx + As_2 * t_acpzf_2
+        t_njjnc = t_4adkh + t_ipkuk
+        t_4adkh_2 = cos_phi1 * t_a6n2y - As_1 * t_caymt
+        t_ipkuk_2 = cos_phi2 * t_jgxpx - As_2 * t_acpzf
+        t_6zhlz = sin_theta1 * t_4adkh_2 + Asc_1 * t_cfvjs_2 + (sin_theta2 * t_ipkuk_2 + Asc_2 * t_3nsm2_2)
+        t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc
+        t_byxim = F * (cos_delta2 * along_delta2)
+        t_y5zog = wy * along_wx + wx * along_wy
+        t_lf5wu = l1 * t_caymt_2
+        t_lf5wu_2 = l1 * t_caymt
+        t_zjx7p = (
+            q_1 * t_y5zog
+            + W12 * t_lf5wu
+            + (w_x1 * (lc_1 * t_gvj6n_2 - Wn1 * t_lf5wu_2) + t_ownis * t_t7e4r)
+            - (t_l5lry * (l1 * t_c5xbf) + t_plqy5 * (t_brznr + along_phi1_dot))
+        )
+        t_sqgls = eps1 * along_theta1_dot
+        t_7x4oq = th_1 * t_d2zbw * (m1 * ((q_1 + q_1) * t_lf5wu))
+        t_ahxqe = (
+            th_1 * (I1 * t_zjx7p - (q_1 * t_sqgls + loss_theta1 * t_lf5wu))
+            - t_djlym * t_7x4oq
+        )
+        t_qq2dd = cos_theta1 * t_ahxqe - F_n1 * t_cfvjs
+        t_kfqtb = l2 * t_acpzf_2
+        t_kfqtb_2 = l2 * t_acpzf
+        t_swke4 = (
+            q_2 * t_y5zog
+            + W12 * t_kfqtb
+            + (w_x2 * (lc_2 * t_ki4dj_2 - Wn2 * t_kfqtb_2) + t_cmacw * t_b67qm)
+            - (t_dkl52 * (l2 * t_h6szz) + t_a3tjf * (t_xhxds + along_phi2_dot))
+        )
+        t_lon4y = eps2 * along_theta2_dot
+        t_mxkqr = th_2 * t_ri6qi * (m2 * ((q_2 + q_2) * t_kfqtb))
+        t_l6slk = (
+            th_2 * (I2 * t_swke4 - (q_2 * t_lon4y + loss_theta2 * t_kfqtb))
+            - t_c6wyu * t_mxkqr
+        )
+        t_2ta3i = cos_theta2 * t_l6slk - F_n2 * t_3nsm2
+        t_7yss7 = tension1 * t_caymt_2 + sin_phi1 * t_h3brn - (cos_phi1 * t_rh7uc - t_pc5rt * t_caymt)
+        t_nsjrz = tension2 * t_acpzf_2 + sin_phi2 * t_3qzez - (cos_phi2 * t_dbexp - t_63ozv * t_acpzf)
+        t_ee4pu = (
+            t_qq2dd
+            + t_2ta3i
+            + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
+            + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
+        )
+        t_4wbaz = t_byxim - t_ee4pu + (b1 * t_3vbu4 + t_gousg * t_mrjrx)
+        t_ghfub = (sin_theta1 + sin_theta1) * t_cfvjs_2
+        t_pqxvx = I1 * t_7x4oq
+        t_azbzw = t_4adkh + t_pqxvx
+        t_wwtml = tn11_1 * t_ghfub + S_sq1 * t_azbzw
+        t_5kb4q = (sin_theta2 + sin_theta2) * t_3nsm2_2
+        t_g7gvo = I2 * t_mxkqr
+        t_rsymz = t_ipkuk + t_g7gvo
+        t_3zpjj = tn11_2 * t_5kb4q + S_sq2 * t_rsymz
+        t_u6x4d = t_wwtml + t_3zpjj - t_pqxvx - t_g7gvo - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4)
+        t_5r2vk = cos_theta1 * t_cfvjs_2 - sin_theta1 * t_cfvjs
+        t_6s5zm = cos_theta2 * t_3nsm2_2 - sin_theta2 * t_3nsm2
+        t_6zhlz_2 = cos_theta1 * t_4adkh_2 - Asc_1 * t_cfvjs + (cos_theta2 * t_ipkuk_2 - Asc_2 * t_3nsm2)
+        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc
+        t_ghubm = (
+            tn11_1 * t_5r2vk
+            + SC1 * t_azbzw
+            + (tn11_2 * t_6s5zm + SC2 * t_rsymz)
+            - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2)
+        )
+        t_vwfxy = t_ghubm * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_u6x4d
+        t_qmyd7 = t_ruxs4 * (cos_delta1 * along_delta1) - sin_delta1 * t_wybx3
+        t_qq2dd_2 = sin_theta1 * t_ahxqe + F_n1 * t_cfvjs_2
+        t_2ta3i_2 = sin_theta2 * t_l6slk + F_n2 * t_3nsm2_2
+        t_ee4pu_2 = (
+            cos_theta1 * t_7yss7
+            - F_t1 * t_cfvjs
+            - (t_qq2dd_2 + t_2ta3i_2)
+            + (cos_theta2 * t_nsjrz - F_t2 * t_3nsm2)
+        )
+        t_luo6r = (
+            b1 * t_3vbu4_2
+            + t_gousg_2 * t_mrjrx
+            - (t_qmyd7 + t_ee4pu_2)
+            - (X_y2 * t_vwfxy + K_L32 * t_4wbaz)
+        )
+        t_tbnp6 = (
+            t_njjnc
+            - t_wwtml
+            - t_3zpjj
+            - (K_L32 * t_ghubm + t_upifj * t_vwfxy)
+            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2)
+        )
+        t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx
+        t_voglz = wq_1 * t_cfvjs_2 + sin_theta1 * t_fg2sf
+        t_adcni = wth_2 * t_kfqtb - q_2 * t_g7gvo
+        t_7lire = wq_2 * t_3nsm2_2 + sin_theta2 * t_adcni
+        t_elpoq = B_1 * t_caymt
+        t_pz7ut = B_2 * t_acpzf
+        t_voglz_2 = cos_theta1 * t_fg2sf - wq_1 * t_cfvjs
+        t_7lire_2 = cos_theta2 * t_adcni - wq_2 * t_3nsm2
+        t_elpoq_2 = B_1 * t_caymt_2
+        t_pz7ut_2 = B_2 * t_acpzf_2
+        t_2jney = t_elpoq_2 + t_pz7ut_2
+        t_746kq = t_2jney * t_6dtnj + t_w6lcf * t_6dtnj * t_njjnc
+        t_wjp4t = (
+            t_voglz_2
+            + t_7lire_2
+            + (Bc_1 * t_cfvjs_2 - sin_theta1 * t_elpoq)
+            + (Bc_2 * t_3nsm2_2 - sin_theta2 * t_pz7ut)
+            + (t_w6lcf * t_6zhlz + t_f2nhc * t_746kq)
+        )
+        t_4t4mm = t_wjp4t * t_6dtnj_2 - t_vpdgs * t_6dtnj_2 * t_u6x4d
+        t_xkubd = (
+            t_voglz
+            + t_7lire
+            + (cos_theta1 * t_elpoq + Bc_1 * t_cfvjs)
+            + (cos_theta2 * t_pz7ut + Bc_2 * t_3nsm2)
+            + (t_vpdgs * t_ghubm + t_upifj * t_4t4mm)
+            - (t_w6lcf * t_6zhlz_2 + t_f2nhc_2 * t_746kq)
+        )
+        t_thqrx = t_xkubd * t_6dtnj_3 - K_L43 * t_6dtnj_3 * t_tbnp6
+        t_yioam = t_aqrn5 * t_elpoq_2 + Bs_1 * t_ipqst + l1 * t_rh7uc
+        t_kkajh = q_1 * t_ahxqe + F_n1 * t_lf5wu + (q_2 * t_l6slk + F_n2 * t_kfqtb)
+        t_zygbe = t_3hay7 * t_pz7ut_2 + Bs_2 * t_tvere + l2 * t_dbexp
+        t_ihgv7 = I1 * along_theta1_dot
+        t_5vhzn = I2 * along_theta2_dot
+        t_tufoz = (
+            t_yioam
+            - t_kkajh
+            + t_zygbe
+            - t_zmble
+            - t_trbl5
+            + (wy * t_ihgv7 + I_theta1 * along_wy)
+            + (wy * t_5vhzn + I_theta2 * along_wy)
+            - (wz * (t_sfymc * along_wy) + t_6nfyn * along_wz)
+        )
+        t_diygc = (
+            along_Mx
+            - t_tufoz
+            + (b1 * t_746kq + t_w6lcf * t_mrjrx)
+            + (X_y2 * t_4t4mm + t_vpdgs * t_4wbaz)
+            - (X_y3 * t_thqrx + K_L43 * t_luo6r)
+        )
+        t_nuwbt = wq_1 * t_lf5wu + q_1 * t_fg2sf + (wq_2 * t_kfqtb + q_2 * t_adcni)
+        t_jfm2l = (
+            t_nuwbt
+            - (t_vpdgs * t_wjp4t + t_ly572 * t_4t4mm)
+            - (K_L43 * t_xkubd + t_ichgo * t_thqrx)
+            - (t_w6lcf * t_2jney + t_hig3c_6 * t_746kq)
+        )
+        t_w4aft = wth_1 * t_lf5wu_2 - g_1 * t_pqxvx
+        t_6yo4d = wg_1 * t_lf5wu + q_1 * t_w4aft
+        t_ppifo = cos_theta1 * t_6yo4d - wqg_1 * t_cfvjs
+        t_j2qot = wth_2 * t_kfqtb_2 - g_2 * t_g7gvo
+        t_gz7ew = wg_2 * t_kfqtb + q_2 * t_j2qot
+        t_ietet = cos_theta2 * t_gz7ew - wqg_2 * t_3nsm2
+        t_cyell = e1 * t_elpoq
+        t_qcrez = e2 * t_pz7ut
+        t_zalnt = e1 * t_4adkh
+        t_c72eu = t_elpoq + t_zalnt
+        t_hcbev = t_w4aft - t_c72eu
+        t_6kx66 = e2 * t_ipkuk
+        t_e6ahz = t_pz7ut + t_6kx66
+        t_lel43 = t_j2qot - t_e6ahz
+        t_sp32z = t_vjftl * t_ghfub + S_sq1 * t_hcbev + (t_vsqil * t_5kb4q + S_sq2 * t_lel43)
+        t_ojxrt = t_elpoq_2 + e1 * t_4adkh_2
+        t_uoi4f = t_pz7ut_2 + e2 * t_ipkuk_2
+        t_fmlla = sin_theta1 * t_ojxrt + t_2jubo * t_cfvjs_2 + (sin_theta2 * t_uoi4f + t_ittbm * t_3nsm2_2)
+        t_f3jt2 = t_fmlla * t_6dtnj + t_s62lc * t_6dtnj * t_njjnc
+        t_47vns = (
+            t_w4aft
+            + t_j2qot
+            - t_sp32z
+            - t_voglz_2
+            - t_7lire_2
+            - (t_s62lc * t_6zhlz + t_f2nhc * t_f3jt2)
+        )
+        t_c4ius = t_47vns * t_6dtnj_2 - K_L52 * t_6dtnj_2 * t_u6x4d
+        t_dqvol = t_vjftl * t_5r2vk + SC1 * t_hcbev + (t_vsqil * t_6s5zm + SC2 * t_lel43)
+        t_4aa4s = (
+            t_voglz
+            - t_dqvol
+            + t_7lire
+            - (K_L52 * t_ghubm + t_upifj * t_c4ius)
+            - (t_s62lc * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2)
+        )
+        t_zlp32 = t_4aa4s * t_6dtnj_3 - K_L53 * t_6dtnj_3 * t_tbnp6
+        t_ryxwj = (
+            t_nuwbt
+            - t_ppifo
+            - t_ietet
+            + (sin_theta1 * t_cyell + t_yzhyr * t_cfvjs_2)
+            + (sin_theta2 * t_qcrez + t_q6put * t_3nsm2_2)
+            + (K_L52 * t_wjp4t + t_ly572 * t_c4ius)
+            - (K_L53 * t_xkubd + t_ichgo * t_zlp32)
+            - (t_s62lc * t_2jney + t_hig3c_6 * t_f3jt2)
+        )
+        t_67ku2 = t_ryxwj * t_6dtnj_4 - K_L54 * t_6dtnj_4 * t_jfm2l
+        t_az22n = t_yioam + e1 * t_7yss7
+        t_habkf = t_zygbe + e2 * t_nsjrz
+        t_cexsj = I1 * along_phi1_dot
+        t_6syep = I2 * along_phi2_dot
+        t_tbzyq = (
+            sin_theta1 * t_az22n
+            + t_lsqzr * t_cfvjs_2
+            - (t_kkajh + t_sqgls + t_lon4y)
+            + (sin_theta2 * t_habkf + t_rbrf6 * t_3nsm2_2)
+            - t_g7pzr * t_y5zog
+            - (wy * t_cexsj + I_phi1 * along_wy)
+            - (wy * t_6syep + I_phi2 * along_wy)
+            + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
+            + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+        )
+        t_sqvns = (
+            along_Mz
+            - t_tbzyq
+            - t_bknng * t_byxim
+            + (b1 * t_f3jt2 + t_s62lc * t_mrjrx)
+            - (X_y2 * t_c4ius + K_L52 * t_4wbaz)
+            - (X_y3 * t_zlp32 + K_L53 * t_luo6r)
+            - (X_y4 * t_67ku2 + K_L54 * t_diygc)
+        )
+        t_s3kcr = wg_1 * t_lf5wu_2 + g_1 * t_w4aft
+        t_jgrut = wg_2 * t_kfqtb_2 + g_2 * t_j2qot
+        t_g3h43 = e1 * t_zalnt - -2.0 * t_cyell
+        t_37mlc = t_g3h43 - t_s3kcr
+        t_snmto = tn44_1 * t_ghfub + S_sq1 * t_37mlc
+        t_7xl72 = e2 * t_6kx66 - -2.0 * t_qcrez
+        t_oawgh = t_7xl72 - t_jgrut
+        t_hxniq = tn44_2 * t_5kb4q + S_sq2 * t_oawgh
+        t_k4jal = (
+            t_s3kcr
+            + t_jgrut
+            + t_nuwbt
+            + t_snmto
+            + t_hxniq
+            + -2.0 * t_ppifo
+            + -2.0 * t_ietet
+            - (K_L52 * t_47vns + t_6vega * t_c4ius)
+            - (K_L53 * t_4aa4s + t_jmicp * t_zlp32)
+            - (K_L54 * t_ryxwj + t_otpfz * t_67ku2)
+            - (t_s62lc * t_fmlla + t_6iku5 * t_f3jt2)
+        )
+        t_oltsa = wqg_1 * t_cfvjs_2 + sin_theta1 * t_6yo4d + (wqg_2 * t_3nsm2_2 + sin_theta2 * t_gz7ew)
+        t_fmlla_2 = cos_theta1 * t_ojxrt - t_2jubo * t_cfvjs + (cos_theta2 * t_uoi4f - t_ittbm * t_3nsm2)
+        t_f3jt2_2 = t_fmlla_2 * t_6dtnj + t_s62lc_2 * t_6dtnj * t_njjnc
+        t_hslbr = t_dqvol + (t_s62lc_2 * t_6zhlz + t_f2nhc * t_f3jt2_2)
+        t_mkfcv = t_hslbr * t_6dtnj_2 - t_bk7yo * t_6dtnj_2 * t_u6x4d
+        t_eyxcp = (
+            t_sp32z
+            + (t_c72eu + t_e6ahz)
+            + (t_bk7yo * t_ghubm + t_upifj * t_mkfcv)
+            - (t_s62lc_2 * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2_2)
+        )
+        t_v4e25 = t_eyxcp * t_6dtnj_3 - K_L63 * t_6dtnj_3 * t_tbnp6
+        t_lzvvt = (
+            t_oltsa
+            + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
+            + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
+            - (t_bk7yo * t_wjp4t + t_ly572 * t_mkfcv)
+            - (K_L63 * t_xkubd + t_ichgo * t_v4e25)
+            - (t_s62lc_2 * t_2jney + t_hig3c_6 * t_f3jt2_2)
+        )
+        t_gjzix = t_lzvvt * t_6dtnj_4 - K_L64 * t_6dtnj_4 * t_jfm2l
+        t_yljxh = (
+            t_oltsa
+            + (tn44_1 * t_5r2vk + SC1 * t_37mlc)
+            + (tn44_2 * t_6s5zm + SC2 * t_oawgh)
+            + (t_bk7yo * t_47vns + t_6vega * t_mkfcv)
+            - (K_L63 * t_4aa4s + t_jmicp * t_v4e25)
+            - (K_L64 * t_ryxwj + t_otpfz * t_gjzix)
+            - (t_s62lc_2 * t_fmlla + t_6iku5 * t_f3jt2_2)
+        )
+        t_bducc = t_yljxh * t_6dtnj_5 - K_L65 * t_6dtnj_5 * t_k4jal
+        t_d5jt4 = wz * along_wx + wx * along_wz
+        t_twxwe = (
+            cos_theta1 * t_az22n
+            - t_lsqzr * t_cfvjs
+            + (cos_theta2 * t_habkf - t_rbrf6 * t_3nsm2)
+            + (wx * t_ihgv7 + I_theta1 * along_wx)
+            + (wx * t_5vhzn + I_theta2 * along_wx)
+            - t_urwo6 * t_d5jt4
+            - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
+            - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
+            - (wz * t_cexsj + I_phi1 * along_wz)
+            - (wz * t_6syep + I_phi2 * along_wz)
+        )
+        t_kxzl7 = (
+            t_bknng * t_qmyd7
+            - (along_My + t_twxwe)
+            + (b1 * t_f3jt2_2 + t_s62lc_2 * t_mrjrx)
+            + (X_y2 * t_mkfcv + t_bk7yo * t_4wbaz)
+            - (X_y3 * t_v4e25 + K_L63 * t_luo6r)
+            - (X_y4 * t_gjzix + K_L64 * t_diygc)
+            - (X_y5 * t_bducc + K_L65 * t_sqvns)
+        )
+        t_xlsqi = (
+            t_g3h43
+            + t_7xl72
+            - t_snmto
+            - t_hxniq
+            - (t_bk7yo * t_hslbr + t_avyqv * t_mkfcv)
+            - (K_L63 * t_eyxcp + t_2dahu * t_v4e25)
+            - (K_L64 * t_lzvvt + t_aolgd * t_gjzix)
+            - (K_L65 * t_yljxh + t_hdeaq * t_bducc)
+            - (t_s62lc_2 * t_fmlla_2 + t_6iku5_2 * t_f3jt2_2)
+        )
+        t_byp6g = t_kxzl7 * t_6dtnj_6 - X_x6 * t_6dtnj_6 * t_xlsqi
+        t_o7gyr = (
+            t_sqvns * t_6dtnj_5
+            - t_bintu * t_6dtnj_5 * t_k4jal
+            - (X_x6 * t_bducc + K_L65 * t_byp6g)
+        )
+        t_a6ryg = (
+            t_diygc * t_6dtnj_4
+            - t_bintu_2 * t_6dtnj_4 * t_jfm2l
+            - (X_x5 * t_67ku2 + K_L54 * t_o7gyr)
+            - (X_x6 * t_gjzix + K_L64 * t_byp6g)
+        )
+        t_cb3iy = (
+            t_luo6r * t_6dtnj_3
+            - t_ztwwp * t_6dtnj_3 * t_tbnp6
+            - (X_x4 * t_thqrx + K_L43 * t_a6ryg)
+            - (X_x5 * t_zlp32 + K_L53 * t_o7gyr)
+            - (X_x6 * t_v4e25 + K_L63 * t_byp6g)
+        )
+        t_qn6uf = (
+            t_4wbaz * t_6dtnj_2
+            - t_bintu_3 * t_6dtnj_2 * t_u6x4d
+            - (X_x3 * t_vwfxy + K_L32 * t_cb3iy)
+            + (X_x4 * t_4t4mm + t_vpdgs * t_a6ryg)
+            - (X_x5 * t_c4ius + K_L52 * t_o7gyr)
+            + (X_x6 * t_mkfcv + t_bk7yo * t_byp6g)
+        )
+        t_f4zb3 = (
+            t_mrjrx * t_6dtnj
+            + t_bintu_4 * t_6dtnj * t_njjnc
+            + (X_x2 * t_3vbu4 + t_gousg * t_qn6uf)
+            + (X_x3 * t_3vbu4_2 + t_gousg_2 * t_cb3iy)
+            + (X_x4 * t_746kq + t_w6lcf * t_a6ryg)
+            + (X_x5 * t_f3jt2 + t_s62lc * t_o7gyr)
+            + (X_x6 * t_f3jt2_2 + t_s62lc_2 * t_byp6g)
+        )
+        t_ccqpp = t_o7gyr - t_y5zog
+        t_p7nos = sin_theta1 * t_o7gyr + X_x5 * t_cfvjs_2 + (cos_theta1 * t_byp6g - X_x6 * t_cfvjs)
+        t_5qnbp = t_p7nos + t_jvyzn
+        t_kykmc = (
+            e1 * t_p7nos
+            + (sin_theta1 * t_qn6uf + X_x2 * t_cfvjs_2)
+            + (cos_theta1 * t_cb3iy - X_x3 * t_cfvjs)
+        )
+        t_kka34 = (
+            cos_phi1 * t_kykmc
+            - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_caymt
+            + ((X_x1 - t_aqrn5) * t_caymt_2 + sin_phi1 * (t_f4zb3 - t_ipqst))
+        )
+        t_ibe72 = 1.0 / m1
+        t_fdt76 = X_x5 * cos_theta1 - X_x6 * sin_theta1
+        t_hig3c_7 = X_x4 + X_x5
+        t_pksrm = (
+            zeta1
+            + X_x2 * cos_theta1
+            + g_1 * t_fdt76
+            - t_hig3c_7 * q_1
+            - X_x3 * sin_theta1
+        )
+        t_ux4eg = g_1 * (cos_theta1 * t_o7gyr - X_x5 * t_cfvjs - (sin_theta1 * t_byp6g + X_x6 * t_cfvjs_2))
+        t_h6v5u = t_a6ryg + t_o7gyr
+        t_lcaai = (
+            t_zjx7p
+            + (cos_theta1 * t_qn6uf - X_x2 * t_cfvjs)
+            + (t_fdt76 * t_lf5wu_2 + t_ux4eg)
+            - (q_1 * t_h6v5u + t_hig3c_7 * t_lf5wu)
+            - (sin_theta1 * t_cb3iy + X_x3 * t_cfvjs_2)
+        )
+        t_hhduj = (
+            th_1 * (t_sqgls * t_ibe72 + (t_pksrm * t_lf5wu + q_1 * t_lcaai))
+            - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_7x4oq
+        )
+        t_erc4e = sin_theta2 * t_o7gyr + X_x5 * t_3nsm2_2 + (cos_theta2 * t_byp6g - X_x6 * t_3nsm2)
+        t_blsy6 = t_erc4e + t_3oi7g
+        t_4oius = (
+            e2 * t_erc4e
+            + (sin_theta2 * t_qn6uf + X_x2 * t_3nsm2_2)
+            + (cos_theta2 * t_cb3iy - X_x3 * t_3nsm2)
+        )
+        t_ctjmy = (
+            cos_phi2 * t_4oius
+            - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_acpzf
+            + ((X_x1 - t_3hay7) * t_acpzf_2 + sin_phi2 * (t_f4zb3 - t_tvere))
+        )
+        t_r7vy7 = 1.0 / m2
+        t_dnnxk = X_x5 * cos_theta2 - X_x6 * sin_theta2
+        t_zj7x3 = (
+            zeta2
+            + X_x2 * cos_theta2
+            + g_2 * t_dnnxk
+            - t_hig3c_7 * q_2
+            - X_x3 * sin_theta2
+        )
+        t_avidz = g_2 * (cos_theta2 * t_o7gyr - X_x5 * t_3nsm2 - (sin_theta2 * t_byp6g + X_x6 * t_3nsm2_2))
+        t_ll4xm = (
+            t_swke4
+            + (cos_theta2 * t_qn6uf - X_x2 * t_3nsm2)
+            + (t_dnnxk * t_kfqtb_2 + t_avidz)
+            - (q_2 * t_h6v5u + t_hig3c_7 * t_kfqtb)
+            - (sin_theta2 * t_cb3iy + X_x3 * t_3nsm2_2)
+        )
+        t_kwlvy = (
+            th_2 * (t_lon4y * t_r7vy7 + (t_zj7x3 * t_kfqtb + q_2 * t_ll4xm))
+            - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_mxkqr
+        )
+        return _vector(
+            t_f4zb3
+                + x_C * t_ph2zw
+                - (wy * along_vz + vz * along_wy)
+                + (wz * along_vy + vy * along_wz),
+            t_qn6uf
+                - x_C * t_o7gyr
+                + (wx * along_vz + vz * along_wx - (wz * along_vx + vx * along_wz)),
+            t_cb3iy
+                - x_C * t_byp6g
+                + (wy * along_vx + vx * along_wy - (wx * along_vy + vy * along_wx)),
+            t_a6ryg,
+            t_d5jt4 - t_byp6g,
+            t_ccqpp,
+            along_wx,
+            along_wy,
+            along_wz,
+            along_phi1_dot,
+            along_theta1_dot,
+            along_phi2_dot,
+            along_theta2_dot,
+            t_5qnbp - (t_zmble + I1 * (t_5qnbp + t_a6ryg)) * t_gbl6n - k1 * t_kka34,
+            -(t_ccqpp + t_hhduj),
+            t_blsy6 - (t_trbl5 + I2 * (t_blsy6 + t_a6ryg)) * t_jx6g7 - k2 * t_ctjmy,
+            -(t_ccqpp + t_kwlvy),
         )

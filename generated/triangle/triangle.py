@@ -39,6 +39,9 @@ SIZES = {
     "path_observe": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'x': 4, 'u': 3},
     "path_constraints": {'p': 3, 'c': 6, 's': 8, 'margin': 2},
     "geometry": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'points': 39},
+    "jac_x": {'x': 4, 'u': 3, 'p': 3, 'J': 16},
+    "jac_u": {'x': 4, 'u': 3, 'p': 3, 'J': 12},
+    "jvp": {'x': 4, 'u': 3, 'p': 3, 'along_x': 4, 'along_u': 3, 'change': 4},
 }
 
 
@@ -48,6 +51,13 @@ def _arrays(*values):
 
 def _vector(*elements):
     return np.stack(np.broadcast_arrays(*elements), axis=-1) if elements else np.empty(0)
+
+
+def _columns(change, point, sizes, place):
+    """Return a Jacobian: the changes along the unit vectors of one argument, as its columns."""
+    along = [np.eye(size) if k == place else np.zeros(size) for k, size in enumerate(sizes)]
+    rows = change(*(vector[..., None, :] for vector in point), *along)
+    return np.swapaxes(np.broadcast_to(rows, np.broadcast_shapes(rows.shape, (sizes[place], 1))), -1, -2)
 
 
 def rhs(x, u, p):
@@ -981,4 +991,38 @@ def geometry(x, u, r, p):
             0.3 * cos_theta_ref,
             0.0,
             0.3 * sin_theta_ref,
+        )
+
+
+def jac_x(x, u, p):
+    """Jacobian of rhs with respect to x, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (4, 3), 0)
+
+
+def jac_u(x, u, p):
+    """Jacobian of rhs with respect to u, row by row: (x, u, p) -> J."""
+    x, u, p = _arrays(x, u, p)
+    with np.errstate(all="ignore"):
+        return _columns(jvp, (x, u, p), (4, 3), 1)
+
+
+def jvp(x, u, p, along_x, along_u):
+    """Change of rhs along a change of x and u: (x, u, p, along_x, along_u) -> change."""
+    x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
+    with np.errstate(all="ignore"):
+        rho, mu = x[..., 0], x[..., 2]
+        w2 = u[..., 1]
+        H, mass = p[..., 0], p[..., 2]
+        along_rho, along_mu = along_x[..., 0], along_x[..., 2]
+        along_w1, along_w2, along_w3 = along_u[..., 0], along_u[..., 1], along_u[..., 2]
+        t_v4jyn = 1.0 / mu
+        return _vector(
+            along_w1,
+            along_w2,
+            along_w3,
+            w2 * ((rho + rho) * along_rho)
+                + rho * rho * along_w2
+                - 3.0 * H / mass * t_v4jyn * t_v4jyn * along_mu,
         )
