@@ -25,11 +25,11 @@ from benchmarks.machine import command_line, machine, table, write
 
 ROOT = Path(__file__).parents[1]
 DERIVE = (
-    "import json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
-    "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1])))"
+    "import inspect, json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
+    "committed = {'whole': False} if 'whole' in inspect.signature(derive).parameters else {'casadi': True}\n"
+    "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1], **committed)))"
 )
-TEXTS = (".c", ".h", ".py", "equations.json")
-"""Ends of the names of the files that are counted; equations.md has no temporaries."""
+"""All files that a revision commits; until some were made when asked, that was all there are."""
 GOAL = 3
 """Lines changed for each line whose meaning changes."""
 _TEMPORARY = re.compile(
@@ -40,6 +40,9 @@ _TEMPORARY = re.compile(
 it."""
 _NODE = re.compile(r'(?<![\w"])\d+(?![\w"])|"[0-9a-f]{10}"')
 """What a node of equations.json is called: its place, or ten digits of a hash of its content."""
+_REGISTER = re.compile(r"\ba\d+\b")
+"""What a temporary of CasADi's own C is called."""
+_NONE = re.compile(r"(?!)")
 _WORD = re.compile(r"[\w.]+|\S")
 
 
@@ -67,17 +70,17 @@ EDITS = (
         "satellite",
         "coefficient: gravity gradient 3 to 2",
         "dynamics.py",
-        "return 3 * omega0**2",
-        "return 2 * omega0**2",
+        "return 3 * pull",
+        "return 2 * pull",
     ),
     Edit(
         "satellite",
         "coefficient: magnetic field 2 to 3",
-        "environment.py",
+        "orbit.py",
         "2 * sp.sin(latitude)",
         "3 * sp.sin(latitude)",
     ),
-    Edit("satellite", "sign: wheel speed", "dynamics.py", "[k] - rates[k]", "[k] + rates[k]"),
+    Edit("satellite", "sign: wheel speed", "dynamics.py", "[k] - along[k]", "[k] + along[k]"),
     Edit("satellite", "sign: reflectance", "environment.py", "(1 + plant.reflectance)", "(1 - plant.reflectance)"),
     Edit("satellite", "term: momentum of the wheels", "dynamics.py", "inertia * rate + momentum)", "inertia * rate)"),
     Edit(
@@ -152,7 +155,7 @@ def main(revision: str) -> None:
         "",
         f"Written by `python -m benchmarks.small_edits {revision}`: before is that revision, now is this tree.",
         "",
-        "- changed: lines that `git diff` removes and adds, in C, header, Python and equations.json.",
+        "- changed: lines that `git diff` removes and adds in all files of generated/MODEL.",
         "- meaning: of these, the lines that no choice of names avoids. Each line is taken without the names of its",
         "  temporaries and of its nodes, and with its words sorted; those in only one version count. A sum in another",
         "  order or another temporary in the same place does not count: the number is rather too small.",
@@ -191,7 +194,10 @@ def _checkout(revision: str, folder: Path) -> None:
 def count(side: Path, edit: Edit) -> tuple[int, int]:
     """Count, for one edit under a checkout's generator, the lines that change and those whose meaning does."""
     folder = side / "generated" / edit.model
-    return lines({path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}, derived(side, edit))
+    return lines(
+        {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()},
+        derived(side, edit),
+    )
 
 
 def derived(side: Path, edit: Edit) -> dict[str, str]:
@@ -217,12 +223,21 @@ def derived(side: Path, edit: Edit) -> dict[str, str]:
 def lines(before: Mapping[str, str], after: Mapping[str, str]) -> tuple[int, int]:
     """Return how many lines a diff of two versions' texts takes away and adds, and of how many the meaning changes."""
     changed = meaning = 0
-    for name in (name for name in after if name.endswith(TEXTS)):
+    for name in before.keys() & after.keys():
         changed += _diff(before[name], after[name])
-        names = _NODE if name.endswith(".json") else _TEMPORARY
+        names = _names_in(name)
         one, other = (Counter(_meaning(line, names) for line in text[name].splitlines()) for text in (before, after))
         meaning += (one - other).total() + (other - one).total()
     return changed, meaning
+
+
+def _names_in(file: str) -> re.Pattern[str]:
+    """Return what names of temporaries or nodes look like in a file."""
+    if file.endswith(".json"):
+        return _NODE if file == "equations.json" else _NONE
+    if "_casadi." in file:
+        return _REGISTER
+    return _NONE if file.endswith(".md") else _TEMPORARY
 
 
 def _meaning(line: str, names: re.Pattern[str]) -> str:

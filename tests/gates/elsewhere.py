@@ -19,6 +19,7 @@ STEPS: tuple[tuple[str, int], ...] = (  # command and exit status
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
     ("mehvar stats runs.zarr", 0),
     ("mehvar simulate --from runs.zarr --run 7", 0),
+    ("mehvar simulate triangle --controller path --t-end 1 --set backend=casadi", 0),
     ("mehvar generate triangle --structure masses=general --out general", 0),
     ("mehvar diff general general", 0),
     ("mehvar new wheel", 0),
