@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
 
 import sympy as sp
@@ -398,11 +399,11 @@ class System(Located):
     source: str = ""
     structure: Mapping[str, str] = field(default_factory=dict)
     states: Group
-    inputs: Group = Group("u", ())
-    references: Group = Group("r", ())
-    outputs: Group = Group("y", ())
-    parameters: Group = Group("p", ())
-    scenario_parameters: Group = Group("s", ())
+    inputs: Group = field(default_factory=partial(Group, "u", ()))
+    references: Group = field(default_factory=partial(Group, "r", ()))
+    outputs: Group = field(default_factory=partial(Group, "y", ()))
+    parameters: Group = field(default_factory=partial(Group, "p", ()))
+    scenario_parameters: Group = field(default_factory=partial(Group, "s", ()))
     rhs: tuple[Expr, ...]
     output: tuple[Expr, ...] = ()
     steps: tuple[Definition | Equation, ...] = ()

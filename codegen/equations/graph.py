@@ -16,6 +16,7 @@ import sympy as sp
 from mehvar.errors import MehvarError
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
+from mehvar.names import typeset
 
 from . import SCHEMA
 
@@ -401,12 +402,8 @@ def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
 
 
 def quantity_latex(quantity: Quantity) -> str:
-    """Return how a quantity is printed: as the paper writes it, else its name, upright if it is a word."""
-    if quantity.latex:
-        return quantity.latex
-    if len(quantity.name) < 3:
-        return str(sp.latex(quantity.symbol))
-    return rf"\mathrm{{{quantity.name}}}".replace("_", r"\_")
+    """Return how a quantity is printed: as the paper writes it, else its name."""
+    return quantity.latex or typeset(quantity.name)
 
 
 def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:

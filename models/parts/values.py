@@ -22,7 +22,6 @@ from ..system import Condition
 from .frame import AXES
 
 
-
 @dataclass(frozen=True)
 class Value:
     """A number with what is known of it.

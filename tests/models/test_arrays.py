@@ -143,7 +143,7 @@ def test_an_array_of_parameters_is_set_as_an_array(case):
     assert json.loads(store.attrs["campaign"])["parameters"]["push_3"] == 2.0
     for wrong, message in (
         ({"J": inertia[:2]}, "J = .*: must be an array with the elements J_1_1, J_1_2"),
-        ({"J": inertia + [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}, "J = .*: must be symmetric: J_2_1 and J_1_2 differ"),
+        ({"J": inertia + np.eye(3)[[1, 2, 2]]}, "J = .*: must be symmetric: J_2_1 and J_1_2 differ"),
         ({"w": [1.0, 2.0]}, "w = .*: must be an array with the elements w_1, w_2, w_3"),
         ({"w": [1.0, 2.0, "x"]}, "w_"),
     ):
