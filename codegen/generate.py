@@ -355,9 +355,8 @@ def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree,
 def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     package = load_model(tree, model)
     folder = tree.root / "models" / model
-    for name in ("STRUCTURE", "system"):
-        if not hasattr(package, name):
-            raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
+    if not hasattr(package, "system"):
+        raise GenerateError(f"{folder / '__init__.py'} lacks system")
     choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:

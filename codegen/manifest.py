@@ -104,7 +104,7 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         title=law.title,
         memory=_quantities(law.memory),
         period=law.period or None,
-        delay=getattr(law, "delay", "") or None,  # a checkout from before it is derived with its own vocabulary
+        delay=law.delay or None,
         bears_loss=getattr(law, "bears_loss", False),
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),

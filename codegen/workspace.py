@@ -252,13 +252,14 @@ def _load_by_path(folder: Path) -> ModuleType:
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
     if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
-        raise GenerateError(f"{folder} lacks __init__.py with STRUCTURE and system")
+        raise GenerateError(f"{folder} lacks __init__.py with system")
     package = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(package)
     except BaseException:
         del sys.modules[name]
         raise
+    vars(package).setdefault("STRUCTURE", {})  # a model without choices need not say so
     return package
 
 

@@ -18,6 +18,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import all_parameters, elements
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
@@ -61,7 +62,7 @@ def simulate(
     model: Model | str | os.PathLike[str],
     controller: str | LawFunction | None,
     scenario: str | None = None,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
     initial: Mapping[str, float] | None = None,
     *,
     inputs: Mapping[str, Any] | xr.Dataset | None = None,
@@ -83,7 +84,7 @@ def simulate(
     scenario : str, optional
         The model's first scenario unless given.
     parameters : mapping, optional
-        Values of plant, law and scenario parameters by name.
+        Values of plant, law and scenario parameters by name; an array for a vector or a matrix of parameters.
     initial : mapping, optional
         States that start elsewhere than the scenario says.
     inputs : mapping or xarray.Dataset, optional
@@ -134,7 +135,7 @@ def batch(
     controller: str | LawFunction | None = None,
     n: int | None = None,
     scenario: str | None = None,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
     initial: Mapping[str, float] | None = None,
     *,
     inputs: Mapping[str, Any] | xr.Dataset | None = None,
@@ -241,13 +242,14 @@ def batch(
         case = manifest.scenario(scenario)
         end = settings.get("t_end") or case.duration
         law, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
+        known = [q.name for q in all_parameters(manifest, law)]
         campaign = Campaign(
             controller=law.name,
             n=n,
             scenario=case.name,
             seed=Campaign.seed if seed is None else seed,
             vary=_in_units(vary or {}, manifest, origin),
-            parameters=merged(parameters or {}, shared, origin),
+            parameters=elements(merged(parameters or {}, shared, origin), known, origin),
             initial=dict(initial or {}),
             sampling=Campaign.sampling if sampling is None else sampling,
             options=settings,

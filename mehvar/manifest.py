@@ -219,9 +219,9 @@ class Scenario:
     title: str
     duration: float
     step: float
-    values: Mapping[str, float] = field(metadata=json_key("set"))
-    controllers: Mapping[str, Mapping[str, float]]
-    expect: Mapping[str, Mapping[str, Upper]]
+    values: Mapping[str, float] = field(default_factory=dict, metadata=json_key("set"))
+    controllers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    expect: Mapping[str, Mapping[str, Upper]] = field(default_factory=dict)
 
     def _repr_html_(self) -> str:
         values = [(name, f"{value:g}", "") for name, value in self.values.items()]

@@ -30,6 +30,32 @@ CLOCK = "clock"
 """What the last state of a plant of time is called: it is time, and has the rate one."""
 
 
+_GREEK = frozenset(
+    """
+    alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega
+    Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
+    """.split()  # noqa: SIM905
+)
+
+
+def typeset(name: str) -> str:
+    r"""Return the LaTeX of a name without one: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
+    base, *marks = name.split("_")
+    word, digits = re.fullmatch(r"(.*?)([0-9]*)", base, re.DOTALL).groups()  # type: ignore[union-attr]
+    below = [*([digits] if word and digits else ()), *(m for m in marks if m not in ("", "dot", "ddot"))]
+    text = _typeset_word(word or base)
+    for mark in ("ddot", "dot"):
+        if mark in marks:
+            text = rf"\{mark}{{{text}}}"
+    return f"{text}_{{{','.join(map(_typeset_word, below))}}}" if below else text
+
+
+def _typeset_word(word: str) -> str:
+    if word in _GREEK:
+        return rf"\{word}"
+    return word if len(word) < 2 or word.isdigit() else rf"\mathrm{{{word}}}"
+
+
 @functools.lru_cache(maxsize=4096)  # of a few hundred names a model
 def identifier(name: str) -> str:
     """Return the C and Python identifier of a name: what is neither letter, digit nor underscore becomes one."""

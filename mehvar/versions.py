@@ -35,10 +35,14 @@ def project_root(start: Path) -> Path | None:
     """Return the nearest folder at or above `start` that has generated/, and a model in models/.
 
     A model has system.py, or plant.toml if it is a law; where that is missing or misspelt, it has at least parameters.
+    One of a single file defines `system` in its `__init__.py`.
     """
+    patterns = ("system.py", "*/system.py", "*/plant.toml", "*/parameters.toml")
     for folder in (start, *start.parents):
         models = folder / "models"
-        patterns = ("system.py", "*/system.py", "*/plant.toml", "*/parameters.toml")
-        if (folder / "generated").is_dir() and any(any(models.glob(pattern)) for pattern in patterns):
+        if (folder / "generated").is_dir() and (
+            any(any(models.glob(pattern)) for pattern in patterns)
+            or any(b"def system(" in file.read_bytes() for file in models.glob("*/__init__.py"))
+        ):
             return folder
     return None

@@ -9,6 +9,8 @@ from typing import TypeAlias
 
 import sympy as sp
 
+from mehvar.names import typeset
+
 from .arguments import expression, instance
 from .quantities import Located, ModelError, Quantity, caller
 
@@ -111,7 +113,7 @@ class Derivation:
             title,
             self._section,
             unit,
-            latex or sp.latex(quantity.symbol),
+            latex or typeset(name),
         )
         self.steps.append(definition)
         return quantity.symbol

@@ -6,10 +6,12 @@ from __future__ import annotations
 import functools
 import itertools
 import os
+import re
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +57,7 @@ def _is_vocabulary(file: str) -> bool:
 
 @dataclass(frozen=True)
 class Located:
-    """Part of a model that knows where its text stands.
+    """Part of a model that knows where its text stands; numbers may be given where it has expressions.
 
     Attributes
     ----------
@@ -64,6 +66,24 @@ class Located:
     """
 
     origin: str = field(default_factory=caller, init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            if "Expr" in str(entry.type):
+                object.__setattr__(self, entry.name, _expressions(getattr(self, entry.name)))
+
+
+def _expressions(value: Any) -> Any:
+    """Return a value with SymPy's numbers in place of Python's."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        import sympy as sp  # tables of numbers are read without it
+
+        return sp.sympify(value)
+    if type(value) is tuple:
+        return tuple(map(_expressions, value))
+    if isinstance(value, Mapping):
+        return {key: _expressions(entry) for key, entry in value.items()}
+    return value
 
 
 @dataclass(frozen=True)
@@ -125,6 +145,32 @@ class Interval:
         """Whether every allowed value is above zero."""
         return self.lower > 0 or (self.lower == 0 and self.lower_open)
 
+    @classmethod
+    def parse(cls, text: str) -> Interval:
+        """Read "(0, inf)" or "[0, 1]".
+
+        Raises
+        ------
+        ValueError
+            If the text is not an interval or is empty.
+        """
+        match = _INTERVAL.match(text)
+        if not match:
+            raise ValueError(f"bounds {text!r} are not an interval like '(0, inf)' or '[0, 1]'")
+        left, lower, upper, right = match.groups()
+        try:
+            interval = cls(float(lower), float(upper), left == "(", right == ")")
+        except ValueError:
+            raise ValueError(f"bounds {text!r} hold something that is not a number") from None
+        if not interval.lower < interval.upper:
+            raise ValueError(f"bounds {text!r} are empty")
+        return interval
+
+
+_INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)
+REALS = Interval(-float("inf"), float("inf"), True, True)
+"""Every finite number."""
+
 
 @dataclass(frozen=True)
 class ParameterArray(ABC):
@@ -157,21 +203,38 @@ class Parameter(Quantity):
     Parameters
     ----------
     name, unit, description, latex, positive, family, index
-        As of a `Quantity`.
+        As of a `Quantity`; it is positive where its bounds are.
     default : float or str, optional
         The value, or a formula in other parameters of the same group.
-    bounds : Interval
-        Allowed values.
+    bounds : Interval or str
+        Allowed values, as in "(0, inf)".
     source : str
-        Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
+        Where the number comes from, such as a publication with its table.
     array : ParameterArray, optional
         What it is an element of.
     """
 
     default: float | str = 0.0
-    bounds: Interval = field(default_factory=lambda: Interval(-float("inf"), float("inf"), True, True))
+    bounds: Interval = REALS
     source: str = ""
     array: ParameterArray | None = None
+
+    if TYPE_CHECKING:  # bounds may also be given as text
+
+        def __init__(
+            self, name: str, unit: str, description: str, latex: str = "", positive: bool = False,
+            default: float | str = 0.0, bounds: Interval | str = REALS, source: str = "",
+            array: ParameterArray | None = None, *, family: str = "", index: int = 0,
+        ) -> None: ...  # fmt: skip
+
+    def __post_init__(self) -> None:
+        if isinstance(self.bounds, str):
+            try:
+                object.__setattr__(self, "bounds", Interval.parse(self.bounds))
+            except ValueError as error:
+                raise ModelError(f"{caller()}: parameter {self.name!r}: {error}") from None
+        if isinstance(self.bounds, Interval) and self.bounds.positive:
+            object.__setattr__(self, "positive", True)
 
 
 @dataclass(frozen=True)

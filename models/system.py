@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
 
 import sympy as sp
@@ -323,9 +324,15 @@ class Variant(Located):
     loops: Mapping[str, tuple[Expr, ...]]
 
 
-@dataclass(frozen=True)
+_DEFAULT = Scenario("default", "from the defaults", 100.0, 0.1)
+"""Of a system without scenarios: some turns of a craft at the rates of attitude control."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class System(Located):
     """A mechanical system with its laws and scenarios, ready for code generation.
+
+    Name, states and their rates are needed; all else is empty unless given. Numbers may stand for expressions.
 
     Parameters
     ----------
@@ -346,7 +353,7 @@ class System(Located):
     limits : tuple of Condition
         What must hold along a run, as a function of x, u and p.
     initial : tuple of Expr
-        x(0) as a function of p and s.
+        x(0) as a function of p and s; zero when empty.
     reference : tuple of Expr
         r as a function of time, p and s.
     constraints : tuple of Condition
@@ -356,7 +363,7 @@ class System(Located):
     controllers : tuple of Controller
         The control laws.
     scenarios, metrics : tuple of Scenario and of Metric
-        As read from scenarios.toml.
+        Described runs, 100 s when empty, and the numbers that sum a run up.
     coordinates : Coordinates, optional
         Regular chart for continuous loops.
     actuator : Actuator, optional
@@ -388,32 +395,32 @@ class System(Located):
     """
 
     name: str
-    title: str
-    source: str
-    structure: Mapping[str, str]
+    title: str = ""
+    source: str = ""
+    structure: Mapping[str, str] = field(default_factory=dict)
     states: Group
-    inputs: Group
-    references: Group
-    outputs: Group
-    parameters: Group
-    scenario_parameters: Group
+    inputs: Group = field(default_factory=partial(Group, "u", ()))
+    references: Group = field(default_factory=partial(Group, "r", ()))
+    outputs: Group = field(default_factory=partial(Group, "y", ()))
+    parameters: Group = field(default_factory=partial(Group, "p", ()))
+    scenario_parameters: Group = field(default_factory=partial(Group, "s", ()))
     rhs: tuple[Expr, ...]
-    output: tuple[Expr, ...]
-    steps: tuple[Definition | Equation, ...]
-    limits: tuple[Condition, ...]
-    initial: tuple[Expr, ...]
-    reference: tuple[Expr, ...]
-    constraints: tuple[Condition, ...]
-    functions: tuple[Function, ...]
-    controllers: tuple[Controller, ...]
-    scenarios: tuple[Scenario, ...]
-    metrics: tuple[Metric, ...]
+    output: tuple[Expr, ...] = ()
+    steps: tuple[Definition | Equation, ...] = ()
+    limits: tuple[Condition, ...] = ()
+    initial: tuple[Expr, ...] = ()
+    reference: tuple[Expr, ...] = ()
+    constraints: tuple[Condition, ...] = ()
+    functions: tuple[Function, ...] = ()
+    controllers: tuple[Controller, ...] = ()
+    scenarios: tuple[Scenario, ...] = ()
+    metrics: tuple[Metric, ...] = ()
     coordinates: Coordinates | None = None
     actuator: Actuator | None = None
     sensor: Sensor | None = None
-    diffusion: Diffusion | None = field(default=None, kw_only=True)
-    random_step: RandomStep | None = field(default=None, kw_only=True)
-    delays: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    diffusion: Diffusion | None = None
+    random_step: RandomStep | None = None
+    delays: Mapping[str, str] = field(default_factory=dict)
     projection: tuple[Expr, ...] = ()
     choices: tuple[Choice, ...] = ()
     variants: tuple[Variant, ...] = ()
@@ -422,6 +429,13 @@ class System(Located):
     geometry: tuple[Shape, ...] = ()
     mass: sp.MatrixBase | None = None
     events: tuple[Event, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.initial and isinstance(self.states, Group):
+            object.__setattr__(self, "initial", (sp.S.Zero,) * len(self.states))
+        if not self.scenarios:
+            object.__setattr__(self, "scenarios", (_DEFAULT,))
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

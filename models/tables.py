@@ -19,12 +19,10 @@ from mehvar.schema import parse_toml
 from mehvar.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
-from .quantities import Group, Interval, ModelError, Parameter, place, wrong
+from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong
 
 OF_COUNTS = ("sign_changes",)
 """Kinds of metrics that read the band; those of seconds need one."""
-_INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)
-_SOURCE = re.compile(r"^(paper\b|assumption: |addition: )")
 
 
 class _Strict(BaseModel):
@@ -37,9 +35,9 @@ _Table = TypeVar("_Table", bound=_Strict)
 class _ParameterRow(_Strict):
     unit: str
     default: float | str | list[float] | list[list[float]]
-    bounds: str
-    source: str
-    description: str
+    bounds: str = str(REALS)
+    source: str = ""
+    description: str = ""
     latex: str = ""
     form: str = ""
     over: list[str] = []
@@ -60,17 +58,10 @@ class _ParameterRow(_Strict):
         dimension(value)
         return value
 
-    @field_validator("source")
-    @classmethod
-    def _source(cls, value: str) -> str:
-        if not is_source(value):
-            raise ValueError(f"source {value!r} must begin with 'paper', 'assumption: ' or 'addition: '")
-        return value
-
     @field_validator("bounds")
     @classmethod
     def _bounds(cls, value: str) -> str:
-        parse_interval(value)
+        Interval.parse(value)
         return value
 
 
@@ -96,32 +87,6 @@ class _ScenarioRow(_Strict):
 class _ScenarioFile(_Strict):
     scenarios: dict[str, _ScenarioRow]
     metrics: dict[str, _MetricRow] = {}
-
-
-def is_source(text: str) -> bool:
-    """Tell whether a text says where a number comes from."""
-    return _SOURCE.match(text) is not None
-
-
-def parse_interval(text: str) -> Interval:
-    """Read "(0, inf)" or "[0, 1]".
-
-    Raises
-    ------
-    ValueError
-        If the text is not an interval or is empty.
-    """
-    match = _INTERVAL.match(text)
-    if not match:
-        raise ValueError(f"bounds {text!r} are not an interval like '(0, inf)' or '[0, 1]'")
-    left, lower, upper, right = match.groups()
-    try:
-        interval = Interval(float(lower), float(upper), left == "(", right == ")")
-    except ValueError:
-        raise ValueError(f"bounds {text!r} hold something that is not a number") from None
-    if not interval.lower < interval.upper:
-        raise ValueError(f"bounds {text!r} are empty")
-    return interval
 
 
 def read_parameters(path: Path) -> dict[str, Group]:
@@ -289,7 +254,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
 def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Parameter]:
     """Yield the parameter of an entry, or those of an array."""
     entry = _validate(_ParameterRow, row, path, group, name)
-    bounds, default = parse_interval(entry.bounds), entry.default
+    bounds, default = Interval.parse(entry.bounds), entry.default
     where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
     whole = Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, 0.0, bounds, entry.source)
     if isinstance(default, list):

@@ -16,6 +16,7 @@ import sympy as sp
 from mehvar.errors import MehvarError
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
+from mehvar.names import typeset
 
 from . import SCHEMA
 
@@ -222,14 +223,13 @@ def outcomes(system: System) -> Iterator[Outcome]:
     if system.actuator:
         yield from _named(system.inputs, system.actuator.applied, "actuator")
     if system.sensor:
-        seen = getattr(system, "seen", system.states)  # a checkout from before it is derived with its own vocabulary
-        yield from _named(seen, system.sensor.measured, "sensor")
-    if diffusion := getattr(system, "diffusion", None):
+        yield from _named(system.seen, system.sensor.measured, "sensor")
+    if diffusion := system.diffusion:
         yield from _named(system.states, diffusion.change, "diffusion", "d{}", r"\mathrm{{d}}{}")
-    for name, count in getattr(system, "delays", {}).items():
+    for name, count in system.delays.items():
         quantity = next(q for q in system.parameters if q.name == count)
         yield Outcome(name, "delay", quantity.symbol, f"k_{{{name}}}", "1", f"samples from command to action of {name}")
-    if step := getattr(system, "random_step", None):
+    if step := system.random_step:
         yield from _named(system.states, step.after, "random step", "{}+", "{}^{{+}}")
     if system.coordinates:
         yield from _coordinates(system)
@@ -256,8 +256,8 @@ def outcomes(system: System) -> Iterator[Outcome]:
 def _events(system: System) -> Iterator[Outcome]:
     """Yield guards, called by event and direction, and what the events make of the state."""
     for law, events in (
-        ("", getattr(system, "events", ())),
-        *((f"{c.name}: ", getattr(c, "events", ())) for c in system.controllers),
+        ("", system.events),
+        *((f"{c.name}: ", c.events) for c in system.controllers),
     ):
         for event in events:
             name, title = f"{law}{event.name}", event.title or "switching surface"
@@ -302,7 +302,7 @@ def _law(system: System, law: Controller) -> Iterator[Outcome]:
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
     yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
     yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
-    yield from _rates(law.memory, getattr(law, "rates", ()), "memory rate", f"{law.name}: ")
+    yield from _rates(law.memory, law.rates, "memory rate", f"{law.name}: ")
     for output in law.outputs:
         q = output.quantity
         yield Outcome(f"{law.name}.{q.name}", "law output", output.value, quantity_latex(q), q.unit, q.description)
@@ -341,10 +341,10 @@ def groups(system: System) -> dict[str, Iterable[Quantity]]:
         roles["commanded"] = system.actuator.commanded
     if system.sensor:
         roles["noise"] = system.sensor.noise
-        roles["measured"] = getattr(system.sensor, "seen", ())
-    if diffusion := getattr(system, "diffusion", None):
+        roles["measured"] = system.sensor.seen
+    if diffusion := system.diffusion:
         roles["wiener"] = diffusion.wiener
-    if step := getattr(system, "random_step", None):
+    if step := system.random_step:
         roles["noise of steps"] = step.noise
     for law in system.controllers:
         roles[f"law {law.name}"] = law.parameters
@@ -391,8 +391,7 @@ def _symbol(role: str, q: Quantity) -> dict[str, Any]:
 
 
 def _array(parameter: Parameter) -> dict[str, str]:
-    array = getattr(parameter, "array", None)  # another checkout's vocabulary may be from before arrays
-    return {} if array is None else {"array": array.name}
+    return {} if parameter.array is None else {"array": parameter.array.name}
 
 
 def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
@@ -403,12 +402,8 @@ def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
 
 
 def quantity_latex(quantity: Quantity) -> str:
-    """Return how a quantity is printed: as the paper writes it, else its name, upright if it is a word."""
-    if quantity.latex:
-        return quantity.latex
-    if len(quantity.name) < 3:
-        return str(sp.latex(quantity.symbol))
-    return rf"\mathrm{{{quantity.name}}}".replace("_", r"\_")
+    """Return how a quantity is printed: as the paper writes it, else its name."""
+    return quantity.latex or typeset(quantity.name)
 
 
 def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:

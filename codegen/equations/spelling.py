@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import ClassVar
 
+from mehvar.names import typeset
+
 from .mathml import content
 
 Case = tuple[str, str, bool]
@@ -177,7 +179,7 @@ class Latex(Spelling):
 
     def name(self, name: str, latex: str) -> str:
         """Return the LaTeX name, or the name upright."""
-        return latex or rf"\mathrm{{{name}}}".replace("_", r"\_")
+        return latex or typeset(name)
 
     def constant(self, name: str) -> str:
         """Return a command."""

@@ -102,9 +102,8 @@ def _plant(system: System) -> list[Request]:
         of_parameters = not free_symbols(system.projection, system.definitions).isdisjoint(p.symbols)
         arguments, result = (q, p) if of_parameters else (q,), (("q_next", system.projection),)
         functions.append(Request("project", "coordinates put back on their manifold", arguments, result))
-    mass = getattr(system, "mass", None)  # a checkout from before it has none
-    if mass is not None:
-        diagonal, description = (("m", tuple(mass.diagonal())),), "one, and zero of algebraic states"
+    if system.mass is not None:
+        diagonal, description = (("m", tuple(system.mass.diagonal())),), "one, and zero of algebraic states"
         functions.append(Request("mass_diagonal", description, (p,), diagonal))
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)

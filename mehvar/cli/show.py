@@ -64,7 +64,14 @@ def _quantities(title: str, quantities: Sequence[Quantity]) -> None:
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
     rows = [
-        [q.name, q.unit, q.formula or f"{q.default:g}", q.interval, f"{q.description} ({q.source})"] for q in parameters
+        [
+            q.name,
+            q.unit,
+            q.formula or f"{q.default:g}",
+            q.interval,
+            f"{q.description} ({q.source})" if q.source else q.description,
+        ]
+        for q in parameters
     ]
     print_entries(title, ["name", "unit", "default", "allowed", "meaning (source)"], rows)
     typer.echo()

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from mehvar.names import typeset
+
 from ..quantities import Group, ModelError, Parameter, ParameterArray
 
 if TYPE_CHECKING:  # tables of numbers are read without SymPy
@@ -161,7 +163,7 @@ def elements(whole: Parameter, array: ParameterArray, numbers: Sequence[Any]) ->
     numbers : list, or list of lists
         Their defaults.
     """
-    latex = whole.latex or (whole.name if len(whole.name) < 3 else rf"\mathrm{{{whole.name}}}".replace("_", r"\_"))
+    latex = whole.latex or typeset(whole.name)
     for place in array.places():
         default: Any = numbers
         for k in place:

@@ -189,7 +189,7 @@ class Dimensions:
         if node in self._definitions:
             return self._defined(self._definitions[node])
         if node.is_Number or not node.args:
-            return None if node in (sp.S.Zero, LARGEST) else NUMBER
+            return None if node.is_zero or node == LARGEST else NUMBER
         if isinstance(node, sp.Mul):
             return self._product(node)
         if isinstance(node, sp.Pow):

@@ -85,8 +85,7 @@ def _check_length(vector: Vector) -> None:
 
 def _check_kind(entry: object, where: str) -> None:
     if not isinstance(entry, sp.Expr) or isinstance(entry, sp.MatrixExpr):
-        hint = f"; write sympy.sympify({entry!r})" if isinstance(entry, int | float) else ""
-        raise ModelError(f"{where}: {entry!r} is a {type(entry).__name__}: must be a SymPy expression{hint}")
+        raise ModelError(f"{where}: {entry!r} is a {type(entry).__name__}: must be a SymPy expression")
 
 
 def _check_constants(nodes: Iterable[sp.Basic], where: str) -> None:

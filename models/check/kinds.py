@@ -39,7 +39,7 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
         options = [part for part in inner if part is not type(None)]
         if value is None and len(options) < len(inner):
             return
-        if len(options) > 1 and not any(isinstance(value, option) for option in options):
+        if len(options) > 1 and not any(_is(value, option) for option in options):
             raise _wrong(value, " or ".join(option.__name__ for option in options), where, origin)
         hint = type(value) if len(options) > 1 else options[0]
         kind, inner = get_origin(hint), get_args(hint)
@@ -52,11 +52,15 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
             _check(key, inner[0], f"name {key!r} of {where}", origin)
             _check(entry, inner[1], f"{where}[{key!r}]", origin)
     elif not (isinstance(hint, type) and issubclass(hint, sp.Expr)):  # expressions have a check that knows their rows
-        allowed = (int, float) if hint is float else hint
-        if not isinstance(value, allowed) or (isinstance(value, bool) and hint is not bool):
+        if not _is(value, hint):
             raise _wrong(value, hint.__name__, where, origin)
         if is_dataclass(value):
             _check_record(value, where, origin)
+
+
+def _is(value: object, kind: type) -> bool:
+    """Tell whether a value is of a kind; whole numbers are floats too, truth values are no numbers."""
+    return isinstance(value, (int, float) if kind is float else kind) and (kind is bool or not isinstance(value, bool))
 
 
 def _check_tuple(value: Any, inner: tuple[Any, ...], where: str, origin: str) -> None:

@@ -20,7 +20,7 @@ from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .frame import AXES, Frame
 from .part import Contribution, Mounted, Part, State, start
 from .readings import readings
-from .values import SOURCE, Parameters, Value, directions
+from .values import Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
@@ -98,7 +98,7 @@ class Spacecraft:
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
-        source: str = SOURCE,
+        source: str = "",
     ) -> sp.Symbol:  # fmt: skip
         """Declare a parameter that several fields share, and return its symbol."""
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
@@ -143,14 +143,13 @@ class Spacecraft:
             if free_symbols([value for _, value in f.results], derivation.definitions) <= known
         )
         return System(
-            name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
-            references=Group("r", ()), outputs=Group("y", ()), parameters=p,
+            name=self.name, title=self.title, states=x, inputs=u, parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, output=(), steps=_needed(derivation, rhs, actuator, controllers, functions), limits=(),
-            initial=tuple(sp.sympify(state.start) for state in states), reference=(),
+            rhs=rhs, steps=_needed(derivation, rhs, actuator, controllers, functions),
+            initial=tuple(state.start for state in states),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
-            scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
+            scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             actuator=actuator,
         )  # fmt: skip
 
@@ -169,9 +168,7 @@ class Spacecraft:
         angular = motions[0].angular
         hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
-        return tuple(
-            map(sp.sympify, (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)))
-        )
+        return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries))
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
         rate = self._components(self._rate)
@@ -251,9 +248,6 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
             seen.add(symbol)
             stack += definitions[symbol].free_symbols if symbol in definitions else ()
     return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
-
-
-_SCENARIO = Scenario("default", "from the defaults", 100.0, 0.1, {}, {}, {})
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

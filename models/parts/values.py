@@ -19,11 +19,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..quantities import Interval, ModelError, Parameter
 from ..system import Condition
-from ..tables import is_source, parse_interval
 from .frame import AXES
-
-SOURCE = "assumption: as assembled"
-"""Of a number for which the user names no source."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +33,12 @@ class Value:
     bounds : str
         Allowed values, as in "(0, inf)"; those of the field when empty.
     source : str
-        Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
+        Where the number comes from, such as a data sheet.
     """
 
     default: float
     bounds: str = ""
-    source: str = SOURCE
+    source: str = ""
 
 
 Number: TypeAlias = float | Value | sp.Expr
@@ -110,13 +106,9 @@ class Parameters:
         """
         given = value if isinstance(value, Value) else Value(value)
         try:
-            interval: Interval = parse_interval(given.bounds or bounds)
+            interval: Interval = Interval.parse(given.bounds or bounds)
         except ValueError as error:
             raise ModelError(f"{name}: {error}") from error
-        if not is_source(given.source):
-            raise ModelError(
-                f"{name}: source = {given.source!r}: must begin with 'paper', 'assumption: ' or 'addition: '"
-            )
         if (
             isinstance(given.default, bool)
             or not isinstance(given.default, int | float)

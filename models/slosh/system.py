@@ -178,9 +178,7 @@ def system(
         rhs=_full(model, next(iter(placed.rates))),
         output=tuple(expr for _, expr in _outputs(model)),
         steps=tuple(d.steps),
-        limits=(),
         initial=(*scenario.symbols[:6], *placed.start, *model.bobs.start),
-        reference=(),
         constraints=constraints(p, scenario),
         functions=functions,
         controllers=tuple(

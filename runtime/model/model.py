@@ -26,7 +26,7 @@ from .generated import tell_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .named import NamedVector, named
-from .parameters import Setting, law_vector, named_values, vector
+from .parameters import Setting, elements, law_vector, named_values, vector
 
 if TYPE_CHECKING:
     from .tools.ivp import InitialValueProblem
@@ -100,21 +100,24 @@ class Model:
         """What evaluates the functions: "c", "python" or "casadi"."""
         return self.evaluator.name
 
-    def parameters(self, **values: float) -> NamedVector:
+    def parameters(self, **values: ArrayLike) -> NamedVector:
         """Return the plant's parameter vector p, defaults filled in; it answers to names too, as in `p.mass`.
+
+        A vector or a matrix of parameters may be given whole, as in `K=[[1.0, 0.0], [0.0, 2.0]]`.
 
         Raises
         ------
         InputError
             For an unknown name, a value that is not a finite number, or one out of bounds.
         """
-        for name in values:
+        each = elements(values, self.parameter_names)
+        for name in each:
             if name not in self.parameter_names:
                 raise unknown_name(f"parameter of {self.name}", name, self.parameter_names)
-        settings = {name: Setting(value, "") for name, value in values.items()}
+        settings = {name: Setting(value, "") for name, value in each.items()}
         return named(vector(self.manifest.parameters, settings), self.parameter_names)
 
-    def law_parameters(self, controller: str, **values: float) -> FloatArray:
+    def law_parameters(self, controller: str, **values: ArrayLike) -> FloatArray:
         """Return the parameter vector c of a law, defaults filled in.
 
         Raises

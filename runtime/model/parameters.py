@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
+import re
 import string
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -101,11 +102,56 @@ def law_vector(functions: Functions, controller: Controller, values: Mapping[str
         For an unknown name, a value that is not a finite number, or one out of bounds.
     """
     names = [q.name for q in controller.parameters]
+    values = elements(values, names)
     for name in values:
         if name not in names:
             raise unknown_name(f"parameter of the law {controller.name}", name, names)
     settings = {name: Setting(value, "") for name, value in values.items()}
     return vector(controller.parameters, settings | _formulas(functions, controller, settings))
+
+
+def all_parameters(manifest: Manifest, controller: Controller) -> tuple[Parameter, ...]:
+    """Return the parameters of plant, law and scenario."""
+    return (*manifest.parameters, *controller.parameters, *manifest.scenario_parameters)
+
+
+def elements(values: Mapping[str, Any], names: Collection[str], origin: str = "") -> dict[str, Any]:
+    """Return values in which an array stands as its elements, `K_1_2` for the second number of the first row of `K`.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        Numbers by parameter; an array, or lists of lists, for a vector or a matrix of parameters.
+    names : collection of str
+        All parameters. A symmetric matrix has those on and above its diagonal.
+    origin : str
+        Where the values come from.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape than the parameters, or one of a symmetric matrix is not symmetric.
+    """
+    each: dict[str, Any] = {}
+    for name, value in values.items():
+        own = [other for other in names if re.fullmatch(rf"{re.escape(name)}(_[0-9]+)+", other)]
+        if name in names or not own or np.ndim(value) == 0:
+            each[name] = value
+        else:
+            each |= _elements(name, value, own, origin)
+    return each
+
+
+def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[str, Any]:
+    array = np.asarray(value)
+    given = {"_".join((name, *(str(k + 1) for k in place))): array[place].item() for place in np.ndindex(array.shape)}
+    mirrored = {place: "_".join((name, *reversed(place.removeprefix(f"{name}_").split("_")))) for place in given}
+    if not set(own) <= set(given) or any(mirrored[place] not in own for place in set(given) - set(own)):
+        raise bad_value(name, value, f"an array with the elements {', '.join(own)}", origin)
+    for place in set(given) - set(own):
+        if given[place] != given[mirrored[place]]:
+            raise bad_value(name, value, f"symmetric: {place} and {mirrored[place]} differ", origin)
+    return {place: given[place] for place in own}
 
 
 def named_values(
@@ -154,8 +200,7 @@ def resolve(
     InputError
         For an unknown name, a value out of bounds, or a combination that a constraint refuses.
     """
-    groups = (manifest.parameters, controller.parameters, manifest.scenario_parameters)
-    parameters = [q for group in groups for q in group]
+    parameters = all_parameters(manifest, controller)
     check_values(manifest, controller, values, origin, options)
     settings = _settings(controller, scenario, values, origin)
     p = vector(manifest.parameters, settings)
@@ -186,7 +231,7 @@ def check_values(
         With a line for each.
     """
     parameters: dict[str, list[Parameter]] = {}
-    for q in (*manifest.parameters, *controller.parameters, *manifest.scenario_parameters):
+    for q in all_parameters(manifest, controller):
         parameters.setdefault(q.name, []).append(q)
 
     def check(name: str, value: object) -> None:

@@ -90,7 +90,7 @@ class _Reading:
         if elements:
             return f"it decides nothing here but {', '.join(elements)}, which is given too"
         others = sorted(reader for reader in self._readers[name] if "." not in reader)
-        return f"nothing in a run under {self._law.name} reads it, only {', '.join(others) or 'nothing'}"
+        return f"nothing in a run under {self._law.name} reads it{', only ' + ', '.join(others) if others else ''}"
 
     def _decided(self, name: str) -> dict[str, bool]:
         """Return the states and parameters that follow from a parameter, and whether it is a state's start."""

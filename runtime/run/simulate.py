@@ -23,7 +23,7 @@ from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
 from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load, shared_model
-from ..model.parameters import Resolved, advice, named_values, resolve, say
+from ..model.parameters import Resolved, advice, all_parameters, elements, named_values, resolve, say
 from . import compiled, interpreted
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
@@ -249,7 +249,8 @@ def simulate(
 
     choices = {name: others.pop(name) for name in manifest.choices if name in others}
     suffix = variant_suffix(manifest, choices, origin)
-    values = merged(parameters or {}, others, origin)
+    known = [q.name for q in all_parameters(manifest, controlled)]
+    values = elements(merged(parameters or {}, others, origin), known, origin)
     given_values = dict(values)
     if controlled.delay:
         values.setdefault(controlled.delay, options.delay)

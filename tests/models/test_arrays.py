@@ -2,6 +2,7 @@
 """Arrays of parameters: tables against SciPy in every backend, matrices, and what is refused of either."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -127,6 +128,27 @@ def test_a_symmetric_matrix_has_one_parameter_for_two_elements(case):
     assert names == ["J_1_1", "J_1_2", "J_1_3", "J_2_2", "J_2_3", "J_3_3"]
     matrix, vector = np.array([[3, 1, 0], [1, 2, -1], [0, -1, 2]]), np.array([1, 2, 3])
     assert model.functions["spin"](model.parameters()) == pytest.approx(vector @ matrix @ vector)
+
+
+def test_an_array_of_parameters_is_set_as_an_array(case):
+    folder, inertia = case[2], np.array([[4.0, 0.5, 0.1], [0.5, 3.0, 0.2], [0.1, 0.2, 2.5]])
+    elements = {f"J_{i + 1}_{j + 1}": inertia[i, j] for i in range(3) for j in range(i, 3)}
+    model = load(folder)
+    np.testing.assert_array_equal(model.parameters(J=inertia), model.parameters(**elements))
+    push = np.arange(7.0)
+    whole = simulate(folder, "on", push=push, t_end=1.0)
+    single = simulate(folder, "on", parameters={f"push_{k + 1}": push[k] for k in range(7)}, t_end=1.0)
+    assert whole.parameters.values == single.parameters.values
+    store = mehvar.batch(folder, "on", n=2, parameters={"push": push}, t_end=1.0, vary={"k": "uniform(0.2, 0.4)"})
+    assert json.loads(store.attrs["campaign"])["parameters"]["push_3"] == 2.0
+    for wrong, message in (
+        ({"J": inertia[:2]}, "J = .*: must be an array with the elements J_1_1, J_1_2"),
+        ({"J": inertia + np.eye(3)[[1, 2, 2]]}, "J = .*: must be symmetric: J_2_1 and J_1_2 differ"),
+        ({"w": [1.0, 2.0]}, "w = .*: must be an array with the elements w_1, w_2, w_3"),
+        ({"w": [1.0, 2.0, "x"]}, "w_"),
+    ):
+        with pytest.raises(InputError, match=message):
+            simulate(folder, "on", parameters=wrong)
 
 
 @pytest.mark.parametrize(

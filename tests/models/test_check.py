@@ -57,6 +57,23 @@ def test_the_triangle_is_in_order():
     check(triangle())
 
 
+def test_a_first_model_is_a_name_states_and_their_rates():
+    """All else has a default, and numbers stand for expressions."""
+    x = Group("x", (Quantity("q", "m", "place"), Quantity("v", "m/s", "speed")))
+    p = Group("p", (Parameter("a", "m/s^2", "acceleration", default=2, bounds="[0, 9)"),))
+    fall = System(name="fall", states=x, parameters=p, rhs=(x.v, p.a))
+    check(fall)
+    assert fall.initial == (0, 0)
+    assert not p.quantities[0].positive
+    run = mehvar.simulate(mehvar.build(fall), None, inputs={}, initial={"v": 1.0}, t_end=3.0)
+    assert float(run["q"][-1]) == pytest.approx(3.0 + 9.0)
+    still = System(name="still", states=x, rhs=(x.v, 0), initial=(0, 0.0))
+    check(still)
+    assert all(isinstance(entry, sp.Expr) for entry in (*still.rhs, *still.initial))
+    with pytest.raises(ModelError, match=r"test_check.py:\d+: parameter 'b': bounds '0..1' are not an interval"):
+        Parameter("b", "1", "share", bounds="0..1")
+
+
 def test_an_unused_plant_parameter_is_refused():
     bad = dataclasses.replace(triangle(), parameters=with_parameter(triangle().parameters, "masss"))
     with pytest.raises(ModelError, match=r"parameter 'masss' .* is used by no right-hand side.*did you mean 'mass'"):
@@ -253,7 +270,6 @@ REFUSED = [
     ("not a number", CART, ("rhs", 0), lambda v: sp.nan, r"has the constant nan: numbers must be real and finite"),
     ("infinity", CART, ("initial", 0), lambda v: sp.oo, r"initial, row 1 of 2 \(place\) has the constant oo"),
     ("a text", CART, ("rhs", 0), lambda v: "speed", r"'speed' is a str: must be a SymPy expression"),
-    ("a number of Python", CART, ("initial", 0), lambda v: 0, r"0 is a int: must be .*; write sympy.sympify\(0\)"),
     ("a list", CART, ("rhs",), list, r"rhs = \[.*\] is a list: must be a tuple"),
     ("a local name of C", CART, ("functions", 0, "name"), lambda v: "t_abcde",
      r"function 't_abcde': the name 't_abcde'"),

@@ -27,7 +27,6 @@ def assembled(*parts, **options):
         (lambda: assembled(Hub("hub", mass=1.0, inertia=((1, 2, 0), (0, 1, 0), (0, 0, 1)))), "must be symmetric"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL, centre=(0, 1))), "hub.centre = .*: must be 3 numbers"),
         (lambda: assembled(Hub("hub", mass=Value(1.0, bounds="3..5"), inertia=BALL)), "hub_m: bounds '3..5'"),
-        (lambda: assembled(Hub("hub", mass=Value(1.0, source="me"), inertia=BALL)), "hub_m: source = 'me'"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL), Hub("hub", mass=1.0, inertia=BALL)), "mounted already"),
         (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
         (lambda: assembled("hub"), "'hub' is no part"),

@@ -31,10 +31,10 @@ def system():
     regulator = c.k_1 * X.angle + c.k_2 * X.rate + c.k_3 * X.wheel
     return System(
         name="cubli", title="a cube on its edge that jumps up by braking its wheel",
-        source="Gajamohan et al., IROS 2012", structure={}, states=X, inputs=U, references=Group("r", ()),
-        outputs=Group("y", ()), parameters=p, scenario_parameters=Group("s", ()),
-        rhs=(sp.Piecewise((NONE, lies), (X.rate, True)), turns, drive / p.I_w - turns, NONE), output=(), steps=(),
-        limits=(), initial=(-sp.pi / 4, NONE, NONE, NONE), reference=(), constraints=(), functions=(),
+        source="Gajamohan et al., IROS 2012", states=X, inputs=U,
+        parameters=p,
+        rhs=(sp.Piecewise((NONE, lies), (X.rate, True)), turns, drive / p.I_w - turns, NONE),
+        initial=(-sp.pi / 4, NONE, NONE, NONE),
         scenarios=scenarios, metrics=metrics,
         controllers=(Controller(
             "stand_up", "spin up, then balance", c, (sp.Piecewise((c.spin, lies), (regulator, balances), (0, True)),),

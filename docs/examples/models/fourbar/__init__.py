@@ -36,12 +36,12 @@ def system():
     mass[3:6, 6:], mass[6:, 3:6] = G.T, G
     close = G[:, 1:].inv()  # what the other two do to keep the loop closed
     return System(
-        name="fourbar", title="a four-bar linkage", source="an example", structure={}, states=X, inputs=U,
-        references=Group("r", ()), outputs=Group("y", tuple(Quantity(f"gap_{k}", "m", "of the loop") for k in "xy")),
+        name="fourbar", title="a four-bar linkage", source="an example", states=X, inputs=U,
+        outputs=Group("y", tuple(Quantity(f"gap_{k}", "m", "of the loop") for k in "xy")),
         parameters=p, scenario_parameters=s, mass=mass,
-        rhs=(*W, *(force - momentum.jacobian(PHI) * W), *(-(G * W).jacobian(PHI) * W)), output=tuple(gap), steps=(),
+        rhs=(*W, *(force - momentum.jacobian(PHI) * W), *(-(G * W).jacobian(PHI) * W)), output=tuple(gap),
         projection=(X.phi_1, *(PHI[1:, :] - close * gap), X.w_1, *(-close * G[:, :1] * X.w_1), X.S_x, X.S_y),
-        initial=initial(p, s), limits=(), reference=(), constraints=(), scenarios=scenarios, metrics=metrics,
+        initial=initial(p, s), scenarios=scenarios, metrics=metrics,
         functions=(Function("energy", (X, p), ((Quantity("E", "J", "energy"), kinetic + potential),), "energy"),),
         controllers=(
             Controller("drive", "a torque for the rate of the crank", c, (c.gain * (c.speed - X.w_1),)),

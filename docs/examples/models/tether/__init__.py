@@ -26,11 +26,11 @@ def system():
     law = (-c.gain * (X.spin - momentum / radius**2),)
     start = sp.sqrt(p.mu / p.a**3 * (1 + p.ecc) / (1 - p.ecc) ** 3)  # of the orbit at perigee
     return System(
-        name="tether", title="a tether in an elliptic orbit", source="an example", structure={}, states=X, inputs=U,
-        references=Group("r", ()), outputs=Group("y", (Quantity("H", "N m s", "angular momentum of the tether"),)),
+        name="tether", title="a tether in an elliptic orbit", source="an example", states=X, inputs=U,
+        outputs=Group("y", (Quantity("H", "N m s", "angular momentum of the tether"),)),
         parameters=p, scenario_parameters=s, mass=sp.Matrix([[radius**2, 0, 0], [1, 1, 0], [0, 0, inertia]]),
-        rhs=(momentum, X.spin, gradient + U.tau), output=(inertia * X.spin,), steps=tuple(d.steps), limits=(),
-        initial=(sp.S.Zero, s.theta_0, start + s.turn_0), reference=(), constraints=(), functions=(),
+        rhs=(momentum, X.spin, gradient + U.tau), output=(inertia * X.spin,), steps=tuple(d.steps),
+        initial=(sp.S.Zero, s.theta_0, start + s.turn_0),
         controllers=(
             Controller("damp", "a torque against the libration", c, law),
             Controller("sampled", "the same, sampled", c, law, period="T_s"),

@@ -100,10 +100,10 @@ def system() -> System:
     angles = ((s.phi1_0, s.theta1_0), (s.phi2_0, s.theta2_0))
     arms = [[-sp.cos(f), sp.sin(f) * sp.sin(t), sp.sin(f) * sp.cos(t)] for f, t in angles]
     return System(
-        name="own", title="a craft with two pendulums", source="the task", structure={}, states=X, inputs=U,
-        references=Group("r", ()), outputs=Group("y", ()), parameters=p, scenario_parameters=s,
-        rhs=tuple(equations(p, d)), output=(), steps=tuple(d.steps), limits=(),
+        name="own", title="a craft with two pendulums", source="the task", states=X, inputs=U,
+        parameters=p, scenario_parameters=s,
+        rhs=tuple(equations(p, d)), steps=tuple(d.steps),
         initial=(s.vx_0, s.vy_0, s.vz_0, *[sp.S.Zero] * 3, *turn, *arms[0], *[sp.S.Zero] * 3, *arms[1],
                  *[sp.S.Zero] * 3),
-        reference=(), constraints=(), functions=(), controllers=(), scenarios=scenarios, metrics=metrics,
+        controllers=(), scenarios=scenarios, metrics=metrics,
     )  # fmt: skip
