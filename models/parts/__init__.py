@@ -6,6 +6,7 @@ from .craft import Spacecraft
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
+from .mechanisms import ControlMomentGyro, Pendulum, SprungMass, UnbalancedWheel
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
@@ -15,6 +16,7 @@ __all__ = [
     "Aggregates",
     "Bob",
     "Contribution",
+    "ControlMomentGyro",
     "Coordinate",
     "ExternalForce",
     "Hinge",
@@ -25,12 +27,15 @@ __all__ = [
     "Mounted",
     "Number",
     "Part",
+    "Pendulum",
     "PointMass",
     "Slider",
     "Spacecraft",
+    "SprungMass",
     "Tensor",
     "Thruster",
     "Torquer",
+    "UnbalancedWheel",
     "Value",
     "Vector",
     "Wheel",

@@ -18,7 +18,7 @@ from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .frame import AXES, Frame
-from .part import Contribution, Mounted, Part, State, start
+from .part import Contribution, Motion, Mounted, Part, State, start
 from .readings import readings
 from .values import SOURCE, Parameters, Value, directions
 
@@ -127,11 +127,12 @@ class Spacecraft:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
         derivation = Derivation()
         mounted = self._mounted(derivation)
-        rhs = self._rhs(mounted, derivation)
+        rhs, motions = self._rhs(mounted, derivation)
         states = self._states()
         actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
-        used = free_symbols((*rhs, *expressions((actuator, controllers))), derivation.definitions)
+        events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
+        used = free_symbols((*rhs, *expressions((actuator, controllers, events))), derivation.definitions)
         x = Group("x", tuple(state.quantity for state in states))
         u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
         p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
@@ -139,23 +140,23 @@ class Spacecraft:
         known = {*x.symbols, *u.symbols, *p.symbols}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
             f
-            for f in readings(self.parts, mounted, velocity, (x, u, p), self.motion == "plane")
+            for f in readings(self.parts, mounted, motions, velocity, (x, u, p), self.motion == "plane")
             if free_symbols([value for _, value in f.results], derivation.definitions) <= known
         )
         return System(
             name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
             references=Group("r", ()), outputs=Group("y", ()), parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, output=(), steps=_needed(derivation, rhs, actuator, controllers, functions), limits=(),
+            rhs=rhs, output=(), steps=_needed(derivation, rhs, actuator, controllers, functions, events), limits=(),
             initial=tuple(sp.sympify(state.start) for state in states), reference=(),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator,
+            actuator=actuator, events=events,
         )  # fmt: skip
 
-    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
-        """Derive the rates of the states: velocity, rate of the hub, attitude, parts."""
+    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
+        """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
         frame = mounted[0].frame
         derivation.section("Parts")
         added = [_loaded(part, at) for part, at in zip(self.parts, mounted, strict=True)]
@@ -165,13 +166,12 @@ class Spacecraft:
         motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
         derivation.section("Rates")
         own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
-        linear = motions[0].at(sp.zeros(3, 1), "aO", "O") - frame.rate.cross(self._components(self._velocity))
+        linear = motions[0].origin - frame.rate.cross(self._components(self._velocity))
         angular = motions[0].angular
         hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
-        return tuple(
-            map(sp.sympify, (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)))
-        )
+        all_rates = (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries))
+        return tuple(map(sp.sympify, all_rates)), motions
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
         rate = self._components(self._rate)

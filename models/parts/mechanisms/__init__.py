@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts that move in ways of their own: rotors, pendulums, chains of bodies, draining tanks, tethers."""
+
+from .pendulums import Pendulum, SprungMass
+from .rotors import ControlMomentGyro, UnbalancedWheel
+
+__all__ = ["ControlMomentGyro", "Pendulum", "SprungMass", "UnbalancedWheel"]
