@@ -6,7 +6,7 @@ from .craft import Spacecraft
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
-from .mechanisms import ControlMomentGyro, Pendulum, SprungMass, UnbalancedWheel
+from .mechanisms import Chain, ControlMomentGyro, Link, Pendulum, SprungMass, UnbalancedWheel
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
@@ -15,12 +15,14 @@ from .wheels import Wheel
 __all__ = [
     "Aggregates",
     "Bob",
+    "Chain",
     "Contribution",
     "ControlMomentGyro",
     "Coordinate",
     "ExternalForce",
     "Hinge",
     "Hub",
+    "Link",
     "Load",
     "Mode",
     "Modes",

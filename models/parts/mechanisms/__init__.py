@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts that move in ways of their own: rotors, pendulums, chains of bodies, draining tanks, tethers."""
 
+from .chains import Chain, Link
 from .pendulums import Pendulum, SprungMass
 from .rotors import ControlMomentGyro, UnbalancedWheel
 
-__all__ = ["ControlMomentGyro", "Pendulum", "SprungMass", "UnbalancedWheel"]
+__all__ = ["Chain", "ControlMomentGyro", "Link", "Pendulum", "SprungMass", "UnbalancedWheel"]

@@ -42,6 +42,8 @@ class Balances:
         if "q0" in at:
             q = [at[f"q{k}"] for k in range(4)]
             x[q] /= np.linalg.norm(x[q])
+        for q in ([at[n], *(at[f"{n[:-1]}{k}"] for k in (1, 2, 3))] for n in at if n.endswith("_q0")):
+            x[q] /= np.linalg.norm(x[q])
         for name in (n for n in at if n.endswith("_ex")):
             e, u = ([at[f"{name[:-3]}_{letter}{axis}"] for axis in "xyz"] for letter in "eu")
             x[e] /= np.linalg.norm(x[e])
