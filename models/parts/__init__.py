@@ -6,7 +6,7 @@ from .craft import Spacecraft
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
-from .mechanisms import Chain, ControlMomentGyro, Link, Pendulum, SprungMass, UnbalancedWheel
+from .mechanisms import Chain, ControlMomentGyro, Link, Pendulum, SprungMass, Tank, UnbalancedWheel
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
@@ -34,6 +34,7 @@ __all__ = [
     "Slider",
     "Spacecraft",
     "SprungMass",
+    "Tank",
     "Tensor",
     "Thruster",
     "Torquer",

@@ -4,5 +4,6 @@
 from .chains import Chain, Link
 from .pendulums import Pendulum, SprungMass
 from .rotors import ControlMomentGyro, UnbalancedWheel
+from .tanks import Tank
 
-__all__ = ["Chain", "ControlMomentGyro", "Link", "Pendulum", "SprungMass", "UnbalancedWheel"]
+__all__ = ["Chain", "ControlMomentGyro", "Link", "Pendulum", "SprungMass", "Tank", "UnbalancedWheel"]

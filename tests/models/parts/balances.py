@@ -38,6 +38,7 @@ class Balances:
     def state(self, rng: np.random.Generator) -> np.ndarray:
         """Return a random state: quaternions and directions have length one, and bobs turn across their rods."""
         x = rng.normal(size=len(self.x_names))
+        x = np.array([abs(value) if name.endswith("_fuel") else value for name, value in zip(self.x_names, x, strict=True)])
         at = {name: k for k, name in enumerate(self.x_names)}
         if "q0" in at:
             q = [at[f"q{k}"] for k in range(4)]
