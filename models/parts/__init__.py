@@ -6,7 +6,17 @@ from .craft import Spacecraft
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
-from .mechanisms import Chain, ControlMomentGyro, Link, Pendulum, SprungMass, Tank, UnbalancedWheel
+from .mechanisms import (
+    Chain,
+    ControlMomentGyro,
+    Link,
+    Pendulum,
+    Rod,
+    SprungMass,
+    Tank,
+    Tether,
+    UnbalancedWheel,
+)
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
@@ -31,11 +41,13 @@ __all__ = [
     "Part",
     "Pendulum",
     "PointMass",
+    "Rod",
     "Slider",
     "Spacecraft",
     "SprungMass",
     "Tank",
     "Tensor",
+    "Tether",
     "Thruster",
     "Torquer",
     "UnbalancedWheel",

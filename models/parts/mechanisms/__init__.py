@@ -5,5 +5,6 @@ from .chains import Chain, Link
 from .pendulums import Pendulum, SprungMass
 from .rotors import ControlMomentGyro, UnbalancedWheel
 from .tanks import Tank
+from .tethers import Rod, Tether
 
-__all__ = ["Chain", "ControlMomentGyro", "Link", "Pendulum", "SprungMass", "Tank", "UnbalancedWheel"]
+__all__ = ["Chain", "ControlMomentGyro", "Link", "Pendulum", "Rod", "SprungMass", "Tank", "Tether", "UnbalancedWheel"]
