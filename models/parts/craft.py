@@ -133,9 +133,12 @@ class Spacecraft:
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
         used = free_symbols((*rhs, *expressions((actuator, controllers, events))), derivation.definitions)
-        x = Group("x", tuple(state.quantity for state in states))
-        u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
-        p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
+        x, u, p = families(
+            self.parts,
+            Group("x", tuple(state.quantity for state in states)),
+            Group("u", tuple(q for part in self.parts for q in part.inputs())),
+            Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used)),
+        )
         velocity = self._components(self._velocity) if self._velocity else None
         known = {*x.symbols, *u.symbols, *p.symbols}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
@@ -251,6 +254,34 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
             seen.add(symbol)
             stack += definitions[symbol].free_symbols if symbol in definitions else ()
     return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
+
+
+def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
+    """Return groups whose quantities tell which of several equal parts each is of, so that code can loop over these.
+
+    Parts are equal where they are of one class and have quantities of the same names.
+    """
+    names = {part.name: part for part in parts}
+    own: dict[str, list[str]] = {name: [] for name in names}
+    for q in (q for group in groups for q in group):
+        pieces = q.name.split("_")
+        owners = ("_".join(pieces[:k]) for k in range(len(pieces) - 1, 0, -1))
+        name = next((name for name in owners if name in names), None)
+        if name is not None:
+            own[name].append(q.name)
+    kinds: dict[tuple[type, tuple[str, ...]], list[str]] = {}
+    for name, quantities in own.items():
+        kinds.setdefault((type(names[name]), tuple(q.removeprefix(name) for q in quantities)), []).append(name)
+    member = {
+        f"{name}{suffix}": {"family": f"{kind.__name__}{number}{suffix}", "index": k}
+        for number, ((kind, suffixes), equal) in enumerate(kinds.items())
+        if len(equal) > 1
+        for k, name in enumerate(equal, 1)
+        for suffix in suffixes
+    }
+    return tuple(
+        replace(group, quantities=tuple(replace(q, **member.get(q.name, {})) for q in group)) for group in groups
+    )
 
 
 _SCENARIO = Scenario("default", "from the defaults", 100.0, 0.1, {}, {}, {})
