@@ -6,6 +6,17 @@ from .craft import Spacecraft
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
+from .mechanisms import (
+    Chain,
+    ControlMomentGyro,
+    Link,
+    Pendulum,
+    Rod,
+    SprungMass,
+    Tank,
+    Tether,
+    UnbalancedWheel,
+)
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
@@ -14,23 +25,32 @@ from .wheels import Wheel
 __all__ = [
     "Aggregates",
     "Bob",
+    "Chain",
     "Contribution",
+    "ControlMomentGyro",
     "Coordinate",
     "ExternalForce",
     "Hinge",
     "Hub",
+    "Link",
     "Load",
     "Mode",
     "Modes",
     "Mounted",
     "Number",
     "Part",
+    "Pendulum",
     "PointMass",
+    "Rod",
     "Slider",
     "Spacecraft",
+    "SprungMass",
+    "Tank",
     "Tensor",
+    "Tether",
     "Thruster",
     "Torquer",
+    "UnbalancedWheel",
     "Value",
     "Vector",
     "Wheel",

@@ -151,7 +151,10 @@ def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduce
             )
             inertia[i, j] = inertia[j, i] = entry
     pairs = [pair for r in reduced for pair in r.matrices]
-    taken = sp.Matrix(6, 6, lambda i, j: sp.Add(*(s[max(i, j)] * g[min(i, j)] for s, g in pairs)))
+    resisting = [p.matrix for p in parts if not p.matrix.is_zero_matrix]
+    taken = sp.Matrix(
+        6, 6, lambda i, j: sp.Add(*(s[max(i, j)] * g[min(i, j)] for s, g in pairs), *(-m[i, j] for m in resisting))
+    )
     return _Sums(
         frame.total("total_mass", [p.mass for p in parts], "mass", "kg"),
         _sum(frame, "total_s", [p.first for p in parts], "first moment about O", "kg m"),

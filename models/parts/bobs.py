@@ -125,12 +125,14 @@ class Bob(Part):
             result -= at.define("cD", v.damping / self._total(at), "damping over inertia", "1/s") * slip
         return (*slip, *result)
 
+    def slip(self, at: Mounted) -> sp.Matrix:
+        """Return e', the rate of the direction in the axes of the hub."""
+        title = "rate of the direction in the axes of the hub"
+        return at.vector("de", self.turning - at.frame.rate.cross(self.direction), title, "1/s")
+
     def _kinematics(self, at: Mounted) -> tuple[sp.Matrix, Expr]:
         """Return e' and u.u."""
-        u = self.turning
-        slip = at.vector(
-            "de", u - at.frame.rate.cross(self.direction), "rate of the direction in the axes of the hub", "1/s"
-        )
+        u, slip = self.turning, self.slip(at)
         return slip, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
 
     def _total(self, at: Mounted) -> Expr:

@@ -18,7 +18,7 @@ from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .frame import AXES, Frame
-from .part import Contribution, Mounted, Part, State, start
+from .part import Contribution, Motion, Mounted, Part, State, start
 from .readings import readings
 from .values import Parameters, Value, directions
 
@@ -127,34 +127,38 @@ class Spacecraft:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
         derivation = Derivation()
         mounted = self._mounted(derivation)
-        rhs = self._rhs(mounted, derivation)
+        rhs, motions = self._rhs(mounted, derivation)
         states = self._states()
         actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
-        used = free_symbols((*rhs, *expressions((actuator, controllers))), derivation.definitions)
-        x = Group("x", tuple(state.quantity for state in states))
-        u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
-        p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
+        events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
+        used = free_symbols((*rhs, *expressions((actuator, controllers, events))), derivation.definitions)
+        x, u, p = families(
+            self.parts,
+            Group("x", tuple(state.quantity for state in states)),
+            Group("u", tuple(q for part in self.parts for q in part.inputs())),
+            Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used)),
+        )
         velocity = self._components(self._velocity) if self._velocity else None
         known = {*x.symbols, *u.symbols, *p.symbols}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
             f
-            for f in readings(self.parts, mounted, velocity, (x, u, p), self.motion == "plane")
+            for f in readings(self.parts, mounted, motions, velocity, (x, u, p), self.motion == "plane")
             if free_symbols([value for _, value in f.results], derivation.definitions) <= known
         )
         return System(
             name=self.name, title=self.title, states=x, inputs=u, parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, steps=_needed(derivation, rhs, actuator, controllers, functions),
+            rhs=rhs, steps=_needed(derivation, rhs, actuator, controllers, functions, events),
             initial=tuple(state.start for state in states),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator,
+            actuator=actuator, events=events,
         )  # fmt: skip
 
-    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
-        """Derive the rates of the states: velocity, rate of the hub, attitude, parts."""
+    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
+        """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
         frame = mounted[0].frame
         derivation.section("Parts")
         added = [_loaded(part, at) for part, at in zip(self.parts, mounted, strict=True)]
@@ -164,11 +168,11 @@ class Spacecraft:
         motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
         derivation.section("Rates")
         own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
-        linear = motions[0].at(sp.zeros(3, 1), "aO", "O") - frame.rate.cross(self._components(self._velocity))
+        linear = motions[0].origin - frame.rate.cross(self._components(self._velocity))
         angular = motions[0].angular
         hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
-        return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries))
+        return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)), motions
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
         rate = self._components(self._rate)
@@ -248,6 +252,34 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
             seen.add(symbol)
             stack += definitions[symbol].free_symbols if symbol in definitions else ()
     return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
+
+
+def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
+    """Return groups whose quantities tell which of several equal parts each is of, so that code can loop over these.
+
+    Parts are equal where they are of one class and have quantities of the same names.
+    """
+    names = {part.name: part for part in parts}
+    own: dict[str, list[str]] = {name: [] for name in names}
+    for q in (q for group in groups for q in group):
+        pieces = q.name.split("_")
+        owners = ("_".join(pieces[:k]) for k in range(len(pieces) - 1, 0, -1))
+        name = next((name for name in owners if name in names), None)
+        if name is not None:
+            own[name].append(q.name)
+    kinds: dict[tuple[type, tuple[str, ...]], list[str]] = {}
+    for name, quantities in own.items():
+        kinds.setdefault((type(names[name]), tuple(q.removeprefix(name) for q in quantities)), []).append(name)
+    member = {
+        f"{name}{suffix}": {"family": f"{kind.__name__}{number}{suffix}", "index": k}
+        for number, ((kind, suffixes), equal) in enumerate(kinds.items())
+        if len(equal) > 1
+        for k, name in enumerate(equal, 1)
+        for suffix in suffixes
+    }
+    return tuple(
+        replace(group, quantities=tuple(replace(q, **member.get(q.name, {})) for q in group)) for group in groups
+    )
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

@@ -1,23 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid bodies on joints of one degree of freedom."""
+"""Rigid bodies on joints of one degree of freedom, which move freely, as prescribed, or not at all."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
 
 from ..derivation import Expr
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
 from .frame import cross_matrix, point_inertia
 from .part import Aggregates, Coordinate, Mounted, Part
-from .values import Number, Tensor, Vector, direction, place, scalar, tensor
+from .values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
+
+MOTIONS = ("free", "prescribed", "locked")
 
 
 @dataclass(frozen=True)
 class _Jointed(Part):
-    """A rigid body on a joint with a spring, a damper and a motor."""
+    """A rigid body on a joint with a spring, a damper and a motor.
+
+    Its motion is free, prescribed by an acceleration relative to the hub that a law or an input over time gives, or
+    locked where the parameter NAME_locked says.
+    """
 
     mass: Annotated[Number, scalar("m", "kg", "mass")]
     inertia: Annotated[Tensor, tensor("J", "moment of inertia about its centre of mass")]
@@ -25,8 +32,63 @@ class _Jointed(Part):
     at: Annotated[Vector, place("r", "joint")] = (0, 0, 0)
     centre: Annotated[Vector, place("c", "centre of mass from the joint, at zero")] = (0, 0, 0)
     motor: bool = False
+    motion: str = field(default="free", kw_only=True)
+    locked: Number = field(default=0.0, kw_only=True)
 
-    def _forces(self, at: Mounted, place: sp.Symbol, speed: sp.Symbol) -> tuple[Expr, Expr]:
+    def __post_init__(self) -> None:
+        if self.motion not in MOTIONS:
+            raise ModelError(f"{self.name}.motion = {self.motion!r}: must be one of {', '.join(MOTIONS)}")
+        idle = [f for f in ("motor", "stiffness", "damping") if getattr(self, f)]
+        if idle and self.motion != "free":
+            raise ModelError(f"{self.name}.{idle[0]}: motion is {self.motion}; leave out {idle[0]} or motion")
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        result = super().values(parameters)
+        if self.motion == "locked":
+            place, result.locked = self._coordinate().place, self.locked
+            assert place is not None
+            if not isinstance(self.locked, sp.Expr):
+                title = f"{place.description}, locked"
+                result.locked = parameters.add(f"{self.name}_locked", self.locked, place.unit, title, "(-inf, inf)")
+        return result
+
+    def _coordinate(self) -> Coordinate:
+        """Return the degree of freedom that the joint has."""
+        raise NotImplementedError
+
+    def _command(self) -> Quantity:
+        """Return the force or torque of the motor."""
+        raise NotImplementedError
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        if self.motion == "prescribed":
+            speed = self._coordinate().speed
+            return (Quantity(f"{self.name}_acceleration", f"{speed.unit}^2", f"acceleration of {self.name}"),)
+        return (self._command(),) if self.motor else ()
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return () if self.motion == "locked" else (self._coordinate(),)
+
+    def _motion(self, at: Mounted) -> tuple[Expr, Expr]:
+        """Return place and speed."""
+        coordinate = self._coordinate()
+        assert coordinate.place is not None
+        if self.motion == "locked":
+            return at.values.locked, sp.S.Zero
+        return coordinate.place.symbol, coordinate.speed.symbol
+
+    def _driven(self, at: Mounted, rigid: Aggregates, inertia: Expr) -> Aggregates:
+        """Add energy, spring, damper and motor, or the prescribed acceleration, to the aggregates of a rigid body."""
+        place, speed = self._motion(at)
+        if self.motion == "locked":
+            return rigid
+        potential, force = self._forces(at, place, speed)
+        prescribed = (self.inputs()[0].symbol,) if self.motion == "prescribed" else ()
+        return replace(
+            rigid, energy=inertia * speed**2 / 2, potential=potential, forces=(force,), prescribed=prescribed
+        )
+
+    def _forces(self, at: Mounted, place: Expr, speed: Expr) -> tuple[Expr, Expr]:
         """Return the potential of the spring, and the force of damper and motor."""
         v = at.values
         potential = v.stiffness * place**2 / 2 if v.stiffness is not None else sp.S.Zero
@@ -54,6 +116,10 @@ class Hinge(_Jointed):
         Its centre of mass from that point at the angle zero, m.
     motor : bool
         Whether a law commands a torque.
+    motion : {"free", "prescribed", "locked"}
+        Prescribed by the input NAME_acceleration, or locked.
+    locked : number
+        Angle at which it is locked, rad.
     stiffness, damping : number, optional
         N m/rad, N m s/rad.
     """
@@ -61,28 +127,26 @@ class Hinge(_Jointed):
     stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)")] = None
     damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)")] = None
 
-    def inputs(self) -> tuple[Quantity, ...]:
-        return (Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}"),) if self.motor else ()
+    def _command(self) -> Quantity:
+        return Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}")
 
-    def coordinates(self) -> tuple[Coordinate, ...]:
+    def _coordinate(self) -> Coordinate:
         angle = Quantity(f"{self.name}_angle", "rad", f"angle of {self.name}")
-        return (Coordinate(Quantity(f"{self.name}_rate", "rad/s", f"rate of {self.name}"), angle),)
+        return Coordinate(Quantity(f"{self.name}_rate", "rad/s", f"rate of {self.name}"), angle)
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        v, (coordinate,) = at.values, self.coordinates()
-        assert coordinate.place is not None
-        angle, rate = coordinate.place.symbol, coordinate.speed.symbol
+        v, (angle, rate) = at.values, self._motion(at)
         cosine, sine = at.frame.circle(angle)
-        rest = _Turning(at, v.axis, cosine, sine)
+        rest = Turning(at, v.axis, cosine, sine)
         first = v.mass * v.at + rest.vector("s", v.mass * v.centre, "first moment about the joint")
         about = v.inertia + point_inertia(v.mass, v.centre)
         spin = rest.vector("Jg", about * v.axis, "angular momentum about the joint per rate")
         momentum = v.axis.cross(first - v.mass * v.at)
-        potential, force = self._forces(at, angle, rate)
-        return Aggregates(
+        rigid = Aggregates(
             v.mass, first, rest.inertia(about, v.mass * v.centre, v.mass, v.at), rate * momentum,
-            rate * (v.at.cross(momentum) + spin), _along(about, v.axis) * rate**2 / 2, potential, (force,),
+            rate * (v.at.cross(momentum) + spin),
         )  # fmt: skip
+        return self._driven(at, rigid, _along(about, v.axis))
 
 
 @dataclass(frozen=True)
@@ -93,8 +157,8 @@ class Slider(_Jointed):
     ----------
     name : str
         As of a `Part`; its states are NAME_place and NAME_speed, its input, with a motor, NAME_force.
-    mass, inertia, axis, at, centre, motor
-        As of a `Hinge`.
+    mass, inertia, axis, at, centre, motor, motion, locked
+        As of a `Hinge`; the place at which it is locked is in m.
     stiffness, damping : number, optional
         N/m, N s/m.
     """
@@ -102,30 +166,28 @@ class Slider(_Jointed):
     stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)")] = None
     damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
 
-    def inputs(self) -> tuple[Quantity, ...]:
-        return (Quantity(f"{self.name}_force", "N", f"force on {self.name}"),) if self.motor else ()
+    def _command(self) -> Quantity:
+        return Quantity(f"{self.name}_force", "N", f"force on {self.name}")
 
-    def coordinates(self) -> tuple[Coordinate, ...]:
+    def _coordinate(self) -> Coordinate:
         place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
-        return (Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place),)
+        return Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place)
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        v, (coordinate,) = at.values, self.coordinates()
-        assert coordinate.place is not None
-        shift, rate = coordinate.place.symbol, coordinate.speed.symbol
+        v, (shift, rate) = at.values, self._motion(at)
         place = v.at + v.centre + shift * v.axis
-        potential, force = self._forces(at, shift, rate)
-        return Aggregates(
+        rigid = Aggregates(
             v.mass, v.mass * place, v.inertia + point_inertia(v.mass, place), v.mass * rate * v.axis,
-            v.mass * rate * place.cross(v.axis), v.mass * _along(sp.eye(3), v.axis) * rate**2 / 2, potential, (force,),
+            v.mass * rate * place.cross(v.axis),
         )  # fmt: skip
+        return self._driven(at, rigid, v.mass * _along(sp.eye(3), v.axis))
 
 
 def _along(matrix: sp.Matrix, axis: sp.Matrix) -> Expr:
     return (axis.T * matrix * axis)[0]
 
 
-class _Turning:
+class Turning:
     """Vectors and inertias of a body that turns about an axis: polynomials in cosine and sine of the angle.
 
     Their coefficients depend on parameters alone.

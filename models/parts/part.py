@@ -24,6 +24,7 @@ from types import SimpleNamespace
 import sympy as sp
 
 from ..derivation import Expr
+from ..events import Event
 from ..geometry import Shape
 from ..quantities import Quantity
 from ..system import Condition
@@ -67,6 +68,8 @@ class Aggregates:
         Potential energy of springs, J.
     forces : tuple of Expr
         Generalised force on each coordinate besides that of the potential: dampers, motors.
+    prescribed : tuple of (Expr or None)
+        Acceleration of each coordinate whose motion is prescribed, and None where it is free; all are free without it.
     power : Expr
         Power of dampers and motors that `forces` does not hold, W.
     """
@@ -79,6 +82,7 @@ class Aggregates:
     energy: Expr = sp.S.Zero
     potential: Expr = sp.S.Zero
     forces: tuple[Expr, ...] = ()
+    prescribed: tuple[Expr | None, ...] = ()
     power: Expr = sp.S.Zero
 
 
@@ -143,8 +147,12 @@ class Contribution:
         Forces between part and hub, and the terms of p', h' and J' W that hold no acceleration.
     rows : tuple of Row
         Equations of the part's coordinates, which the assembly eliminates.
+    held : tuple of Row
+        Equations of the coordinates whose motion is prescribed; a motor brings up what is missing.
     followers : tuple of Follower
         Masses that follow the hub along one direction each.
+    matrix : sympy.Matrix
+        Symmetric (6, 6): how the part resists a and W' otherwise than as a rigid body.
     """
 
     mass: Expr = sp.S.Zero
@@ -154,7 +162,9 @@ class Contribution:
     angular: sp.Matrix = field(default_factory=lambda: ZERO)
     loads: tuple[Load, ...] = ()
     rows: tuple[Row, ...] = ()
+    held: tuple[Row, ...] = ()
     followers: tuple[Follower, ...] = ()
+    matrix: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 6))
 
 
 @dataclass(frozen=True)
@@ -181,6 +191,11 @@ class Motion:
     angular: sp.Matrix
     own: tuple[Expr, ...] = ()
     pulls: tuple[Expr, ...] = ()
+
+    @property
+    def origin(self) -> sp.Matrix:
+        """Acceleration of O."""
+        return self.at(ZERO, "aO", "O")
 
     def at(self, point: sp.Matrix, name: str, title: str) -> sp.Matrix:
         """Return the acceleration of a point of the hub; `name` begins the names of the steps."""
@@ -315,7 +330,35 @@ class Part:
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         """Return the rates of the part's states."""
         places = [c.speed.symbol for c in self.coordinates() if c.place is not None]
-        return (*places, *motion.own)
+        return (*places, *_accelerations(self.aggregates(at).prescribed, motion.own))
+
+    def power(self, at: Mounted, motion: Motion) -> Expr:
+        """Return the power of motors and dampers inside the part, W."""
+        of, coordinates = self.aggregates(at), self.coordinates()
+        speeds = [c.speed.symbol for c in coordinates]
+        result = of.power + sp.Add(*(f * s for f, s in zip(of.forces, speeds, strict=bool(of.forces))))
+        if any(of.prescribed):
+            origin, own = motion.origin, _accelerations(of.prescribed, motion.own)
+            for row, speed in zip(contribution(of, coordinates, at).held, _held(of.prescribed, speeds), strict=True):
+                missing = row.linear.dot(origin) + row.angular.dot(motion.angular) - row.right
+                result += (missing + sp.Matrix(row.coupling).dot(sp.Matrix(own))) * speed
+        return result
+
+    def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
+        """Return momentum per second, as a load, and power that mass carries which leaves the part.
+
+        Parameters
+        ----------
+        at : Mounted
+            The part in its assembly.
+        velocity : sympy.Matrix
+            Of O, m/s.
+        """
+        return Load(), sp.S.Zero
+
+    def events(self, at: Mounted) -> tuple[Event, ...]:
+        """Return where the part's equations switch."""
+        return ()
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
         """Return the states that are put back on their manifold after each step, with their values there."""
@@ -340,6 +383,16 @@ def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> Sta
     return State(quantity, scenario.add(f"{quantity.name}_0", default, quantity.unit, meaning, "(-inf, inf)"))
 
 
+def _accelerations(prescribed: Sequence[Expr | None], own: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Return the acceleration of every coordinate: the prescribed ones, and those of the rows."""
+    rest = iter(own)
+    return tuple(next(rest) if value is None else value for value in prescribed) if prescribed else tuple(own)
+
+
+def _held(prescribed: Sequence[Expr | None], values: Sequence[Expr]) -> list[Expr]:
+    return [v for v, given in zip(values, prescribed, strict=True) if given is not None]
+
+
 def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
     """Derive what a part adds to the equations of the hub from its aggregates."""
     frame, w = at.frame, at.frame.rate
@@ -353,7 +406,9 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         """Differentiate along the motion at constant speeds."""
         return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
 
-    rows, swelling = [], ZERO
+    prescribed = of.prescribed or (None,) * len(speeds)
+    drive = dict(pair for pair in zip(speeds, prescribed, strict=True) if pair[1] is not None)
+    rows, held, swelling = [], [], ZERO
     for i, (q, v) in enumerate(zip(places, speeds, strict=True)):
         linear, angular, own = of.momentum.diff(v), of.angular.diff(v), of.energy.diff(v)
         gyro = angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))
@@ -364,7 +419,14 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
             w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
         )
         forces = of.forces[i] if of.forces else sp.S.Zero
-        coupling = tuple(own.diff(other) for other in speeds)
-        rows.append(Row(linear, angular, coupling, forces - bias))
-    load = Load(-of.momentum.applyfunc(along), ZERO, -of.angular.applyfunc(along) - swelling)
-    return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows))
+        if prescribed[i] is not None:
+            held.append(Row(linear, angular, tuple(own.diff(other) for other in speeds), forces - bias))
+            continue
+        coupling = tuple(own.diff(other) for other in speeds if other not in drive)
+        driven = sp.Add(*(own.diff(other) * value for other, value in drive.items()))
+        rows.append(Row(linear, angular, coupling, forces - bias - driven))
+    force, couple = -of.momentum.applyfunc(along), -of.angular.applyfunc(along) - swelling
+    for speed, value in drive.items():
+        force, couple = force - of.momentum.diff(speed) * value, couple - of.angular.diff(speed) * value
+    load = Load(force, ZERO, couple)
+    return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows), tuple(held))

@@ -11,20 +11,21 @@ from ..derivation import Expr
 from ..quantities import Group, Quantity
 from ..system import Function
 from .frame import AXES
-from .part import Aggregates, Mounted, Part
+from .part import Motion, Mounted, Part
 
 _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
 
 def readings(
-    parts: Sequence[Part], mounted: Sequence[Mounted], velocity: sp.Matrix | None, groups: Sequence[Group], plane: bool
-) -> tuple[Function, ...]:
+    parts: Sequence[Part], mounted: Sequence[Mounted], motions: Sequence[Motion],
+    velocity: sp.Matrix | None, groups: Sequence[Group], plane: bool,
+) -> tuple[Function, ...]:  # fmt: skip
     """Return energy, momentum, power and loads of an assembly, from the aggregates and loads of its parts.
 
     Parameters
     ----------
-    parts, mounted : sequence of Part and of Mounted
-        The parts in their assembly.
+    parts, mounted, motions : sequence of Part, of Mounted and of Motion
+        The parts in their assembly, and how they move.
     velocity : sympy.Matrix, optional
         Of O in the axes of the hub; None where the attitude alone is a state: then all is relative to the centre of
         mass, and loads are a moment about it.
@@ -44,15 +45,18 @@ def readings(
         mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
         v = -(w.cross(first) + sum((of.momentum for of in aggregates), sp.zeros(3, 1))) / mass
     power: Expr = v.dot(force) + w.dot(moment)
+    for part, at, motion in zip(parts, mounted, motions, strict=True):
+        load, supply = part.carried(at, v)
+        force, moment = force + load.force, moment + load.at.cross(load.force) + load.couple
+        power += supply + part.power(at, motion)
     if velocity is None:
         force, moment = sp.zeros(3, 1), moment - (first / mass).cross(force)
     energy: Expr = sp.S.Zero
     momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
-    for part, of in zip(parts, aggregates, strict=True):
+    for of in aggregates:
         linear, turning = of.mass * v + w.cross(of.first) + of.momentum, of.first.cross(v) + of.inertia * w + of.angular
         momentum, angular = momentum + linear, angular + turning
         energy += (v.dot(linear + of.momentum) + w.dot(turning + of.angular)) / 2 + of.energy + of.potential
-        power += _internal(part, of)
     if velocity is None:
         momentum = sp.zeros(3, 1)
     wrenches = [[*momentum, *angular], [*force, *moment]]
@@ -67,12 +71,6 @@ def readings(
         _scalar("power", "W", "power of loads, motors and dampers", power, (x, u, p)),
         _wrench("loads", ("N", "N m"), f"applied force, and moment about {point}", wrenches[1], (x, u, p)),
     )
-
-
-def _internal(part: Part, of: Aggregates) -> Expr:
-    """Return the power of a part's motors and dampers."""
-    speeds = [c.speed.symbol for c in part.coordinates()]
-    return of.power + sp.Add(*(f * s for f, s in zip(of.forces, speeds, strict=bool(of.forces))))
 
 
 def _scalar(name: str, unit: str, title: str, value: Expr, arguments: tuple[Group, ...]) -> Function:

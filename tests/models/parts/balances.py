@@ -1,13 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Balances of energy and momentum of an assembly at random states, through the functions that are generated for it."""
+"""An assembly at random states, through the functions that are generated for it: its rates, and its balances."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
 from mehvar.codegen.functions.graphs import generate_functions
+from mehvar.models.check import check
+from mehvar.models.parts import Part, Spacecraft
 from mehvar.models.system import System
+
+
+def assembled(parts: Sequence[Part], **options: str) -> Balances:
+    """Assemble a craft, check it as a user's is checked, and return its functions."""
+    craft = Spacecraft("craft", **options)
+    for part in parts:
+        craft.add(part)
+    system = craft.system()
+    check(system)
+    return Balances(system)
 
 
 class Balances:
@@ -23,6 +37,7 @@ class Balances:
         graphs = {g.name: g.graph for g in generate_functions(system)}
         self.system = system
         self.x_names = [q.name for q in system.states]
+        self.u_names = [q.name for q in system.inputs]
         self.p = np.array([float(q.default) for q in system.parameters])
         self._rhs = graphs["rhs"]
         x, u, p = self._rhs.sx_in()
@@ -31,22 +46,42 @@ class Balances:
         supply = ca.vertcat(graphs["power"](x, u, p), graphs["loads"](x, u, p))
         self._sides = ca.Function("sides", [x, u, p], [rates, supply, read])
 
-    def rhs(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def rhs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Return the rates of the states."""
-        return np.array(self._rhs(x, u, self.p)).ravel()
+        return np.array(self._rhs(x, u, self.p if p is None else p)).ravel()
+
+    def rates(
+        self, x: Mapping[str, float], u: Mapping[str, float], p: Mapping[str, float] | None = None
+    ) -> dict[str, float]:
+        """Return the rates of the states by name; parameters that are not given have their defaults."""
+        values = [(p or {}).get(q.name, float(q.default)) for q in self.system.parameters]
+        rates = self.rhs(np.array([x[n] for n in self.x_names]), np.array([u[n] for n in self.u_names]), values)
+        return dict(zip(self.x_names, rates, strict=True))
+
+    def sample(self, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, float]]:
+        """Return a random state and a random input by name."""
+        u = rng.normal(size=len(self.u_names))
+        return dict(zip(self.x_names, self.state(rng), strict=True)), dict(zip(self.u_names, u, strict=True))
 
     def state(self, rng: np.random.Generator) -> np.ndarray:
-        """Return a random state: quaternions and directions have length one, and bobs turn across their rods."""
+        """Return a random state: quaternions and directions have length one, bobs turn across their rods."""
         x = rng.normal(size=len(self.x_names))
         at = {name: k for k, name in enumerate(self.x_names)}
-        if "q0" in at:
-            q = [at[f"q{k}"] for k in range(4)]
-            x[q] /= np.linalg.norm(x[q])
-        for name in (n for n in at if n.endswith("_ex")):
-            e, u = ([at[f"{name[:-3]}_{letter}{axis}"] for axis in "xyz"] for letter in "eu")
-            x[e] /= np.linalg.norm(x[e])
-            x[u] -= x[e] * (x[e] @ x[u])
+        for name in at:
+            if name.endswith("q0"):
+                q = [at[f"{name[:-1]}{k}"] for k in range(4)]
+                x[q] /= np.linalg.norm(x[q])
+            if name.endswith("_fuel"):
+                x[at[name]] = abs(x[at[name]])
+            if name.endswith("_ex"):
+                e, u = ([at[f"{name[:-3]}_{letter}{axis}"] for axis in "xyz"] for letter in "eu")
+                x[e] /= np.linalg.norm(x[e])
+                x[u] -= x[e] * (x[e] @ x[u])
         return x
+
+    def power(self, x: np.ndarray, u: np.ndarray) -> float:
+        """Return the power of loads, motors and dampers, W."""
+        return float(self._sides(x, u, self.p)[1][0])
 
     def residual(self, x: np.ndarray, u: np.ndarray) -> float:
         """Return the largest misfit of power and of momentum's rates, relative to the size of the terms."""

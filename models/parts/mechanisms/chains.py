@@ -1,0 +1,413 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Chains of rigid bodies, solved from the tip to the hub and back: linear in the number of bodies.
+
+A body k with x = (acceleration of its joint P_k, absolute angular acceleration) needs at P_k
+the wrench A x + b. Where the joint adds S q'' + z to the x of the body before it, and the force along S is Q,
+
+    D q'' = Q - S.(A z + b) - U.x,   U = A S,   D = S.U,
+
+the body before it feels A - U U'/D and b + A z + U (Q - S.(A z + b))/D at P_k. All vectors have the axes of the hub.
+The recursion is that of Featherstone: Rigid body dynamics algorithms. Springer 2008, chapter 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...mechanics import quaternion_product, quaternion_rotation
+from ...quantities import ModelError, Quantity
+from ...system import Condition
+from ..frame import AXES, ZERO, cross_matrix, point_inertia
+from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
+from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
+
+JOINTS = ("hinge", "slider", "ball")
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid body of a chain, on a joint. All vectors are in the axes of the hub while every coordinate is zero.
+
+    Parameters
+    ----------
+    mass : number
+        kg.
+    inertia : three numbers, or three rows
+        About its own centre of mass, kg m^2.
+    joint : {"hinge", "slider", "ball"}
+        By which it hangs from the body before it, the first one from the hub.
+    axis : three numbers
+        Of a hinge or a slider; any length.
+    at : three numbers
+        The joint, from that of the body before it, and of the first body from O, m.
+    centre : three numbers
+        Centre of mass from the joint, m.
+    stiffness, damping : number, optional
+        Of a hinge, N m/rad and N m s/rad, or a slider, N/m and N s/m; a ball joint has damping alone.
+    motor : bool
+        Whether a law commands a torque, or a force; a ball joint has none.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    inertia: Annotated[Tensor, tensor("J", "moment of inertia about its centre of mass")]
+    joint: str = "hinge"
+    axis: Annotated[Vector | None, direction("a", "axis")] = None
+    at: Annotated[Vector, place("r", "joint from the one before")] = (0, 0, 0)
+    centre: Annotated[Vector, place("c", "centre of mass from the joint, at zero")] = (0, 0, 0)
+    stiffness: Number | None = None
+    damping: Number | None = None
+    motor: bool = False
+
+    def __post_init__(self) -> None:
+        if self.joint not in JOINTS:
+            raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
+        if (self.axis is None) != (self.joint == "ball"):
+            raise ModelError(f"axis = {self.axis!r}: a hinge and a slider have one, a ball joint has none")
+        if self.joint == "ball" and (self.motor or self.stiffness is not None):
+            raise ModelError("a ball joint has neither motor nor stiffness")
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Place and motion of a link.
+
+    Attributes
+    ----------
+    before : sympy.Matrix
+        Rotation of the body before it.
+    rotation : sympy.Matrix
+        Its own.
+    arm : sympy.Matrix
+        P_k from the P of the body before it, m.
+    before_rate, rate : sympy.Matrix
+        Rate of the body before it and its own, relative to the hub, rad/s.
+    columns : list of sympy.Matrix
+        S of each speed of the joint.
+    slip : sympy.Matrix
+        S q', of which a slider moves P_k.
+    centre : sympy.Matrix
+        Centre of mass from P_k, m.
+    inertia : sympy.Matrix
+        About the centre of mass, kg m^2.
+    """
+
+    before: sp.Matrix
+    rotation: sp.Matrix
+    arm: sp.Matrix
+    before_rate: sp.Matrix
+    rate: sp.Matrix
+    columns: list[sp.Matrix]
+    slip: sp.Matrix
+    centre: sp.Matrix
+    inertia: sp.Matrix
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A speed solved for: q'' = free - share.x of what is nearer to the hub."""
+
+    column: sp.Matrix
+    free: Expr
+    share: sp.Matrix
+
+
+@dataclass(frozen=True)
+class Chain(Part):
+    """Rigid bodies one behind the other, on hinges, sliders and ball joints.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`. The states of link k are NAME_k_angle and NAME_k_rate of a hinge, NAME_k_place and NAME_k_speed
+        of a slider and, of a ball joint, the quaternion NAME_k_q0, ... from its axes to those of the body before it and
+        the rate NAME_kx, ... relative to that body, in that body's axes. The input of a motor is NAME_k_motor.
+    links : sequence of Link
+        From the hub to the tip.
+    """
+
+    links: Sequence[Link] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not self.links:
+            raise ModelError(f"{self.name}.links: must have one link at least")
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        links = []
+        for name, link in self._named():
+            result, place = parameters.of(link, name), "m" if link.joint == "slider" else "rad"
+            force = "N" if link.joint == "slider" else "N m"
+            result.stiffness = _optional(parameters, f"{name}_k", link.stiffness, f"{force}/{place}", "stiffness")
+            result.damping = _optional(parameters, f"{name}_d", link.damping, f"{force} s/{place}", "damping")
+            links.append(result)
+        return SimpleNamespace(links=links)
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        pairs = zip(self._named(), at.values.links, strict=True)
+        return tuple(c for (name, link), v in pairs for c in conditions(name, v, kinds(link)))
+
+    def _named(self) -> list[tuple[str, Link]]:
+        return [(f"{self.name}_{k}", link) for k, link in enumerate(self.links, 1)]
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return tuple(
+            Quantity(f"{name}_motor", "N" if link.joint == "slider" else "N m", f"motor of {name}")
+            for name, link in self._named()
+            if link.motor
+        )
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        result: list[State] = []
+        for name, link in self._named():
+            places = places_of(name, link)
+            if link.joint == "ball":
+                result += (State(q, sp.Integer(int(k == 0))) for k, q in enumerate(places))
+            else:
+                result += (start(q, scenario) for q in places)
+            result += (start(q, scenario) for q in speeds_of(name, link))
+        return tuple(result)
+
+    def projection(self) -> dict[sp.Symbol, Expr]:
+        result: dict[sp.Symbol, Expr] = {}
+        for name, link in self._named():
+            if link.joint == "ball":
+                q = [place.symbol for place in places_of(name, link)]
+                size = sp.sqrt(sp.Add(*(entry**2 for entry in q)))
+                result |= {entry: entry / size for entry in q}
+        return result
+
+    def _poses(self, at: Mounted) -> list[Pose]:
+        rotation, rate, poses = sp.eye(3), ZERO, []
+        for k, ((name, link), v) in enumerate(zip(self._named(), at.values.links, strict=True), 1):
+            pose = _pose(at, k, name, link, v, rotation, rate)
+            rotation, rate = pose.rotation, pose.rate
+            poses.append(pose)
+        return poses
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        joint, velocity = ZERO, ZERO
+        mass, first, inertia, momentum, angular = sp.S.Zero, ZERO, sp.zeros(3, 3), ZERO, ZERO
+        energy = potential = power = sp.S.Zero
+        motors = iter(self.inputs())
+        for k, (pose, v, (name, link)) in enumerate(
+            zip(self._poses(at), at.values.links, self._named(), strict=True), 1
+        ):
+            sliding = pose.slip if link.joint == "slider" else ZERO
+            joint = at.vector(f"P{k}_", joint + pose.arm, f"place of joint {k}", "m")
+            velocity = at.vector(
+                f"dP{k}_", velocity + pose.before_rate.cross(pose.arm) + sliding, f"speed of joint {k}", "m/s"
+            )
+            centre = at.vector(f"C{k}_", joint + pose.centre, f"centre of mass of body {k}", "m")
+            moving = at.vector(f"dC{k}_", velocity + pose.rate.cross(pose.centre), f"its speed, body {k}", "m/s")
+            spin = pose.inertia * pose.rate
+            mass, first = mass + v.mass, first + v.mass * centre
+            inertia += pose.inertia + point_inertia(v.mass, centre)
+            momentum, angular = momentum + v.mass * moving, angular + v.mass * centre.cross(moving) + spin
+            energy += (v.mass * moving.dot(moving) + pose.rate.dot(spin)) / 2
+            speeds = [q.symbol for q in speeds_of(name, link)]
+            if v.stiffness is not None:
+                potential += v.stiffness * places_of(name, link)[0].symbol ** 2 / 2
+            if v.damping is not None:
+                power -= v.damping * sp.Add(*(speed**2 for speed in speeds))
+            if link.motor:
+                power += next(motors).symbol * speeds[0]
+        return Aggregates(mass, first, inertia, momentum, angular, energy, potential, power=power)
+
+    def contribution(self, at: Mounted) -> Contribution:
+        _, matrix, bias = self._steps(at)
+        load = Load(-bias[:3, :], ZERO, -bias[3:, :])
+        return Contribution(loads=(load,), matrix=matrix)
+
+    def _steps(self, at: Mounted) -> tuple[list[list[_Step]], sp.Matrix, sp.Matrix]:
+        """Go from the tip to the hub; return what is solved for, and A and b at O."""
+        poses, w, motors = self._poses(at), at.frame.rate, iter(reversed(self.inputs()))
+        matrix, bias, steps = sp.zeros(6, 6), sp.zeros(6, 1), []
+        for k, (pose, v, (name, link)) in reversed(
+            list(enumerate(zip(poses, at.values.links, self._named(), strict=True), 1))
+        ):
+            rate = at.vector(f"W{k}_", w + pose.rate, f"absolute rate of body {k}", "rad/s")
+            own, free = _rigid(at, k, v.mass, pose, rate)
+            matrix, bias = _matrix(at, f"A{k}_", matrix + own, k), _six(at, f"b{k}_", bias + free, k)
+            forces = _forces(name, link, v, next(motors).symbol if link.motor else sp.S.Zero)
+            before = at.vector(f"W{k - 1}_", w + pose.before_rate, f"absolute rate of body {k - 1}", "rad/s")
+            bias = _six(at, f"z{k}_", bias + matrix * _bias(pose, link, before), k)
+            solved = []
+            for i, (column, force) in enumerate(zip(pose.columns, forces, strict=True)):
+                step, matrix, bias = _eliminated(at, f"{k}{'abc'[i]}", column, force, matrix, bias)
+                solved.append(step)
+            steps.append(solved)
+            matrix, bias = _shifted(at, k, matrix, bias, pose.arm, before)
+        return steps[::-1], matrix, bias
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        steps, w = self._steps(at)[0], at.frame.rate
+        linear, angular, result = motion.origin, motion.angular, []
+        for k, (pose, solved, (name, link)) in enumerate(zip(self._poses(at), steps, self._named(), strict=True), 1):
+            before = at.vector(f"W{k - 1}_", w + pose.before_rate, f"absolute rate of body {k - 1}", "rad/s")
+            linear = linear + angular.cross(pose.arm) + before.cross(before.cross(pose.arm))
+            x = _six(at, f"x{k}_", sp.Matrix([*linear, *angular]), k)
+            own: list[Expr] = []
+            for i, step in reversed(list(enumerate(solved))):
+                value = at.define(f"a{k}{'abc'[i]}", step.free - step.share.dot(x), f"acceleration of joint {k}")
+                x += step.column * value
+                own.insert(0, value)
+            x = _six(at, f"y{k}_", x + _bias(pose, link, before), k)
+            linear, angular = x[:3, :], x[3:, :]
+            result += [*_place_rates(name, link), *own]
+        return tuple(result)
+
+
+def _optional(parameters: Parameters, name: str, value: Number | None, unit: str, meaning: str) -> Expr | None:
+    """Declare a parameter that is not negative; None is a term that is left out, an expression stands as it is."""
+    if value is None or isinstance(value, sp.Expr):
+        return value
+    return parameters.add(name, value, unit, meaning, "[0, inf)")
+
+
+def places_of(name: str, link: Link) -> tuple[Quantity, ...]:
+    """Return the coordinates of a joint: its angle or place, or a quaternion."""
+    if link.joint == "ball":
+        return tuple(Quantity(f"{name}_q{k}", "1", f"quaternion of {name}, component {k}") for k in range(4))
+    if link.joint == "hinge":
+        return (Quantity(f"{name}_angle", "rad", f"angle of {name}"),)
+    return (Quantity(f"{name}_place", "m", f"place of {name} along its axis"),)
+
+
+def speeds_of(name: str, link: Link) -> tuple[Quantity, ...]:
+    """Return the speeds of a joint."""
+    if link.joint == "ball":
+        return tuple(Quantity(f"{name}{axis}", "rad/s", f"rate of {name}, {axis}") for axis in AXES)
+    if link.joint == "hinge":
+        return (Quantity(f"{name}_rate", "rad/s", f"rate of {name}"),)
+    return (Quantity(f"{name}_speed", "m/s", f"speed of {name}"),)
+
+
+def _place_rates(name: str, link: Link) -> list[Expr]:
+    speeds = [q.symbol for q in speeds_of(name, link)]
+    if link.joint != "ball":
+        return list(speeds)
+    q = [place.symbol for place in places_of(name, link)]
+    return list(quaternion_product((sp.S.Zero, *speeds), q) / 2)
+
+
+def _pose(
+    at: Mounted, k: int, name: str, link: Link, v: SimpleNamespace, before: sp.Matrix, before_rate: sp.Matrix
+) -> Pose:
+    """Define place and motion of link k for those of the body before it."""
+    places, speeds = ([q.symbol for q in of(name, link)] for of in (places_of, speeds_of))
+    arm, rotation, rate, slip = before * v.at, before, before_rate, ZERO
+    if link.joint == "ball":
+        columns = [before[:, i] for i in range(3)]
+        own = _named_matrix(at, f"Q{k}_", quaternion_rotation(places).T, f"rotation of joint {k}")
+        rotation = before * own
+    else:
+        axis = at.vector(f"axis{k}_", v.axis, f"axis of joint {k} at zero, of length one", "1")
+        columns = [at.vector(f"e{k}_", before * axis, f"axis of joint {k}", "1")]
+    slip = sum((column * speed for column, speed in zip(columns, speeds, strict=True)), ZERO)
+    if link.joint == "hinge":
+        cosine, sine = at.frame.circle(places[0])
+        along = axis * axis.T
+        rotation = before * (along + cosine * (sp.eye(3) - along) + sine * cross_matrix(axis))
+    if link.joint == "slider":
+        arm = arm + places[0] * columns[0]
+    else:
+        rate = at.vector(f"w{k}_", before_rate + slip, f"rate of body {k} relative to the hub", "rad/s")
+    rotation = _named_matrix(at, f"R{k}_", rotation, f"rotation of body {k}")
+    inertia = at.frame.tensor(
+        f"{at.name}_J{k}_", rotation * v.inertia * rotation.T, f"{at.name}: inertia of body {k}", "kg m^2"
+    )
+    centre = at.vector(f"c{k}_", rotation * v.centre, f"centre of mass of body {k} from its joint", "m")
+    arm = at.vector(f"d{k}_", arm, f"joint {k} from the one before", "m")
+    zero = [sp.zeros(3, 1)] * len(columns)
+    spatial = [
+        sp.Matrix([*column, *none]) if link.joint == "slider" else sp.Matrix([*none, *column])
+        for column, none in zip(columns, zero, strict=True)
+    ]
+    return Pose(before, rotation, arm, before_rate, rate, spatial, slip, centre, inertia)
+
+
+def _named_matrix(at: Mounted, name: str, matrix: sp.Matrix, title: str) -> sp.Matrix:
+    return sp.Matrix(
+        3, 3, lambda i, j: at.define(f"{name}{AXES[i]}{AXES[j]}", matrix[i, j], f"{title}, {AXES[i]}{AXES[j]}", "1")
+    )
+
+
+def _rigid(at: Mounted, k: int, mass: Expr, pose: Pose, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return A and b of a free body at its joint."""
+    first = at.vector(f"s{k}_", mass * pose.centre, f"first moment of body {k} about its joint", "kg m")
+    inertia = at.frame.tensor(
+        f"{at.name}_I{k}_",
+        pose.inertia + point_inertia(mass, pose.centre),
+        f"{at.name}: inertia about joint {k}",
+        "kg m^2",
+    )
+    arm = cross_matrix(first)
+    matrix = sp.Matrix(sp.BlockMatrix([[mass * sp.eye(3), -arm], [arm, inertia]]))
+    return matrix, sp.Matrix([*rate.cross(rate.cross(first)), *rate.cross(inertia * rate)])
+
+
+def _bias(pose: Pose, link: Link, before: sp.Matrix) -> sp.Matrix:
+    """Return z, what the joint adds to x without its acceleration."""
+    turned = before.cross(pose.slip)
+    return sp.Matrix([*(2 * turned), *ZERO]) if link.joint == "slider" else sp.Matrix([*ZERO, *turned])
+
+
+def _forces(name: str, link: Link, v: SimpleNamespace, motor: Expr) -> list[Expr]:
+    """Return the force along each speed of a joint."""
+    result = []
+    for speed in (q.symbol for q in speeds_of(name, link)):
+        force = motor - v.damping * speed if v.damping is not None else motor
+        if v.stiffness is not None:
+            force -= v.stiffness * places_of(name, link)[0].symbol
+        result.append(force)
+    return result
+
+
+def _eliminated(
+    at: Mounted, name: str, column: sp.Matrix, force: Expr, matrix: sp.Matrix, bias: sp.Matrix
+) -> tuple[_Step, sp.Matrix, sp.Matrix]:
+    """Eliminate a speed of a joint."""
+    row = _six(at, f"U{name}_", matrix * column, name)
+    inverse = at.define(f"D{name}", 1 / column.dot(row), f"inverse inertia of joint {name}")
+    share = _six(at, f"G{name}_", inverse * row, name)
+    rest = at.define(f"Q{name}", force - column.dot(bias), f"force of joint {name}")
+    reduced = _matrix(at, f"B{name}_", matrix - share * row.T, name)
+    return _Step(column, inverse * rest, share), reduced, _six(at, f"f{name}_", bias + share * rest, name)
+
+
+def _shifted(
+    at: Mounted, k: int, matrix: sp.Matrix, bias: sp.Matrix, arm: sp.Matrix, rate: sp.Matrix
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return A and b at the joint before, from those at joint k; `rate` is of the body between."""
+    far = at.vector(f"cc{k}_", rate.cross(rate.cross(arm)), f"centripetal acceleration of joint {k}", "m/s^2")
+    hat = cross_matrix(arm)
+    wrench = bias + matrix * sp.Matrix([*far, *ZERO])
+    wrench = sp.Matrix([*wrench[:3, :], *(wrench[3:, :] + arm.cross(wrench[:3, :]))])
+    mass, mixed, inertia = matrix[:3, :3], matrix[:3, 3:], matrix[3:, 3:]
+    moved = sp.Matrix(
+        3, 3, lambda i, j: at.define(f"N{k}_{AXES[i]}{AXES[j]}", (mixed - mass * hat)[i, j], f"shift to joint {k - 1}")
+    )
+    turned = inertia + hat * mixed - moved.T * hat
+    result = sp.Matrix(sp.BlockMatrix([[mass, moved], [moved.T, turned]]))
+    return _matrix(at, f"H{k}_", result, k), _six(at, f"h{k}_", wrench, k)
+
+
+def _six(at: Mounted, name: str, entries: sp.Matrix, k: object) -> sp.Matrix:
+    return sp.Matrix(
+        [at.define(f"{name}{i}", entry, f"joint {k}, component {i}") for i, entry in enumerate(entries, 1)]
+    )
+
+
+def _matrix(at: Mounted, name: str, entries: sp.Matrix, k: object) -> sp.Matrix:
+    """Name the entries of a symmetric matrix."""
+    result = sp.zeros(6, 6)
+    for i in range(6):
+        for j in range(i + 1):
+            entry = at.define(f"{name}{i + 1}{j + 1}", entries[i, j], f"inertia at joint {k}, {i + 1}{j + 1}")
+            result[i, j] = result[j, i] = entry
+    return result

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pendulums by angles, and sprung masses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ..frame import point_inertia
+from ..part import Aggregates, Coordinate, Mounted, Part
+from ..values import Number, Parameters, Vector, direction, place, scalar
+from .rotors import parallel
+
+
+@dataclass(frozen=True)
+class Pendulum(Part):
+    """A bob on a rod without mass, by one angle of a hinge or two of a universal joint.
+
+    The first angle turns the rod about the axis, the second about the axis across it, which the first carries. Two
+    angles are singular where the second is 90 degrees; a `Bob` never is.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its states are NAME_angle and NAME_rate or, with two angles, NAME_angle1, NAME_angle2 and
+        NAME_rate1, NAME_rate2.
+    mass, length : number
+        kg, m.
+    axis : three numbers
+        Of the first angle; any length.
+    rest : three numbers
+        Direction of the rod at the angles zero; what it has across the axis counts, at length one.
+    at : three numbers
+        Pivot, m.
+    angles : int
+        1 or 2.
+    damping : number, optional
+        c of the dissipation c e'.e'/2 of the direction e of the rod, N m s.
+    inertia : number, optional
+        Moment of inertia of the bob across the rod, kg m^2.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    length: Annotated[Number, scalar("l", "m", "length of the rod")]
+    axis: Annotated[Vector, direction("a", "axis of the hinge")]
+    rest: Annotated[Vector, direction("e", "direction of the rod at zero")]
+    at: Annotated[Vector, place("r", "pivot")] = (0, 0, 0)
+    angles: int = 1
+    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)")] = None
+    inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
+
+    def __post_init__(self) -> None:
+        if self.angles not in (1, 2):
+            raise ModelError(f"{self.name}.angles = {self.angles!r}: must be 1 or 2; a Bob has a ball joint")
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        result = super().values(parameters)
+        if parallel(self.axis, self.rest):
+            raise ModelError(f"{self.name}.rest = {self.rest!r}: must not be along axis = {self.axis!r}")
+        return result
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return tuple(
+            Coordinate(
+                Quantity(f"{self.name}_rate{k}", "rad/s", f"rate{k and f' {k}'} of {self.name}"),
+                Quantity(f"{self.name}_angle{k}", "rad", f"angle{k and f' {k}'} of {self.name}"),
+            )
+            for k in (("1", "2") if self.angles == 2 else ("",))
+        )
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v = at.values
+        rod, slopes = self._rod(at)
+        rates = [c.speed.symbol for c in self.coordinates()]
+        slip = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.zeros(3, 1))
+        place, velocity = v.at + v.length * rod, v.length * slip
+        inertia = v.inertia if v.inertia is not None else sp.S.Zero
+        sizes = self._sizes(at)
+        squared = sp.Add(*(size * rate**2 for size, rate in zip(sizes, rates, strict=True)))
+        drags = [-v.damping * size * rate for size, rate in zip(sizes, rates, strict=True)] if v.damping else []
+        return Aggregates(
+            v.mass, v.mass * place, point_inertia(v.mass, place) + inertia * (sp.eye(3) - rod * rod.T),
+            v.mass * velocity, v.mass * place.cross(velocity) + inertia * rod.cross(slip),
+            (v.mass * v.length**2 + inertia) * squared / 2, forces=tuple(drags),
+        )  # fmt: skip
+
+    def _circles(self, at: Mounted) -> list[tuple[Expr, Expr]]:
+        return [at.frame.circle(c.place.symbol) for c in self.coordinates() if c.place is not None]
+
+    def _rod(self, at: Mounted) -> tuple[sp.Matrix, list[sp.Matrix]]:
+        """Return the direction of the rod, and its slopes by the angles."""
+        axis = at.values.axis
+        normal = axis.cross(at.values.rest)
+        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "direction of the rod at 90 degrees", "1")
+        down = at.vector("down", side.cross(axis), "direction of the rod at zero", "1")
+        (c, s), *second = self._circles(at)
+        rod, slope = c * down + s * side, c * side - s * down
+        if not second:
+            return rod, [slope]
+        ((c2, s2),) = second
+        return c2 * rod - s2 * axis, [c2 * slope, -s2 * rod - c2 * axis]
+
+    def _sizes(self, at: Mounted) -> list[Expr]:
+        """Return the squares of the slopes."""
+        _, *second = self._circles(at)
+        return [second[0][0] ** 2, sp.S.One] if second else [sp.S.One]
+
+
+@dataclass(frozen=True)
+class SprungMass(Part):
+    """A point mass on a spring along an axis of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its states are NAME_place and NAME_speed.
+    mass : number
+        kg.
+    axis : three numbers
+        Along which it moves; any length.
+    stiffness : number
+        N/m.
+    at : three numbers
+        Its place at rest, m.
+    damping : number, optional
+        N s/m.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    axis: Annotated[Vector, direction("a", "axis")]
+    stiffness: Annotated[Number, scalar("k", "N/m", "stiffness", "[0, inf)")]
+    at: Annotated[Vector, place("r", "place at rest")] = (0, 0, 0)
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
+        return (Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place),)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v, (coordinate,) = at.values, self.coordinates()
+        assert coordinate.place is not None
+        shift, speed = coordinate.place.symbol, coordinate.speed.symbol
+        place = v.at + shift * v.axis
+        return Aggregates(
+            v.mass, v.mass * place, point_inertia(v.mass, place), v.mass * speed * v.axis,
+            v.mass * speed * v.at.cross(v.axis), v.mass * speed**2 / 2, v.stiffness * shift**2 / 2,
+            (-v.damping * speed if v.damping is not None else sp.S.Zero,),
+        )  # fmt: skip

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rotors: wheels that are not balanced, and control moment gyros."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ..frame import AXES, point_inertia
+from ..joints import Turning
+from ..part import Aggregates, Coordinate, Motion, Mounted, Part
+from ..values import Number, Parameters, Vector, direction, place, scalar
+from ..wheels import Wheel
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnbalancedWheel(Wheel):
+    """A wheel whose masses are not even about its axis, with its mass: it shakes the hub, and the hub shakes it.
+
+    The static imbalance is a first moment across the axis. The dynamic imbalance is a product of inertia, about the
+    centre of mass, of the axis and the direction that is 90 degrees ahead of the static imbalance: the convention of
+    Alcorn, Allard, Schaub: Fully coupled reaction wheel static and dynamic imbalance for spacecraft jitter modeling.
+    J. Guid. Contr. Dyn. 41(6), 2018.
+
+    Parameters
+    ----------
+    name, axis, friction, torque_limit, speed_limit
+        As of a `Wheel`; the states are NAME_angle and NAME_speed, the input NAME_torque.
+    inertia : number
+        About the axis, through the centre of mass, kg m^2.
+    mass : number
+        kg.
+    across : number
+        Moment of inertia across the axis, about the centre of mass, kg m^2.
+    at : three numbers
+        A point of the axis, in whose plane across it the centre of mass turns, m.
+    static : number
+        Static imbalance, kg m.
+    dynamic : number, optional
+        Dynamic imbalance, kg m^2.
+    towards : {"x", "y", "z"}, optional
+        Axis of the hub towards which the static imbalance points at the angle zero; by default the one farthest from
+        the axis of the wheel.
+    """
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+    across: Annotated[Number, scalar("Jt", "kg m^2", "moment of inertia across the axis")]
+    static: Annotated[Number, scalar("Us", "kg m", "static imbalance", "[0, inf)")]
+    dynamic: Annotated[Number | None, scalar("Ud", "kg m^2", "dynamic imbalance", "(-inf, inf)")] = None
+    at: Annotated[Vector, place("r", "centre")] = (0, 0, 0)
+    towards: str = ""
+
+    def __post_init__(self) -> None:
+        if self.towards and self.towards not in AXES:
+            raise ModelError(f"{self.name}.towards = {self.towards!r}: must be one of x, y, z")
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        (speed,) = super().coordinates()
+        return (Coordinate(speed.speed, Quantity(f"{self.name}_angle", "rad", f"angle of {self.name}")),)
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v, axis, (coordinate,) = at.values, at.values.axis, self.coordinates()
+        assert coordinate.place is not None
+        cosine, sine = at.frame.circle(coordinate.place.symbol)
+        out = at.vector("out", _across(axis, self._towards(axis)), "direction of the static imbalance at zero", "1")
+        ahead = axis.cross(out)
+        first = v.static * out
+        about = v.across * sp.eye(3) + (v.inertia - v.across) * axis * axis.T + point_inertia(1 / v.mass, first)
+        if v.dynamic is not None:
+            about += v.dynamic * (axis * ahead.T + ahead * axis.T)
+        turning = Turning(at, axis, cosine, sine)
+        moved = turning.vector("s", first, "static imbalance")
+        momentum = axis.cross(moved)
+        angular = v.at.cross(momentum) + turning.vector("Jg", about * axis, "angular momentum per speed")
+        base = super().aggregates(at)
+        return Aggregates(
+            v.mass, v.mass * v.at + moved, turning.inertia(about, first, v.mass, v.at), self.speed * momentum,
+            self.speed * angular, (v.inertia + v.static**2 / v.mass) * self.speed**2 / 2, forces=base.forces,
+        )  # fmt: skip
+
+    def _towards(self, axis: sp.Matrix) -> int:
+        """Return the axis of the hub towards which the static imbalance points at the angle zero."""
+        if self.towards:
+            return AXES.index(self.towards)
+        given = [0.0 if entry == 0 else abs(float(entry)) if _is_number(entry) else 1.0 for entry in self.axis]
+        return min(range(3), key=given.__getitem__)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float)
+
+
+def _across(axis: sp.Matrix, towards: int) -> sp.Matrix:
+    """Return the unit vector across an axis that is nearest to an axis of the hub."""
+    unit = sp.eye(3)[:, towards]
+    across = unit - axis[towards] * axis
+    if across.is_zero_matrix:
+        raise ModelError(f"an unbalanced wheel along {AXES[towards]} has no static imbalance towards {AXES[towards]}")
+    size = sp.sqrt(1 - axis[towards] ** 2)
+    return across / size
+
+
+@dataclass(frozen=True)
+class ControlMomentGyro(Part):
+    """A rotor in a gimbal; its mass, and the centre of both on the gimbal's axis, are in the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`. Its states are NAME_gimbal and NAME_gimbal_rate and, at variable speed, NAME_speed; its inputs
+        NAME_gimbal_torque, or NAME_gimbal_rate_cmd where a lag is given, and at variable speed NAME_torque.
+    gimbal : three numbers
+        Axis of the gimbal; any length.
+    spin : three numbers
+        Axis of the rotor at the gimbal angle zero; what it has across the axis of the gimbal counts, at length one.
+    inertia : number
+        Of the rotor about its axis, kg m^2.
+    gimbal_inertia : number
+        Of rotor and gimbal about the axis of the gimbal, kg m^2.
+    across : number, optional
+        Of rotor and gimbal about the axis across both, kg m^2.
+    frame : number, optional
+        Of the gimbal alone about the axis of the rotor, kg m^2.
+    speed : number, optional
+        Speed at which a motor holds the rotor, rad/s; the speed is variable without it.
+    lag : number, optional
+        Time constant with which the rate of the gimbal follows its command, s; a torque moves the gimbal without it.
+    friction, gimbal_friction : number, optional
+        Viscous, of the rotor at variable speed and of a gimbal that a torque moves, N m s.
+    """
+
+    gimbal: Annotated[Vector, direction("g", "axis of the gimbal")]
+    spin: Annotated[Vector, direction("s", "axis of the rotor at zero")]
+    inertia: Annotated[Number, scalar("Js", "kg m^2", "moment of inertia of the rotor about its axis")]
+    gimbal_inertia: Annotated[Number, scalar("Jg", "kg m^2", "moment of inertia about the axis of the gimbal")]
+    across: Annotated[Number | None, scalar("Jt", "kg m^2", "moment of inertia across both axes")] = None
+    frame: Annotated[Number | None, scalar("Jf", "kg m^2", "moment of inertia of the gimbal about the rotor")] = None
+    speed: Annotated[Number | None, scalar("W", "rad/s", "speed of the rotor", "(-inf, inf)")] = None
+    lag: Annotated[Number | None, scalar("T", "s", "lag of the gimbal's rate")] = None
+    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction of the rotor", "[0, inf)")] = None
+    gimbal_friction: Annotated[Number | None, scalar("cg", "N m s", "friction of the gimbal", "[0, inf)")] = None
+
+    def __post_init__(self) -> None:
+        if self.speed is not None and self.friction is not None:
+            raise ModelError(f"{self.name}.friction: a motor holds the speed; leave out friction or speed")
+        if self.lag is not None and self.gimbal_friction is not None:
+            raise ModelError(f"{self.name}.gimbal_friction: the rate follows its command; leave out friction or lag")
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        result = super().values(parameters)
+        if parallel(self.gimbal, self.spin):
+            raise ModelError(f"{self.name}.spin = {self.spin!r}: must not be along gimbal = {self.gimbal!r}")
+        return result
+
+    @property
+    def rotor_speed(self) -> sp.Symbol:
+        """Symbol of the variable speed of the rotor relative to the gimbal, rad/s."""
+        return self._rotor.symbol
+
+    @property
+    def _rotor(self) -> Quantity:
+        return Quantity(f"{self.name}_speed", "rad/s", f"speed of {self.name} relative to its gimbal")
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        torque = Quantity(f"{self.name}_gimbal_torque", "N m", f"torque on the gimbal of {self.name}")
+        rate = Quantity(f"{self.name}_gimbal_rate_cmd", "rad/s", f"commanded rate of the gimbal of {self.name}")
+        rotor = Quantity(f"{self.name}_torque", "N m", f"torque on the rotor of {self.name}")
+        return (torque if self.lag is None else rate, *((rotor,) if self.speed is None else ()))
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        angle = Quantity(f"{self.name}_gimbal", "rad", f"angle of the gimbal of {self.name}")
+        rate = Quantity(f"{self.name}_gimbal_rate", "rad/s", f"rate of the gimbal of {self.name}")
+        return (Coordinate(rate, angle), *((Coordinate(self._rotor),) if self.speed is None else ()))
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v, rate, speed = at.values, self.coordinates()[0].speed.symbol, self._speed(at)
+        spin, across = self._axes(at)
+        inertia = v.gimbal_inertia * v.gimbal * v.gimbal.T
+        inertia += (v.inertia + (0 if v.frame is None else v.frame)) * spin * spin.T
+        if v.across is not None:
+            inertia += v.across * across * across.T
+        command, *torques = (q.symbol for q in self.inputs())
+        prescribed: tuple[Expr | None, ...] = ()
+        if v.lag is not None:
+            prescribed, command = ((command - rate) / v.lag, *(None for _ in torques)), sp.S.Zero
+        elif v.gimbal_friction is not None:
+            command -= v.gimbal_friction * rate
+        energy = v.gimbal_inertia * rate**2 / 2 + v.inertia * speed**2 / 2
+        drag = [t - v.friction * speed if v.friction is not None else t for t in torques]
+        return Aggregates(
+            inertia=inertia, angular=v.gimbal_inertia * rate * v.gimbal + v.inertia * speed * spin,
+            energy=energy, forces=(command, *drag), prescribed=prescribed,
+        )  # fmt: skip
+
+    def power(self, at: Mounted, motion: Motion) -> Expr:
+        result, v = super().power(at, motion), at.values
+        if self.speed is not None:  # of the motor that holds the speed
+            (spin, across), rate = self._axes(at), self.coordinates()[0].speed.symbol
+            result += v.speed * v.inertia * (spin.dot(motion.angular) + rate * across.dot(at.frame.rate))
+        return result
+
+    def _speed(self, at: Mounted) -> Expr:
+        speed: Expr = self.rotor_speed if self.speed is None else at.values.speed
+        return speed
+
+    def _axes(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
+        """Return the axis of the rotor, and the axis across it and the gimbal's."""
+        v, angle = at.values, self.coordinates()[0].place
+        assert angle is not None
+        cosine, sine = at.frame.circle(angle.symbol)
+        normal = v.gimbal.cross(v.spin)
+        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "axis across both at zero", "1")
+        spin = at.vector("rotor", side.cross(v.gimbal), "axis of the rotor at zero", "1")
+        return cosine * spin + sine * side, cosine * side - sine * spin
+
+
+def parallel(first: Vector, second: Vector) -> bool:
+    """Tell whether two directions are parallel as far as their numbers tell; expressions are taken not to be."""
+    pairs = [(a, b) for a, b in zip(first, second, strict=True)]
+    if not all(_is_number(value) for pair in pairs for value in pair):
+        return False
+    one, other = (sp.Matrix([float(value) for value in v]) for v in (first, second))
+    return bool(one.cross(other).norm() <= _FLAT * one.norm() * other.norm())
+
+
+_FLAT = 1e-9
+"""Sine of an angle that counts as zero: above the rounding of six numbers with ten digits."""

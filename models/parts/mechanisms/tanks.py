@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tanks that drain: what flows out carries its momentum, and the line to the nozzle turns with the craft."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ..bobs import Bob
+from ..frame import ZERO, point_inertia
+from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State
+from ..values import Number, Parameters, Value, Vector, direction, place, scalar
+
+
+@dataclass(frozen=True)
+class _Lump:
+    """Fuel in one place: its share of all fuel, its place from O, its velocity and rate relative to the hub."""
+
+    share: Expr
+    at: sp.Matrix
+    velocity: sp.Matrix
+
+
+@dataclass(frozen=True)
+class Tank(Part):
+    """Fuel that a nozzle burns: a point mass, of which a share may swing as a bob on a ball joint.
+
+    Fuel leaves bob and tank in the shares in which they hold it, flows along straight lines, which hold none, and
+    leaves at the nozzle. A flow w over the length d pushes its line by -2 w d', which damps the rates of the craft. The
+    flow is taken to be steady: what a valve does while it opens is left out.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`. Its state is NAME_fuel, its input NAME_flow, kg/s; those of the bob begin with NAME_bob.
+    mass : number
+        Fuel at the start, kg: the scenario's NAME_fuel_0.
+    nozzle : three numbers
+        Where the fuel leaves, m.
+    thrust : three numbers
+        Direction of the force on the hub; any length.
+    exhaust : number
+        Velocity of what leaves, m/s.
+    at : three numbers
+        Place of the fuel, and the pivot of the bob, m.
+    flow : number, optional
+        Largest flow, kg/s.
+    reserve : number, optional
+        Fuel at which a command opens the valve no more, kg.
+    share : number, optional
+        Of the fuel, that swings.
+    length, damping : number, optional
+        Of the bob, as of a `Bob`; the damping is over the mass that swings, m^2/s.
+    rest : three numbers
+        As of a `Bob`.
+    """
+
+    mass: float | Value
+    nozzle: Annotated[Vector, place("n", "nozzle")]
+    thrust: Annotated[Vector, direction("t", "direction of the thrust")]
+    exhaust: Annotated[Number, scalar("ve", "m/s", "velocity of what leaves")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
+    flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow")] = None
+    reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)")] = None
+    share: Annotated[Number | None, scalar("share", "1", "part of the fuel that swings", "(0, 1)")] = None
+    length: Annotated[Number | None, scalar("l", "m", "length of the rod")] = None
+    damping: Annotated[Number | None, scalar("c", "m^2/s", "damping over mass", "[0, inf)")] = None
+    rest: tuple[int, int, int] = (-1, 0, 0)
+
+    def __post_init__(self) -> None:
+        if (self.share is None) != (self.length is None):
+            raise ModelError(f"{self.name}: a bob has share and length; give both, or none")
+        if self.share is None and self.damping is not None:
+            raise ModelError(f"{self.name}.damping: nothing swings; give share and length")
+        self._bob  # its own checks  # noqa: B018
+
+    @property
+    def fuel(self) -> sp.Symbol:
+        """Symbol of the fuel there is, kg."""
+        return self._fuel.symbol
+
+    @property
+    def _fuel(self) -> Quantity:
+        return Quantity(f"{self.name}_fuel", "kg", f"fuel in {self.name}", positive=True)
+
+    @property
+    def _bob(self) -> Bob | None:
+        return None if self.share is None else Bob(f"{self.name}_bob", mass=1.0, length=1.0, rest=self.rest)
+
+    def _swinging(self, at: Mounted) -> tuple[Bob, Mounted] | None:
+        """Return the bob, with its present mass and damping."""
+        bob, v = self._bob, at.values
+        if bob is None:
+            return None
+        mass = at.define("swinging", v.share * self.fuel, "fuel that swings", "kg")
+        damping = None
+        if v.damping is not None:
+            damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
+        values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=None)
+        return bob, Mounted(bob.name, values, at.frame)
+
+    def _lumps(self, at: Mounted) -> list[_Lump]:
+        v, swinging = at.values, self._swinging(at)
+        if swinging is None:
+            return [_Lump(sp.S.One, v.at, ZERO)]
+        bob, mounted = swinging
+        slip = bob.slip(mounted)
+        return [
+            _Lump(1 - v.share, v.at, ZERO),
+            _Lump(v.share, v.at + v.length * bob.direction, v.length * slip),
+        ]
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_flow", "kg/s", f"flow out of {self.name}"),)
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        full = scenario.add(
+            f"{self._fuel.name}_0", self.mass, "kg", f"{self._fuel.description} at the start", "(0, inf)"
+        )
+        bob = self._bob
+        return (State(self._fuel, full), *(bob.states(scenario) if bob else ()))
+
+    def projection(self) -> Mapping[sp.Symbol, Expr]:
+        bob = self._bob
+        return bob.projection() if bob else {}
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        v, swinging = at.values, self._swinging(at)
+        if swinging is None:
+            return Aggregates(self.fuel, self.fuel * v.at, point_inertia(self.fuel, v.at))
+        bob, mounted = swinging
+        rest, of = (1 - v.share) * self.fuel, bob.aggregates(mounted)
+        return Aggregates(
+            rest + of.mass, rest * v.at + of.first, point_inertia(rest, v.at) + of.inertia,
+            of.momentum, of.angular, of.energy, power=of.power,
+        )  # fmt: skip
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        v = at.values
+        return (Load(self.inputs()[0].symbol * v.exhaust * v.thrust, v.nozzle),)
+
+    def contribution(self, at: Mounted) -> Contribution:
+        v, swinging = at.values, self._swinging(at)
+        lines = tuple(self._lines(at))
+        if swinging is None:
+            of = self.aggregates(at)
+            return Contribution(of.mass, of.first, of.inertia, loads=lines)
+        rest = (1 - v.share) * self.fuel
+        bob, mounted = swinging
+        own = bob.contribution(mounted)
+        return Contribution(
+            rest, rest * v.at, point_inertia(rest, v.at), loads=(*own.loads, *lines), followers=own.followers
+        )
+
+    def _lines(self, at: Mounted) -> list[Load]:
+        """Return what the fuel in the lines does to the hub, at the middle of each."""
+        flow, nozzle, result = self.inputs()[0].symbol, at.values.nozzle, []
+        for k, lump in enumerate(self._lumps(at), 1):
+            reach = nozzle - lump.at
+            changing = at.vector(f"reach{k}_", at.frame.rate.cross(reach) - lump.velocity, "rate of the line", "m/s")
+            result.append(Load(-2 * flow * lump.share * changing, (lump.at + nozzle) / 2))
+        return result
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        swinging = self._swinging(at)
+        return (-self.inputs()[0].symbol, *(swinging[0].rates(swinging[1], motion) if swinging else ()))
+
+    def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
+        flow, w = self.inputs()[0].symbol, at.frame.rate
+        force, couple, power = ZERO, ZERO, sp.S.Zero
+        for lump, line in zip(self._lumps(at), self._lines(at), strict=True):
+            leaving = velocity + w.cross(lump.at) + lump.velocity
+            lost = -flow * lump.share * leaving
+            moment = line.at.cross(line.force)
+            force, couple = force + lost + line.force, couple + lump.at.cross(lost) + moment
+            power += lost.dot(leaving) / 2 + velocity.dot(line.force) + w.dot(moment)
+        return Load(force, ZERO, couple), power
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        v = at.values
+        flow: Expr = sp.Max(commanded[0], 0)
+        if v.flow is not None:
+            flow = sp.Min(flow, v.flow)
+        empty = self.fuel <= (v.reserve if v.reserve is not None else 0)
+        return (sp.Piecewise((0, empty), (flow, True)),)

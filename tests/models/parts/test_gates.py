@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every part has to keep, whatever it is: one table of parts, and a test for each law of mechanics over all."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mehvar.models.parts import (
+    Bob,
+    Chain,
+    Hinge,
+    Hub,
+    Link,
+    Mode,
+    Modes,
+    Part,
+    Pendulum,
+    PointMass,
+    Slider,
+    SprungMass,
+    UnbalancedWheel,
+    Wheel,
+)
+from mehvar.models.parts.values import kinds
+from mehvar.units import dimension
+
+from .balances import Balances, assembled
+from .table import BEAM, BODY, HUB, JOINT, LOSSY, PARTS, PUSH, TURN
+
+ROUNDING = 1e-12
+"""Of two ways to solve the same equations, over the largest rate: some thousand operations on numbers near one."""
+PERMUTED = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+TURNED = np.linalg.qr(np.array([[1.0, 0.2, 0.3], [-0.4, 1, 0.5], [0.3, -0.6, 1]]))[0]
+TURNED *= np.sign(np.linalg.det(TURNED))
+
+
+@functools.cache
+def craft(case: str, motion: str = "free") -> Balances:
+    return assembled((HUB, PUSH, TURN, PARTS[case]), motion=motion)
+
+
+@functools.cache
+def bare() -> Balances:
+    return assembled((HUB, PUSH, TURN))
+
+
+def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
+    """Return how far rates are apart, over the largest."""
+    return max(abs(a[name] - b[name]) for name in b) / max(1.0, *map(abs, b.values()))
+
+
+@pytest.mark.parametrize("motion", ["free", "attitude"])
+@pytest.mark.parametrize("case", PARTS)
+def test_momentum_and_energy_balance(case, motion):
+    """About the centre of mass where the attitude alone is a state."""
+    balances, rng = craft(case, motion), np.random.default_rng(1)
+    for _ in range(4):
+        x, u = balances.state(rng), rng.normal(size=len(balances.u_names))
+        assert balances.residual(x, u) < 1e-13
+
+
+@pytest.mark.parametrize("attitude", ["euler", "mrp"])
+def test_momentum_and_energy_balance_in_every_chart(attitude):
+    balances, rng = assembled((HUB, PUSH, TURN), attitude=attitude), np.random.default_rng(1)
+    assert balances.residual(balances.state(rng), rng.normal(size=6)) < 1e-13
+
+
+@pytest.mark.parametrize("case", LOSSY)
+def test_dampers_take_energy(case):
+    balances, rng = craft(case), np.random.default_rng(2)
+    for _ in range(10):
+        assert balances.power(balances.state(rng), np.zeros(len(balances.u_names))) < 0
+
+
+def scaled(quantities: Any, name: str, factor: float) -> dict[str, float]:
+    """Return by which powers of a factor the numbers of a part go with its mass: those of the kg in their units."""
+    return {
+        q.name: factor ** float(dimension(q.unit).get("kg", 0)) if q.name.startswith(f"{name}_") else 1.0
+        for q in quantities
+    }
+
+
+@functools.cache
+def pair(case: str) -> Balances:
+    """A part twice, and all in another order."""
+    return assembled((PARTS[case], TURN, replace(PARTS[case], name="b"), PUSH, HUB))
+
+
+def paired(case: str, seed: int, first: float, second: float) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the rates of a craft with a part, and with two that have these shares of its mass."""
+    whole = craft(case)
+    x, u = whole.sample(np.random.default_rng(seed))
+    values, given = {q.name: float(q.default) for q in whole.system.parameters}, []
+    for group, of in ((whole.system.states, x), (whole.system.inputs, u), (whole.system.parameters, values)):
+        shares = [scaled(group, "a", share) for share in (first, second)]
+        other = {f"b{n[1:]}": of[n] * factor for n, factor in shares[1].items() if n.startswith("a_")}
+        given.append({n: of[n] * factor for n, factor in shares[0].items()} | other)
+    size = scaled(whole.system.states, "a", first)
+    return {n: rate / size.get(n, 1.0) for n, rate in pair(case).rates(*given).items()}, whole.rates(x, u)
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_two_halves_are_the_whole(case):
+    results, expected = paired(case, 3, 0.5, 0.5)
+    assert apart(results, expected) < ROUNDING
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_a_part_without_mass_is_none_and_the_order_of_adding_does_not_matter(case):
+    tiny = 1e-12
+    results, expected = paired(case, 4, 1.0, tiny)
+    assert apart(results, expected) < 1e4 * tiny  # inertias and speeds of the parts are below 10^4
+
+
+def turned(thing: Any, turn: np.ndarray) -> Any:
+    """Return a part whose vectors and tensors are turned."""
+    values: dict[str, Any] = {}
+    for name, kind in kinds(thing).items():
+        value = getattr(thing, name)
+        if value is None or kind.form == "scalar":
+            continue
+        array = np.array(value, dtype=float)
+        if kind.form == "tensor":
+            array = np.diag(array) if array.ndim == 1 else array
+            array = turn @ array @ turn.T
+            values[name] = tuple(map(tuple, (np.tril(array) + np.tril(array, -1).T).tolist()))
+        else:
+            values[name] = tuple((turn @ array).tolist())
+    for field in fields(thing):
+        value = getattr(thing, field.name)
+        if isinstance(value, list) and value and is_dataclass(value[0]):
+            values[field.name] = [turned(entry, turn) for entry in value]
+    return replace(thing, **values)
+
+
+def turned_numbers(values: Mapping[str, float], turn: np.ndarray) -> dict[str, float]:
+    """Turn the triples of a state or an input: names that end in x, y, z, and the vectors of quaternions."""
+    result = dict(values)
+    for name in values:
+        triple = [f"{name[:-1]}{end}" for end in ("xyz" if name.endswith("x") else "123")]
+        if (name.endswith("x") or name.endswith("q1")) and all(n in values for n in triple):
+            result |= dict(zip(triple, turn @ [values[n] for n in triple], strict=True))
+    return result
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_a_mount_turned_is_its_parameters_turned(case):
+    part, rng = PARTS[case], np.random.default_rng(5)
+    turn = PERMUTED if isinstance(part, UnbalancedWheel) else TURNED  # its angle zero is towards an axis of the hub
+    around = assembled([turned(each, turn) for each in (HUB, PUSH, TURN, part)])
+    x, u = craft(case).sample(rng)
+    results = around.rates(turned_numbers(x, turn), turned_numbers(u, turn))
+    assert apart(results, turned_numbers(craft(case).rates(x, u), turn)) < ROUNDING
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_a_constant_velocity_changes_nothing(case):
+    x, u = craft(case).sample(np.random.default_rng(7))
+    w, boost = np.array([x[f"w{axis}"] for axis in "xyz"]), np.array([3.0, -2.0, 5.0])
+    faster = x | {f"v{axis}": x[f"v{axis}"] + more for axis, more in zip("xyz", boost, strict=True)}
+    results = craft(case).rates(faster, u)
+    results |= {f"v{a}": results[f"v{a}"] + more for a, more in zip("xyz", np.cross(w, boost), strict=True)}
+    assert apart(results, craft(case).rates(x, u)) < ROUNDING
+
+
+def body_at(part: Hinge | Slider, place: float) -> Hub:
+    """Return the body of a joint at an angle or a place, as a hub of its own."""
+    axis, at, centre = (np.array(v, dtype=float) for v in (part.axis, part.at, part.centre))
+    axis /= np.linalg.norm(axis)
+    if isinstance(part, Slider):
+        return Hub("body", mass=part.mass, inertia=part.inertia, centre=tuple(at + centre + place * axis))
+    hat = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    turn = np.eye(3) + np.sin(place) * hat + (1 - np.cos(place)) * hat @ hat
+    inertia = turn @ np.array(part.inertia) @ turn.T
+    inertia = (inertia + inertia.T) / 2
+    return Hub("body", mass=part.mass, inertia=tuple(map(tuple, inertia.tolist())), centre=tuple(at + turn @ centre))
+
+
+@pytest.mark.parametrize("case", ["hinge, locked", "slider, locked"])
+def test_a_locked_joint_is_a_composite_body(case):
+    part = PARTS[case]
+    composite = assembled((HUB, PUSH, TURN, body_at(part, part.locked)))
+    x, u = craft(case).sample(np.random.default_rng(8))
+    assert apart(craft(case).rates(x, u), composite.rates(x, u)) < ROUNDING
+
+
+@pytest.mark.parametrize("case", ["hinge, prescribed", "slider, prescribed"])
+def test_a_prescribed_joint_at_rest_is_a_composite_body(case):
+    part = PARTS[case]
+    composite = assembled((HUB, PUSH, TURN, body_at(part, 0.7)))
+    x, u = craft(case).sample(np.random.default_rng(9))
+    own = {q.name for q in (*(c.speed for c in part.coordinates()), *part.inputs())}
+    x, u = ({n: 0.0 if n in own else value for n, value in of.items()} for of in (x, u))
+    x |= {c.place.name: 0.7 for c in part.coordinates()}
+    assert apart(craft(case).rates(x, u), composite.rates(x, u)) < ROUNDING
+
+
+@pytest.mark.parametrize("case", ["hinge", "slider"])
+def test_a_prescribed_joint_moves_as_a_free_one_with_its_acceleration(case):
+    free, held = craft(case), craft(f"{case}, prescribed")
+    x, u = free.sample(np.random.default_rng(10))
+    rates = free.rates(x, u)
+    (coordinate,) = PARTS[case].coordinates()
+    assert apart(held.rates(x, u | {"a_acceleration": rates[coordinate.speed.name]}), rates) < ROUNDING
+
+
+SPRUNG = {"mass": 3.0, "axis": (0.1, 0.4, 0.3), "stiffness": 3.0, "at": (0.1, 0.2, 0.5)}
+
+
+def linear(balances: Balances, names: list[str]) -> np.ndarray:
+    """Return accelerations of the hub per small displacement of coordinates."""
+    rows = []
+    for name in names:
+        x = dict.fromkeys(balances.x_names, 0.0) | {"q0": 1.0}
+        small = 1e-6
+        ends = [balances.rates(x | {name: s}, dict.fromkeys(balances.u_names, 0.0)) for s in (small, -small)]
+        rows.append([(ends[0][n] - ends[1][n]) / (2 * small) for n in ("vx", "vy", "vz", "wx", "wy", "wz")])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("kind", ["sprung mass", "hinge"])
+def test_small_motion_is_a_mode(kind):
+    """Of the frequency sqrt(k/m), with a participation along the motion and about O."""
+    if kind == "sprung mass":
+        part, mass, k = SprungMass("a", **SPRUNG), 3.0, 3.0
+        along, place, name = np.array(SPRUNG["axis"]), np.array(SPRUNG["at"]), "a_place"
+        along, arm = along / np.linalg.norm(along), 1.0
+    else:
+        point = {"mass": 3.0, "inertia": (0.0, 0.0, 0.0), "axis": (0, 0, 1), "at": (0.1, 0.2, 0.5), "centre": (0, 2, 0)}
+        part, mass, k, name = Hinge("a", **point, stiffness=12.0), 3.0, 12.0 / 4, "a_angle"
+        along, place, arm = np.array([-1.0, 0, 0]), np.array([0.1, 2.2, 0.5]), 2.0
+    root = mass**0.5
+    mode = Mode((k / mass) ** 0.5, 0.0, tuple(root * along), tuple(root * np.cross(place, along)))
+    exact = assembled((HUB, PUSH, TURN, part))
+    flexible = assembled((HUB, PUSH, TURN, PointMass("tip", mass=mass, at=tuple(place)), Modes("m", modes=[mode])))
+    # a displacement q of the mass is root q of the mode; differences over 1e-6 have 1e-10 of rounding
+    assert np.allclose(linear(exact, [name]), linear(flexible, ["m_1"]) * root * arm, rtol=1e-7, atol=1e-9)
+
+
+def test_a_pendulum_by_two_angles_is_a_bob():
+    angles = assembled((HUB, PUSH, TURN, Pendulum("a", **BEAM, axis=(0, 1, 0), rest=(1, 0, 0), angles=2, damping=0.3)))
+    ball = assembled((HUB, PUSH, TURN, Bob("a", **BEAM, damping=0.3)))
+    x, u = angles.sample(np.random.default_rng(11))
+    (c1, s1), (c2, s2) = ((np.cos(x[n]), np.sin(x[n])) for n in ("a_angle1", "a_angle2"))
+    rod, side = np.array([c2 * c1, -s2, -c2 * s1]), np.array([-s1, 0, -c1])
+    slip = x["a_rate1"] * c2 * side + x["a_rate2"] * np.array([-s2 * c1, -c2, s2 * s1])
+    turning = slip + np.cross([x[f"w{a}"] for a in "xyz"], rod)
+    given = {f"a_e{a}": e for a, e in zip("xyz", rod, strict=True)}
+    given |= {f"a_u{a}": e for a, e in zip("xyz", turning, strict=True)}
+    hub = [n for n in angles.x_names if not n.startswith("a_")]
+    results, expected = angles.rates(x, u), ball.rates({n: x[n] for n in hub} | given, u)
+    assert apart({n: results[n] for n in hub}, {n: expected[n] for n in hub}) < ROUNDING
+
+
+@pytest.mark.parametrize(("joint", "case"), [("hinge", "hinge"), ("slider", "slider")])
+def test_a_chain_of_one_body_is_its_joint(joint, case):
+    link = Link(**BODY, **JOINT, joint=joint, stiffness=3.0, damping=0.2, motor=True)
+    chain = assembled((HUB, PUSH, TURN, Chain("a", [link])))
+    x, u = craft(case).sample(np.random.default_rng(12))
+    x, u = ({n.replace("a_", "a_1_"): value for n, value in of.items()} for of in (x, u))
+    u["a_1_motor"] = next(value for n, value in u.items() if n.startswith("a_1_"))
+    original = craft(case).rates(*({n.replace("a_1_", "a_"): v for n, v in of.items()} for of in (x, u)))
+    assert apart(chain.rates(x, u), {n.replace("a_", "a_1_"): v for n, v in original.items()}) < ROUNDING
+
+
+def test_an_unbalanced_wheel_without_imbalance_is_a_balanced_one():
+    """With its mass, and its inertia across the axis, in the hub."""
+    given = {"axis": (0, 0, 1), "inertia": 0.2}
+    shaken = assembled(
+        (HUB, PUSH, TURN, UnbalancedWheel("a", **given, mass=3.0, across=0.12, static=0.0, at=(0.1, 0, 0.3)))
+    )
+    rest = Hub("rest", mass=3.0, inertia=((0.12, 0, 0), (0, 0.12, 0), (0, 0, 1e-12)), centre=(0.1, 0, 0.3))
+    even = assembled((HUB, PUSH, TURN, Wheel("a", **given), rest))
+    x, u = shaken.sample(np.random.default_rng(13))
+    expected = even.rates(x, u)
+    assert apart({n: shaken.rates(x, u)[n] for n in expected}, expected) < 1e-11  # the inertia 1e-12 of the rest
+
+
+def test_bodies_on_lines_are_free_where_these_are_slack():
+    slack, rng = craft("tether"), np.random.default_rng(14)
+    x, u = slack.sample(rng)
+    x |= {"a_x": 0.1, "a_y": 0.2, "a_z": 0.3}  # the mounts are 0.4 m apart, the tether has 0.5 m
+    rates, hub = slack.rates(x, u), bare().rates(x, u)
+    assert apart({n: rates[n] for n in hub}, hub) < ROUNDING
+    assert {event.name for event in slack.system.events} == {"a_taut", "a_pulls"}
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(50))
+def test_random_assemblies_keep_their_balances(seed):
+    """Of one to six parts of the table each, in any order; the hub anywhere among them."""
+    rng = np.random.default_rng(seed)
+    names = rng.choice(list(PARTS), size=rng.integers(1, 7))
+    parts: list[Part] = [replace(PARTS[name], name=f"part{k}") for k, name in enumerate(names)]
+    order = rng.permutation(len(parts) + 3)
+    pool = [HUB, PUSH, TURN, *parts]
+    balances = assembled([pool[k] for k in order], motion=str(rng.choice(["free", "attitude"])))
+    for _ in range(3):
+        x, u = balances.state(rng), rng.normal(size=len(balances.u_names))
+        assert balances.residual(x, u) < 1e-13
