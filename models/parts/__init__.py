@@ -3,6 +3,7 @@
 
 from .bobs import Bob
 from .craft import Spacecraft
+from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
@@ -16,18 +17,24 @@ __all__ = [
     "Bob",
     "Contribution",
     "Coordinate",
+    "Dipole",
+    "Drag",
     "ExternalForce",
+    "GravityGradient",
     "Hinge",
     "Hub",
     "Load",
+    "Magnetorquer",
     "Mode",
     "Modes",
     "Mounted",
     "Number",
+    "Orbit",
     "Part",
     "PointMass",
     "Slider",
     "Spacecraft",
+    "SunPressure",
     "Tensor",
     "Thruster",
     "Torquer",

@@ -13,12 +13,13 @@ import sympy as sp
 from mehvar.manifest import Metric, Scenario
 
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
-from ..quantities import Group, ModelError, Quantity
+from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
+from .environment import Orbit
 from .frame import AXES, Frame
-from .part import Contribution, Mounted, Part, State, start
+from .part import Contribution, Craft, Mounted, Part, State, start
 from .readings import readings
 from .values import SOURCE, Parameters, Value, directions
 
@@ -45,9 +46,14 @@ class Spacecraft:
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
         Free in space with the velocity of O among the states, the attitude alone, or free in a plane.
+    orbit : Orbit, optional
+        About the Earth; then position and velocity of the centre of mass are states in place of the velocity of O.
     """
 
-    def __init__(self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free") -> None:
+    def __init__(
+        self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free",
+        orbit: Orbit | None = None,
+    ) -> None:  # fmt: skip
         _one_of("attitude", attitude, CHARTS)
         _one_of("motion", motion, MOTIONS)
         self.name = _name("name", name)
@@ -56,6 +62,11 @@ class Spacecraft:
         self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
         self.parts: list[Part] = []
         self._plant, self._scenario = Parameters(), Parameters()
+        if orbit is not None:
+            if not isinstance(orbit, Orbit) or motion != "free":
+                raise ModelError(f"{name}: orbit = {orbit!r}: must be an Orbit, of a craft with motion = 'free'")
+            self.motion = "attitude"
+            self.parts.append(orbit)
 
     @property
     def attitude(self) -> tuple[sp.Symbol, ...]:
@@ -90,6 +101,8 @@ class Spacecraft:
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is no part")
+        if isinstance(part, Orbit):
+            raise ModelError(f"{self.name}: an orbit is given to the craft: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
@@ -136,7 +149,7 @@ class Spacecraft:
         u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
         p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
         velocity = self._components(self._velocity) if self._velocity else None
-        known = {*x.symbols, *u.symbols, *p.symbols}
+        known = {*x.symbols, *u.symbols, *p.symbols, TIME.symbol}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
             f
             for f in readings(self.parts, mounted, velocity, (x, u, p), self.motion == "plane")
@@ -179,10 +192,13 @@ class Spacecraft:
         frame = Frame(derivation, rate, {q.symbol for q in self._plant.quantities.values()})
         derivation.section("Mounts")
         for part, v in zip(self.parts, values, strict=True):
-            for field in directions(part):
+            for field in (f for f in directions(part) if getattr(v, f) is not None):
                 axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
                 setattr(v, field, axis)
-        return [Mounted(part.name, v, frame) for part, v in zip(self.parts, values, strict=True)]
+        craft = Craft(frame, self.chart.rotation())
+        mounted = [Mounted(part.name, v, craft) for part, v in zip(self.parts, values, strict=True)]
+        craft.parts.extend(zip(self.parts, mounted, strict=True))
+        return mounted
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
         """Return what becomes of commanded inputs where a part limits them."""

@@ -243,6 +243,49 @@ class State:
 
 
 @dataclass(frozen=True)
+class Craft:
+    """The assembly as a part sees it.
+
+    Attributes
+    ----------
+    frame : Frame
+        The axes of the hub.
+    turn : sympy.Matrix
+        From inertial axes to those of the hub.
+    parts : list of (Part, Mounted)
+        All parts, in their order.
+    """
+
+    frame: Frame
+    turn: sp.Matrix
+    parts: list[tuple[Part, Mounted]] = field(default_factory=list)
+
+    @property
+    def rotation(self) -> sp.Matrix:
+        """`turn` with a name for each entry."""
+        return sp.Matrix(
+            3,
+            3,
+            lambda i, j: self.frame.define(
+                f"turn_{AXES[i]}{AXES[j]}", self.turn[i, j], "inertial axes to those of the hub", "1"
+            ),
+        )
+
+    def whole(self) -> Aggregates:
+        """Return mass, first moment and inertia of all parts together."""
+        each = [part.aggregates(at) for part, at in self.parts]
+        return Aggregates(
+            sp.Add(*(of.mass for of in each)),
+            sum((of.first for of in each), ZERO),
+            sum((of.inertia for of in each), sp.zeros(3, 3)),
+        )
+
+    def loads(self) -> list[Load]:
+        """Return what acts on the parts from outside."""
+        return [load for part, at in self.parts for load in part.loads(at)]
+
+
+@dataclass(frozen=True)
 class Mounted:
     """A part in its assembly.
 
@@ -252,13 +295,18 @@ class Mounted:
         Of the part; begins the names of its parameters, states and steps.
     values : namespace
         What stands for the fields of the part.
-    frame : Frame
-        The axes of the hub.
+    craft : Craft
+        The assembly.
     """
 
     name: str
     values: SimpleNamespace
-    frame: Frame
+    craft: Craft
+
+    @property
+    def frame(self) -> Frame:
+        """The axes of the hub."""
+        return self.craft.frame
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
         """Name an expression of the part."""
