@@ -9,6 +9,7 @@ from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
+from .sensors import Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
 from .wheels import Wheel
 
@@ -21,9 +22,12 @@ __all__ = [
     "Drag",
     "ExternalForce",
     "GravityGradient",
+    "Gyro",
     "Hinge",
     "Hub",
+    "Instrument",
     "Load",
+    "Magnetometer",
     "Magnetorquer",
     "Mode",
     "Modes",
@@ -34,7 +38,10 @@ __all__ = [
     "PointMass",
     "Slider",
     "Spacecraft",
+    "StarTracker",
     "SunPressure",
+    "SunSensor",
+    "Tachometer",
     "Tensor",
     "Thruster",
     "Torquer",

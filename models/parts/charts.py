@@ -47,6 +47,10 @@ class Chart(ABC):
         """Return the matrix from inertial axes to those of the hub."""
 
     @abstractmethod
+    def quaternion(self) -> Sequence[Expr]:
+        """Return the unit quaternion, scalar first, from the axes of the hub to inertial axes."""
+
+    @abstractmethod
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         """Return the coordinates at 3-2-1 angles roll, pitch and yaw."""
 
@@ -66,6 +70,9 @@ class QuaternionChart(Chart):
 
     def rotation(self) -> sp.Matrix:
         return quaternion_rotation(self.symbols)
+
+    def quaternion(self) -> Sequence[Expr]:
+        return self.symbols
 
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         roll, pitch, yaw = angles
@@ -88,6 +95,10 @@ class EulerChart(Chart):
         roll, pitch, yaw = self.symbols
         return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
 
+    def quaternion(self) -> Sequence[Expr]:
+        roll, pitch, yaw = self.symbols
+        return list(quaternion_of_turns(((2, yaw), (1, pitch), (0, roll))))
+
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         return angles
 
@@ -106,6 +117,11 @@ class RodriguesChart(Chart):
         hat, size = cross_matrix(s), s.dot(s)
         return sp.eye(3) + (8 * hat * hat - 4 * (1 - size) * hat) / (1 + size) ** 2
 
+    def quaternion(self) -> Sequence[Expr]:
+        s = sp.Matrix(self.symbols)
+        size = s.dot(s)
+        return [(1 - size) / (1 + size), *(2 * s / (1 + size))]
+
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         roll, pitch, yaw = angles
         scalar, *vector = quaternion_of_turns(((2, yaw), (1, pitch), (0, roll)))
@@ -122,6 +138,10 @@ class PlaneChart(Chart):
 
     def rotation(self) -> sp.Matrix:
         return frame_turn(2, self.symbols[0])
+
+    def quaternion(self) -> Sequence[Expr]:
+        (angle,) = self.symbols
+        return [sp.cos(angle / 2), sp.S.Zero, sp.S.Zero, sp.sin(angle / 2)]
 
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         return [angles[2]]

@@ -21,6 +21,7 @@ from .environment import Orbit
 from .frame import AXES, Frame
 from .part import Contribution, Craft, Mounted, Part, State, start
 from .readings import readings
+from .sensors import drifting, measuring, watching
 from .values import SOURCE, Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
@@ -48,11 +49,13 @@ class Spacecraft:
         Free in space with the velocity of O among the states, the attitude alone, or free in a plane.
     orbit : Orbit, optional
         About the Earth; then position and velocity of the centre of mass are states in place of the velocity of O.
+    period : float
+        Default of the parameter Ts, the period of laws and sensors, s.
     """
 
     def __init__(
         self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free",
-        orbit: Orbit | None = None,
+        orbit: Orbit | None = None, period: float = 0.1,
     ) -> None:  # fmt: skip
         _one_of("attitude", attitude, CHARTS)
         _one_of("motion", motion, MOTIONS)
@@ -62,6 +65,7 @@ class Spacecraft:
         self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
         self.parts: list[Part] = []
         self._plant, self._scenario = Parameters(), Parameters()
+        self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
         if orbit is not None:
             if not isinstance(orbit, Orbit) or motion != "free":
                 raise ModelError(f"{name}: orbit = {orbit!r}: must be an Orbit, of a craft with motion = 'free'")
@@ -144,10 +148,15 @@ class Spacecraft:
         states = self._states()
         actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
-        used = free_symbols((*rhs, *expressions((actuator, controllers))), derivation.definitions)
+        craft = mounted[0].craft
+        sensor, random = measuring(craft.parts), drifting(craft.parts, states)
+        if sensor:
+            controllers += (watching(sensor, sum(len(part.inputs()) for part in self.parts), self.period.name),)
+        periods = {law.period for law in controllers}
+        used = free_symbols((*rhs, *expressions((actuator, controllers, sensor, random))), derivation.definitions)
         x = Group("x", tuple(state.quantity for state in states))
         u = Group("u", tuple(q for part in self.parts for q in part.inputs()))
-        p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used))
+        p = Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used or q.name in periods))
         velocity = self._components(self._velocity) if self._velocity else None
         known = {*x.symbols, *u.symbols, *p.symbols, TIME.symbol}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
@@ -159,12 +168,13 @@ class Spacecraft:
             name=self.name, title=self.title, source="", structure={}, states=x, inputs=u,
             references=Group("r", ()), outputs=Group("y", ()), parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, output=(), steps=_needed(derivation, rhs, actuator, controllers, functions), limits=(),
+            rhs=rhs, output=(), limits=(),
+            steps=_needed(derivation, rhs, actuator, controllers, functions, sensor, random),
             initial=tuple(sp.sympify(state.start) for state in states), reference=(),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios) or (_SCENARIO,), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator,
+            actuator=actuator, sensor=sensor, random_step=random,
         )  # fmt: skip
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[Expr, ...]:
@@ -195,7 +205,7 @@ class Spacecraft:
             for field in (f for f in directions(part) if getattr(v, f) is not None):
                 axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
                 setattr(v, field, axis)
-        craft = Craft(frame, self.chart.rotation())
+        craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
         mounted = [Mounted(part.name, v, craft) for part, v in zip(self.parts, values, strict=True)]
         craft.parts.extend(zip(self.parts, mounted, strict=True))
         return mounted

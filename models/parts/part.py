@@ -252,12 +252,18 @@ class Craft:
         The axes of the hub.
     turn : sympy.Matrix
         From inertial axes to those of the hub.
+    quaternion : sequence of Expr
+        Of the attitude, scalar first.
+    period : Expr
+        Of laws and sensors, s.
     parts : list of (Part, Mounted)
         All parts, in their order.
     """
 
     frame: Frame
     turn: sp.Matrix
+    quaternion: Sequence[Expr]
+    period: sp.Symbol
     parts: list[tuple[Part, Mounted]] = field(default_factory=list)
 
     @property
