@@ -18,16 +18,20 @@ with the acceleration a = V' + W x V of O.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
+from dataclasses import fields as dataclass_fields
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, Self
 
 import sympy as sp
 
 from ..derivation import Expr
 from ..geometry import Shape
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .frame import AXES, ZERO, Frame, cross_matrix
+from .table import read_table
 from .values import Parameters, conditions, kinds
 
 
@@ -336,6 +340,37 @@ class Part:
     """
 
     name: str
+
+    @classmethod
+    def read(cls, name: str, table: str | Path, **fields: Any) -> Self:
+        """Make a part whose numbers are in a table.
+
+        Parameters
+        ----------
+        name : str
+            As of the part.
+        table : str or Path
+            A TOML file with an entry for each field: `mass = { unit = "kg", default = 8.0, source = "paper ..." }`.
+        **fields
+            Further fields.
+
+        Raises
+        ------
+        ModelError
+            If the table has a field that the part has not, or in another unit, or lacks one that it needs.
+        """
+        given = read_table(table, cls, cls.lists())
+        if both := given.keys() & fields.keys():
+            raise ModelError(f"{name}.{min(both)} is given twice: in {table} and in the call")
+        needed = {f.name for f in dataclass_fields(cls) if f.init and f.default is MISSING and f.name != "name"}
+        if missing := needed - given.keys() - fields.keys():
+            raise ModelError(f"{name}.{min(missing)} is missing: write it into {table} or into the call")
+        return cls(name=name, **given, **fields)
+
+    @classmethod
+    def lists(cls) -> Mapping[str, type]:
+        """Return the fields that are lists in a table, with the class of their entries."""
+        return {}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         """Return what stands in expressions for the fields of the part, and declare their parameters."""
