@@ -2,6 +2,7 @@
 """Parts of a spacecraft, the spacecraft that is assembled from them, and what a part of one's own is made of."""
 
 from .bobs import Bob
+from .control import Law
 from .craft import Spacecraft
 from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
 from .frame import point_inertia
@@ -26,6 +27,7 @@ __all__ = [
     "Hinge",
     "Hub",
     "Instrument",
+    "Law",
     "Load",
     "Magnetometer",
     "Magnetorquer",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import TypeVar
 
@@ -17,6 +17,7 @@ from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
+from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame
 from .part import Contribution, Craft, Mounted, Part, State, start
@@ -29,7 +30,6 @@ MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
 """Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
-Laws = Callable[["Spacecraft", Derivation], Sequence[Controller]]
 
 
 class Spacecraft:
@@ -64,6 +64,7 @@ class Spacecraft:
         self.motion = motion
         self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
         self.parts: list[Part] = []
+        self._laws: dict[str, tuple[str, LawText, bool]] = {}
         self._plant, self._scenario = Parameters(), Parameters()
         self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
         if orbit is not None:
@@ -120,9 +121,31 @@ class Spacecraft:
         """Declare a parameter that several fields share, and return its symbol."""
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
+    def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
+        """Give the craft a control law.
+
+        Parameters
+        ----------
+        name : str
+            Of the law.
+        write : callable
+            Receives a `Law` and returns its commands by the names of the parts.
+        title : str
+            One line for people.
+        sampled : bool
+            Whether it commands once a period, the parameter Ts, or at each instant.
+
+        Raises
+        ------
+        ModelError
+            If another law has the name.
+        """
+        if _name("law", name) in self._laws:
+            raise ModelError(f"{self.name}: a law named {name!r} is there already; laws need different names")
+        self._laws[name] = title or name, write, sampled
+
     def system(
         self,
-        laws: Laws | None = None,
         scenarios: Sequence[Scenario] = (),
         metrics: Sequence[Metric] = (),
     ) -> System:
@@ -130,8 +153,6 @@ class Spacecraft:
 
         Parameters
         ----------
-        laws : callable, optional
-            Returns the control laws for the spacecraft and the derivation, to which it adds its steps.
         scenarios, metrics : sequence of Scenario and of Metric
             As `mehvar.read_scenarios` reads them; a scenario of 100 s without them.
 
@@ -146,7 +167,7 @@ class Spacecraft:
         mounted = self._mounted(derivation)
         rhs = self._rhs(mounted, derivation)
         states = self._states()
-        actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
+        actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
         craft = mounted[0].craft
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
@@ -223,6 +244,15 @@ class Spacecraft:
         group = Group("u_cmd", tuple(q for own in commands for q in own))
         acting = tuple(entry for entries in applied for entry in entries)
         return None if acting == group.symbols else Actuator(group, acting)
+
+    def _controllers(self, craft: Craft) -> tuple[Controller, ...]:
+        craft.frame.derivation.section("Laws")
+        inputs = {part.name: len(part.inputs()) for part in self.parts if part.inputs()}
+        laws = []
+        for name, (title, write, sampled) in self._laws.items():
+            law = Law(name, craft, self.attitude, self.rates, self._plant.quantities)
+            laws.append(law.controller(title, write(law), inputs, sampled))
+        return tuple(laws)
 
     def _components(self, quantities: Iterable[Quantity]) -> sp.Matrix:
         by_axis = {q.name[-1]: q.symbol for q in quantities}
