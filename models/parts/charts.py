@@ -27,10 +27,13 @@ class Chart(ABC):
 
     Attributes
     ----------
+    name : str
+        What it is called.
     states : tuple of Quantity
         Its coordinates.
     """
 
+    name: str
     states: tuple[Quantity, ...]
 
     @property
@@ -62,6 +65,7 @@ class Chart(ABC):
 class QuaternionChart(Chart):
     """Unit quaternion, scalar first, from the axes of the hub to inertial axes."""
 
+    name = "quaternion"
     states = tuple(Quantity(f"q{k}", "1", f"quaternion, component {k}", latex=f"q_{k}") for k in range(4))
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -86,6 +90,7 @@ class QuaternionChart(Chart):
 class EulerChart(Chart):
     """3-2-1 Euler angles; singular at a pitch of 90 degrees."""
 
+    name = "euler"
     states = tuple(Quantity(name, "rad", f"{name} angle") for name in ANGLES)
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -106,6 +111,7 @@ class EulerChart(Chart):
 class RodriguesChart(Chart):
     """Modified Rodrigues parameters, tan of a quarter of the angle along the axis; singular after a whole turn."""
 
+    name = "mrp"
     states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -131,6 +137,7 @@ class RodriguesChart(Chart):
 class PlaneChart(Chart):
     """Angle of the hub about the z axis, in a plane."""
 
+    name = "plane"
     states = (Quantity("theta", "rad", "angle of the hub", latex=r"\theta"),)
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -147,4 +154,4 @@ class PlaneChart(Chart):
         return [angles[2]]
 
 
-CHARTS: dict[str, type[Chart]] = {"quaternion": QuaternionChart, "euler": EulerChart, "mrp": RodriguesChart}
+CHARTS: dict[str, type[Chart]] = {chart.name: chart for chart in (QuaternionChart, EulerChart, RodriguesChart)}

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import sympy as sp
 
+from mehvar.errors import shown
 from mehvar.manifest import Metric, Scenario
 
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
@@ -120,6 +121,31 @@ class Spacecraft:
     ) -> sp.Symbol:  # fmt: skip
         """Declare a parameter that several fields share, and return its symbol."""
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
+
+    def changes(self, newer: Spacecraft) -> tuple[str, ...]:
+        """Say part by part what another craft has that this one has not, as in "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
+
+        Parameters
+        ----------
+        newer : Spacecraft
+            What this one became.
+        """
+        before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
+        lines = [f"{name}: removed" for name in before if name not in after]
+        for name, part in after.items():
+            if name not in before:
+                lines.append(f"{name}: added, a {type(part).__name__}")
+            elif type(part) is not type(before[name]):
+                lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
+            else:
+                pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
+                lines += (f"{name}: {field} {shown(old)} -> {shown(new)}" for field, old, new in pairs if old != new)
+        for what, old, new in (
+            ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
+            ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),
+        ):  # fmt: skip
+            lines += [f"{what}: {old} -> {new}"] if old != new else []
+        return tuple(lines)
 
     def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
         """Give the craft a control law.
