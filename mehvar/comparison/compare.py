@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate, ModelStatus
@@ -19,6 +20,10 @@ from .consequences import consequences
 from .result import Diff, ModelDiff
 from .sources import Sources, Version
 from .structures import Variant, changed_sources, selection
+
+if TYPE_CHECKING:
+    from mehvar.models.parts import Spacecraft
+    from mehvar.models.system import System
 
 _NAMED = 4
 """Files that are named: a line of a terminal."""
@@ -49,13 +54,19 @@ def diff_versions(old: str, new: str, model: str | None = None, structures: Sequ
     return Diff(before.label, after.label, models)
 
 
-def diff(model: str, old: str = "HEAD", new: str = WORK, structures: str | Sequence[str] = ()) -> ModelDiff:
+def diff(
+    model: str | System | Spacecraft,
+    old: str | System | Spacecraft = "HEAD",
+    new: str = WORK,
+    structures: str | Sequence[str] = (),
+) -> ModelDiff:
     """Compare two versions of a model's equations.
 
     Parameters
     ----------
-    model : str
-        Its name.
+    model : str, System or Spacecraft
+        Its name. Or what Python code has made, first the older and then the newer one: `diff(before, after)`; of two
+        spacecraft `notes` says part by part what changed.
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work": what models/ derives now.
     structures : str or sequence of str
@@ -72,13 +83,31 @@ def diff(model: str, old: str = "HEAD", new: str = WORK, structures: str | Seque
     InputError
         If a version does not exist or cannot be derived, or has no such model or structure.
     """
-    for name, value in (("model", model), ("old", old), ("new", new)):
-        if not isinstance(value, str):
-            raise bad_value(name, value, "a text", "the call")
+    if not isinstance(model, str) and not isinstance(old, str):
+        if new != WORK or structures:
+            raise InputError("diff(before, after) compares two systems, and takes neither new nor structures")
+        return _made(model, old)
+    name, before, after = (_text(n, v) for n, v in (("model", model), ("old", old), ("new", new)))
     texts = [structures] if isinstance(structures, str) else structures
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
         raise bad_value("structures", structures, "a text or a list of texts", "the call")
-    return diff_versions(old, new, model, texts).models[0]
+    return diff_versions(before, after, name, texts).models[0]
+
+
+def _text(name: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise bad_value(name, value, "a text", "the call")
+    return value
+
+
+def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
+    """Compare two systems that Python code has made."""
+    from mehvar.codegen.build import built_folder
+    from mehvar.models.parts import Spacecraft
+
+    told = compare_folders(built_folder(old), built_folder(new))
+    parts = old.changes(new) if isinstance(old, Spacecraft) and isinstance(new, Spacecraft) else ()
+    return replace(told, notes=(*parts, *told.notes))
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:

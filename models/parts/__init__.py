@@ -2,7 +2,9 @@
 """Parts of a spacecraft, the spacecraft that is assembled from them, and what a part of one's own is made of."""
 
 from .bobs import Bob
+from .control import Law
 from .craft import Spacecraft
+from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Slider
@@ -19,6 +21,7 @@ from .mechanisms import (
 )
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
+from .sensors import Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
 from .wheels import Wheel
 
@@ -29,15 +32,24 @@ __all__ = [
     "Contribution",
     "ControlMomentGyro",
     "Coordinate",
+    "Dipole",
+    "Drag",
     "ExternalForce",
+    "GravityGradient",
+    "Gyro",
     "Hinge",
     "Hub",
+    "Instrument",
+    "Law",
     "Link",
     "Load",
+    "Magnetometer",
+    "Magnetorquer",
     "Mode",
     "Modes",
     "Mounted",
     "Number",
+    "Orbit",
     "Part",
     "Pendulum",
     "PointMass",
@@ -45,6 +57,10 @@ __all__ = [
     "Slider",
     "Spacecraft",
     "SprungMass",
+    "StarTracker",
+    "SunPressure",
+    "SunSensor",
+    "Tachometer",
     "Tank",
     "Tensor",
     "Tether",

@@ -27,10 +27,13 @@ class Chart(ABC):
 
     Attributes
     ----------
+    name : str
+        What it is called.
     states : tuple of Quantity
         Its coordinates.
     """
 
+    name: str
     states: tuple[Quantity, ...]
 
     @property
@@ -47,6 +50,10 @@ class Chart(ABC):
         """Return the matrix from inertial axes to those of the hub."""
 
     @abstractmethod
+    def quaternion(self) -> Sequence[Expr]:
+        """Return the unit quaternion, scalar first, from the axes of the hub to inertial axes."""
+
+    @abstractmethod
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         """Return the coordinates at 3-2-1 angles roll, pitch and yaw."""
 
@@ -58,6 +65,7 @@ class Chart(ABC):
 class QuaternionChart(Chart):
     """Unit quaternion, scalar first, from the axes of the hub to inertial axes."""
 
+    name = "quaternion"
     states = tuple(Quantity(f"q{k}", "1", f"quaternion, component {k}", latex=f"q_{k}") for k in range(4))
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -66,6 +74,9 @@ class QuaternionChart(Chart):
 
     def rotation(self) -> sp.Matrix:
         return quaternion_rotation(self.symbols)
+
+    def quaternion(self) -> Sequence[Expr]:
+        return self.symbols
 
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         roll, pitch, yaw = angles
@@ -79,6 +90,7 @@ class QuaternionChart(Chart):
 class EulerChart(Chart):
     """3-2-1 Euler angles; singular at a pitch of 90 degrees."""
 
+    name = "euler"
     states = tuple(Quantity(name, "rad", f"{name} angle") for name in ANGLES)
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -88,6 +100,10 @@ class EulerChart(Chart):
         roll, pitch, yaw = self.symbols
         return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
 
+    def quaternion(self) -> Sequence[Expr]:
+        roll, pitch, yaw = self.symbols
+        return list(quaternion_of_turns(((2, yaw), (1, pitch), (0, roll))))
+
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         return angles
 
@@ -95,6 +111,7 @@ class EulerChart(Chart):
 class RodriguesChart(Chart):
     """Modified Rodrigues parameters, tan of a quarter of the angle along the axis; singular after a whole turn."""
 
+    name = "mrp"
     states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -106,6 +123,11 @@ class RodriguesChart(Chart):
         hat, size = cross_matrix(s), s.dot(s)
         return sp.eye(3) + (8 * hat * hat - 4 * (1 - size) * hat) / (1 + size) ** 2
 
+    def quaternion(self) -> Sequence[Expr]:
+        s = sp.Matrix(self.symbols)
+        size = s.dot(s)
+        return [(1 - size) / (1 + size), *(2 * s / (1 + size))]
+
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         roll, pitch, yaw = angles
         scalar, *vector = quaternion_of_turns(((2, yaw), (1, pitch), (0, roll)))
@@ -115,6 +137,7 @@ class RodriguesChart(Chart):
 class PlaneChart(Chart):
     """Angle of the hub about the z axis, in a plane."""
 
+    name = "plane"
     states = (Quantity("theta", "rad", "angle of the hub", latex=r"\theta"),)
 
     def rates(self, frame: Frame) -> Sequence[Expr]:
@@ -123,8 +146,12 @@ class PlaneChart(Chart):
     def rotation(self) -> sp.Matrix:
         return frame_turn(2, self.symbols[0])
 
+    def quaternion(self) -> Sequence[Expr]:
+        (angle,) = self.symbols
+        return [sp.cos(angle / 2), sp.S.Zero, sp.S.Zero, sp.sin(angle / 2)]
+
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         return [angles[2]]
 
 
-CHARTS: dict[str, type[Chart]] = {"quaternion": QuaternionChart, "euler": EulerChart, "mrp": RodriguesChart}
+CHARTS: dict[str, type[Chart]] = {chart.name: chart for chart in (QuaternionChart, EulerChart, RodriguesChart)}

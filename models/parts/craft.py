@@ -4,22 +4,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import TypeVar
 
 import sympy as sp
 
+from mehvar.errors import shown
 from mehvar.manifest import Metric, Scenario
 
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
-from ..quantities import Group, ModelError, Quantity
+from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
+from .control import Law, LawText
+from .environment import Orbit
 from .frame import AXES, Frame
-from .part import Contribution, Motion, Mounted, Part, State, start
+from .part import Contribution, Craft, Motion, Mounted, Part, State, start
 from .readings import readings
+from .sensors import drifting, measuring, watching
 from .values import Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
@@ -27,7 +31,6 @@ MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
 """Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
-Laws = Callable[["Spacecraft", Derivation], Sequence[Controller]]
 
 
 class Spacecraft:
@@ -45,9 +48,16 @@ class Spacecraft:
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
         Free in space with the velocity of O among the states, the attitude alone, or free in a plane.
+    orbit : Orbit, optional
+        About the Earth; then position and velocity of the centre of mass are states in place of the velocity of O.
+    period : float
+        Default of the parameter Ts, the period of laws and sensors, s.
     """
 
-    def __init__(self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free") -> None:
+    def __init__(
+        self, name: str, title: str = "", attitude: str = "quaternion", motion: str = "free",
+        orbit: Orbit | None = None, period: float = 0.1,
+    ) -> None:  # fmt: skip
         _one_of("attitude", attitude, CHARTS)
         _one_of("motion", motion, MOTIONS)
         self.name = _name("name", name)
@@ -55,7 +65,14 @@ class Spacecraft:
         self.motion = motion
         self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
         self.parts: list[Part] = []
+        self._laws: dict[str, tuple[str, LawText, bool]] = {}
         self._plant, self._scenario = Parameters(), Parameters()
+        self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
+        if orbit is not None:
+            if not isinstance(orbit, Orbit) or motion != "free":
+                raise ModelError(f"{name}: orbit = {orbit!r}: must be an Orbit, of a craft with motion = 'free'")
+            self.motion = "attitude"
+            self.parts.append(orbit)
 
     @property
     def attitude(self) -> tuple[sp.Symbol, ...]:
@@ -90,6 +107,8 @@ class Spacecraft:
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is no part")
+        if isinstance(part, Orbit):
+            raise ModelError(f"{self.name}: an orbit is given to the craft: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
@@ -103,9 +122,56 @@ class Spacecraft:
         """Declare a parameter that several fields share, and return its symbol."""
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
+    def changes(self, newer: Spacecraft) -> tuple[str, ...]:
+        """Say part by part what another craft has that this one has not, as in "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
+
+        Parameters
+        ----------
+        newer : Spacecraft
+            What this one became.
+        """
+        before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
+        lines = [f"{name}: removed" for name in before if name not in after]
+        for name, part in after.items():
+            if name not in before:
+                lines.append(f"{name}: added, a {type(part).__name__}")
+            elif type(part) is not type(before[name]):
+                lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
+            else:
+                pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
+                lines += (f"{name}: {field} {shown(old)} -> {shown(new)}" for field, old, new in pairs if old != new)
+        for what, old, new in (
+            ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
+            ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),
+        ):  # fmt: skip
+            lines += [f"{what}: {old} -> {new}"] if old != new else []
+        return tuple(lines)
+
+    def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
+        """Give the craft a control law.
+
+        Parameters
+        ----------
+        name : str
+            Of the law.
+        write : callable
+            Receives a `Law` and returns its commands by the names of the parts.
+        title : str
+            One line for people.
+        sampled : bool
+            Whether it commands once a period, the parameter Ts, or at each instant.
+
+        Raises
+        ------
+        ModelError
+            If another law has the name.
+        """
+        if _name("law", name) in self._laws:
+            raise ModelError(f"{self.name}: a law named {name!r} is there already; laws need different names")
+        self._laws[name] = title or name, write, sampled
+
     def system(
         self,
-        laws: Laws | None = None,
         scenarios: Sequence[Scenario] = (),
         metrics: Sequence[Metric] = (),
     ) -> System:
@@ -113,8 +179,6 @@ class Spacecraft:
 
         Parameters
         ----------
-        laws : callable, optional
-            Returns the control laws for the spacecraft and the derivation, to which it adds its steps.
         scenarios, metrics : sequence of Scenario and of Metric
             As `mehvar.read_scenarios` reads them; a scenario of 100 s without them.
 
@@ -129,18 +193,24 @@ class Spacecraft:
         mounted = self._mounted(derivation)
         rhs, motions = self._rhs(mounted, derivation)
         states = self._states()
-        actuator, controllers = self._actuator(mounted), tuple(laws(self, derivation)) if laws else ()
+        actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
-        used = free_symbols((*rhs, *expressions((actuator, controllers, events))), derivation.definitions)
+        craft = mounted[0].craft
+        sensor, random = measuring(craft.parts), drifting(craft.parts, states)
+        if sensor:
+            controllers += (watching(sensor, sum(len(part.inputs()) for part in self.parts), self.period.name),)
+        periods = {law.period for law in controllers}
+        users = (actuator, controllers, sensor, random, events)
+        used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
         x, u, p = families(
             self.parts,
             Group("x", tuple(state.quantity for state in states)),
             Group("u", tuple(q for part in self.parts for q in part.inputs())),
-            Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used)),
+            Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used or q.name in periods)),
         )
         velocity = self._components(self._velocity) if self._velocity else None
-        known = {*x.symbols, *u.symbols, *p.symbols}
+        known = {*x.symbols, *u.symbols, *p.symbols, TIME.symbol}
         functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
             f
             for f in readings(self.parts, mounted, motions, velocity, (x, u, p), self.motion == "plane")
@@ -149,12 +219,12 @@ class Spacecraft:
         return System(
             name=self.name, title=self.title, states=x, inputs=u, parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, steps=_needed(derivation, rhs, actuator, controllers, functions, events),
+            rhs=rhs, steps=_needed(derivation, rhs, functions, *users),
             initial=tuple(state.start for state in states),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator, events=events,
+            actuator=actuator, sensor=sensor, random_step=random, events=events,
         )  # fmt: skip
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
@@ -180,10 +250,13 @@ class Spacecraft:
         frame = Frame(derivation, rate, {q.symbol for q in self._plant.quantities.values()})
         derivation.section("Mounts")
         for part, v in zip(self.parts, values, strict=True):
-            for field in directions(part):
+            for field in (f for f in directions(part) if getattr(v, f) is not None):
                 axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
                 setattr(v, field, axis)
-        return [Mounted(part.name, v, frame) for part, v in zip(self.parts, values, strict=True)]
+        craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
+        mounted = [Mounted(part.name, v, craft) for part, v in zip(self.parts, values, strict=True)]
+        craft.parts.extend(zip(self.parts, mounted, strict=True))
+        return mounted
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
         """Return what becomes of commanded inputs where a part limits them."""
@@ -198,6 +271,15 @@ class Spacecraft:
         group = Group("u_cmd", tuple(q for own in commands for q in own))
         acting = tuple(entry for entries in applied for entry in entries)
         return None if acting == group.symbols else Actuator(group, acting)
+
+    def _controllers(self, craft: Craft) -> tuple[Controller, ...]:
+        craft.frame.derivation.section("Laws")
+        inputs = {part.name: len(part.inputs()) for part in self.parts if part.inputs()}
+        laws = []
+        for name, (title, write, sampled) in self._laws.items():
+            law = Law(name, craft, self.attitude, self.rates, self._plant.quantities)
+            laws.append(law.controller(title, write(law), inputs, sampled))
+        return tuple(laws)
 
     def _components(self, quantities: Iterable[Quantity]) -> sp.Matrix:
         by_axis = {q.name[-1]: q.symbol for q in quantities}

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated
@@ -53,6 +53,10 @@ class Modes(Part):
     """
 
     modes: Sequence[Mode] = ()
+
+    @classmethod
+    def lists(cls) -> Mapping[str, type]:
+        return {"modes": Mode}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         return SimpleNamespace(modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)])

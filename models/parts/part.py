@@ -18,17 +18,21 @@ with the acceleration a = V' + W x V of O.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
+from dataclasses import fields as dataclass_fields
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, Self
 
 import sympy as sp
 
 from ..derivation import Expr
 from ..events import Event
 from ..geometry import Shape
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .frame import AXES, ZERO, Frame, cross_matrix
+from .table import read_table
 from .values import Parameters, conditions, kinds
 
 
@@ -258,6 +262,55 @@ class State:
 
 
 @dataclass(frozen=True)
+class Craft:
+    """The assembly as a part sees it.
+
+    Attributes
+    ----------
+    frame : Frame
+        The axes of the hub.
+    turn : sympy.Matrix
+        From inertial axes to those of the hub.
+    quaternion : sequence of Expr
+        Of the attitude, scalar first.
+    period : Expr
+        Of laws and sensors, s.
+    parts : list of (Part, Mounted)
+        All parts, in their order.
+    """
+
+    frame: Frame
+    turn: sp.Matrix
+    quaternion: Sequence[Expr]
+    period: sp.Symbol
+    parts: list[tuple[Part, Mounted]] = field(default_factory=list)
+
+    @property
+    def rotation(self) -> sp.Matrix:
+        """`turn` with a name for each entry."""
+        return sp.Matrix(
+            3,
+            3,
+            lambda i, j: self.frame.define(
+                f"turn_{AXES[i]}{AXES[j]}", self.turn[i, j], "inertial axes to those of the hub", "1"
+            ),
+        )
+
+    def whole(self) -> Aggregates:
+        """Return mass, first moment and inertia of all parts together."""
+        each = [part.aggregates(at) for part, at in self.parts]
+        return Aggregates(
+            sp.Add(*(of.mass for of in each)),
+            sum((of.first for of in each), ZERO),
+            sum((of.inertia for of in each), sp.zeros(3, 3)),
+        )
+
+    def loads(self) -> list[Load]:
+        """Return what acts on the parts from outside."""
+        return [load for part, at in self.parts for load in part.loads(at)]
+
+
+@dataclass(frozen=True)
 class Mounted:
     """A part in its assembly.
 
@@ -267,13 +320,18 @@ class Mounted:
         Of the part; begins the names of its parameters, states and steps.
     values : namespace
         What stands for the fields of the part.
-    frame : Frame
-        The axes of the hub.
+    craft : Craft
+        The assembly.
     """
 
     name: str
     values: SimpleNamespace
-    frame: Frame
+    craft: Craft
+
+    @property
+    def frame(self) -> Frame:
+        """The axes of the hub."""
+        return self.craft.frame
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
         """Name an expression of the part."""
@@ -297,6 +355,37 @@ class Part:
     """
 
     name: str
+
+    @classmethod
+    def read(cls, name: str, table: str | Path, **fields: Any) -> Self:
+        """Make a part whose numbers are in a table.
+
+        Parameters
+        ----------
+        name : str
+            As of the part.
+        table : str or Path
+            A TOML file with an entry for each field: `mass = { unit = "kg", default = 8.0, source = "paper ..." }`.
+        **fields
+            Further fields.
+
+        Raises
+        ------
+        ModelError
+            If the table has a field that the part has not, or in another unit, or lacks one that it needs.
+        """
+        given = read_table(table, cls, cls.lists())
+        if both := given.keys() & fields.keys():
+            raise ModelError(f"{name}.{min(both)} is given twice: in {table} and in the call")
+        needed = {f.name for f in dataclass_fields(cls) if f.init and f.default is MISSING and f.name != "name"}
+        if missing := needed - given.keys() - fields.keys():
+            raise ModelError(f"{name}.{min(missing)} is missing: write it into {table} or into the call")
+        return cls(name=name, **given, **fields)
+
+    @classmethod
+    def lists(cls) -> Mapping[str, type]:
+        """Return the fields that are lists in a table, with the class of their entries."""
+        return {}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         """Return what stands in expressions for the fields of the part, and declare their parameters."""

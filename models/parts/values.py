@@ -83,9 +83,10 @@ def tensor(symbol: str, meaning: str) -> Kind:
 
 
 def kinds(part: object) -> dict[str, Kind]:
-    """Return the declared fields of a part by name."""
+    """Return the declared fields of a part, or of a class of parts, by name."""
     words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
-    hints = get_type_hints(type(part), localns=words, include_extras=True)
+    of = part if isinstance(part, type) else type(part)
+    hints = get_type_hints(of, localns=words, include_extras=True)
     declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
     return {name: found[0] for name, found in declared.items() if found}
 

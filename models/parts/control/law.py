@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A law of a spacecraft in symbols: what it sees by name, its parameters and memory, and its commands to parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import sympy as sp
+
+from ...derivation import Expr, free_symbols
+from ...quantities import Group, ModelError, Parameter, Quantity
+from ...system import Controller
+from ...tables import suggestion
+from ..frame import ZERO
+from ..part import Craft, Part
+from ..sensors import Gyro, Instrument, StarTracker
+from ..values import SOURCE, Parameters, Value
+from .allocation import allocated, check_effects, effects
+
+Commands = Mapping[str, Expr | Sequence[Expr]]
+
+
+class Law:
+    """A law while it is written: `craft.law("pd", write)` calls `write` with one.
+
+    Parameters
+    ----------
+    name : str
+        Of the law.
+    craft : Craft
+        The assembly.
+    attitude, rates : sequence of Symbol
+        States of the hub.
+    plant : mapping of str to Parameter
+        Parameters of the parts.
+    """
+
+    def __init__(
+        self, name: str, craft: Craft, attitude: Sequence[Expr], rates: Sequence[Expr], plant: Mapping[str, Parameter]
+    ) -> None:
+        self.name = name
+        self._craft, self._plant = craft, plant
+        self._attitude, self._rates = attitude, rates
+        self._own = Parameters()
+        self._memory: dict[Quantity, tuple[Expr, Expr]] = {}
+
+    @property
+    def attitude(self) -> tuple[Expr, ...]:
+        """Coordinates of the attitude: those of a star tracker where the craft has sensors."""
+        return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
+
+    @property
+    def rates(self) -> tuple[Expr, ...]:
+        """Rate of the hub, rad/s: that of a gyro where the craft has sensors."""
+        return self._seen(Gyro, self._rates, "the rates: add a Gyro")
+
+    def _seen(self, kind: type[Instrument], state: Sequence[Expr], words: str) -> tuple[Expr, ...]:
+        sensors = [part for part, _ in self._craft.parts if isinstance(part, Instrument)]
+        if not sensors:
+            return tuple(state)
+        for part in sensors:
+            if isinstance(part, kind):
+                return part.symbols
+        raise ModelError(f"law {self.name}: no sensor shows {words}")
+
+    def parameter(
+        self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
+        source: str = SOURCE,
+    ) -> sp.Symbol:  # fmt: skip
+        """Declare a parameter of the law and return its symbol."""
+        return self._own.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
+
+    def keep(self, name: str, unit: str = "1", meaning: str = "", start: Expr | float = 0) -> sp.Symbol:
+        """Declare a number that the law keeps from sample to sample and return its symbol; `update` changes it."""
+        quantity = Quantity(name, unit, meaning or name)
+        self._memory[quantity] = sp.sympify(start), quantity.symbol
+        return quantity.symbol
+
+    def update(self, kept: sp.Symbol, value: Expr) -> None:
+        """Say what a number that is kept becomes after a sample."""
+        for quantity, (begin, _) in self._memory.items():
+            if quantity.symbol == kept:
+                self._memory[quantity] = begin, sp.sympify(value)
+                return
+        raise ModelError(f"law {self.name}: {kept} is not kept; declare it by keep()")
+
+    @property
+    def period(self) -> sp.Symbol:
+        """Period of the law, s."""
+        return self._craft.period
+
+    def torque(self, wanted: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
+        """Share a torque on the hub among actuators, within their limits.
+
+        Parameters
+        ----------
+        wanted : sequence of Expr
+            Torque about the axes of the hub, N m.
+        by : iterable of Part
+            Wheels, or thrusters, with three independent axes at least.
+
+        Returns
+        -------
+        dict of str to tuple of Expr
+            Commands by the names of the actuators.
+        """
+        return self._shared("torque", wanted, by, [3, 4, 5])
+
+    def wrench(self, force: Sequence[Expr], torque: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
+        """Share a force, N, and a torque about the centre of mass, N m, among actuators, as `torque` does."""
+        return self._shared("wrench", [*force, *torque], by, list(range(6)))
+
+    def _shared(
+        self, what: str, wanted: Sequence[Expr], by: Iterable[Part], rows: list[int]
+    ) -> dict[str, tuple[Expr, ...]]:
+        chosen = list(by)
+        names = [part.name for part in chosen]
+        pairs = [(part, at) for part, at in self._craft.parts if part.name in names]
+        where, frame = f"law {self.name}", self._craft.frame
+        for part in chosen:
+            if part not in [other for other, _ in pairs] or not part.inputs():
+                raise ModelError(f"{where}: {part.name} is no actuator of the craft")
+        if len(wanted) != len(rows):
+            raise ModelError(f"{where}: {what} has {len(wanted)} components; must have {len(rows)}")
+        matrix = effects(pairs, self._centre()).extract(rows, list(range(sum(len(p.inputs()) for p, _ in pairs))))
+        definitions = frame.derivation.definitions
+        fixed = free_symbols(list(matrix), definitions) <= {q.symbol for q in self._plant.values()}
+        if not fixed:
+            raise ModelError(f"{where}: what {', '.join(names)} do depends on the state")
+        check_effects(where, matrix, [part for part, _ in pairs], self._numbers(matrix))
+        limits = [_limit(at.values) for part, at in pairs for _ in part.inputs()]
+        values = iter(allocated(frame, f"{self.name}_{what}", wanted, pairs, matrix, limits))
+        return {part.name: tuple(next(values) for _ in part.inputs()) for part, _ in pairs}
+
+    def _numbers(self, matrix: sp.Matrix) -> dict[sp.Symbol, float]:
+        """Return the symbols of a matrix of parameters at the defaults."""
+        definitions = self._craft.frame.derivation.definitions
+        known = {q.symbol: float(q.default) for q in self._plant.values()}
+        for symbol, expr in definitions.items():
+            if expr.free_symbols <= known.keys():
+                known[symbol] = float(expr.xreplace(known))
+        return known
+
+    def _centre(self) -> sp.Matrix:
+        """Return the centre of mass of what does not move on the hub."""
+        frame = self._craft.frame
+        each = [part.aggregates(at) for part, at in self._craft.parts]
+        still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]
+        mass = sp.Add(*(of.mass for of in still))
+        return sum((of.first for of in still), ZERO) / mass
+
+    def controller(self, title: str, commands: Commands, inputs: Mapping[str, int], sampled: bool) -> Controller:
+        """Return the law with commands to parts by their names; the others are commanded zero."""
+        given = {name: value if isinstance(value, tuple | list) else (value,) for name, value in commands.items()}
+        for name, values in given.items():
+            if name not in inputs:
+                raise ModelError(
+                    f"law {self.name} commands {name!r}{suggestion(str(name), inputs)}: no actuator has the name"
+                )
+            if len(values) != inputs[name]:
+                raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, and {len(values)} commands")
+        command = [sp.sympify(u) for name, count in inputs.items() for u in given.get(name, (0,) * count)]
+        memory = Group("z", tuple(self._memory))
+        return Controller(
+            self.name, title, Group("c", tuple(self._own.quantities.values())), tuple(command),
+            period=self.period.name if sampled else "", memory=memory,
+            start=tuple(begin for begin, _ in self._memory.values()),
+            update=tuple(value for _, value in self._memory.values()) if sampled else (),
+            rates=() if sampled else tuple(value for _, value in self._memory.values()),
+        )  # fmt: skip
+
+
+LawText = Callable[[Law], Commands]
+
+
+def _limit(values: object) -> Expr | None:
+    """Return the limit of an actuator, under the name that it has there."""
+    for name in ("torque_limit", "limit"):
+        limit: Expr | None = getattr(values, name, None)
+        if limit is not None:
+            return limit
+    return None

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loads of the environment: gravity gradient, the field on dipoles, air and sunlight on spheres and plates.
+
+The air meets the craft at the velocity of its centre of mass; what its turning adds is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...quantities import Quantity
+from ..frame import point_inertia
+from ..part import Load, Mounted, Part
+from ..values import Number, Vector, direction, place, scalar, vector
+from .orbit import sky
+
+
+@dataclass(frozen=True)
+class GravityGradient(Part):
+    """Torque and force by which gravity differs over the craft, which moves as one body in this.
+
+    With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
+    3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): what derives from the potential
+    k (3 n.J n - tr J)/2. (Hughes, Spacecraft Attitude Dynamics, 1986, 8.1.)
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    """
+
+    name: str = "gradient"
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        here, whole = sky(at), at.craft.whole()
+        mass = at.define("m", whole.mass, "mass", "kg")
+        centre = at.vector("c", whole.first / mass, "centre of mass", "m")
+        inertia = whole.inertia - point_inertia(mass, centre)
+        inertia = at.frame.tensor(f"{at.name}_J", inertia, "gradient: inertia about the centre of mass", "kg m^2")
+        up = here.up
+        turned = at.vector("Jn", inertia * up, "inertia times the direction from the Earth", "kg m^2")
+        along = at.define("nJn", up.dot(turned), "moment of inertia along that direction", "kg m^2")
+        force = 3 * here.pull / (2 * here.radius) * ((5 * along - inertia.trace()) * up - 2 * turned)
+        return (Load(at.vector("F", force, "force", "N"), centre, 3 * here.pull * up.cross(turned)),)
+
+
+@dataclass(frozen=True)
+class Dipole(Part):
+    """A residual magnetic dipole in the Earth's field.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    moment : three numbers
+        In the axes of the hub, A m^2.
+    """
+
+    moment: Annotated[Vector, vector("m", "A m^2", "magnetic dipole")]
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(couple=at.values.moment.cross(sky(at).field)),)
+
+
+@dataclass(frozen=True)
+class Magnetorquer(Part):
+    """A coil or rod whose dipole a law commands; it turns the hub against the Earth's field.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; its input is NAME_dipole, in A m^2.
+    axis : three numbers
+        Of its dipole, any length.
+    limit : number, optional
+        Largest dipole, A m^2.
+    """
+
+    axis: Annotated[Vector, direction("a", "axis")]
+    limit: Annotated[Number | None, scalar("mmax", "A m^2", "largest dipole")] = None
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        return (Quantity(f"{self.name}_dipole", "A m^2", f"magnetic dipole of {self.name}"),)
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(couple=self.inputs()[0].symbol * at.values.axis.cross(sky(at).field)),)
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        limit = at.values.limit
+        return tuple(commanded) if limit is None else (sp.Min(sp.Max(commanded[0], -limit), limit),)
+
+
+@dataclass(frozen=True)
+class Drag(Part):
+    """Drag of a sphere, or of one side of a flat plate: -rho C A |v| v/2, with the area that a plate turns to the wind.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    area : number
+        m^2.
+    at : three numbers
+        Centre of pressure, m.
+    normal : three numbers, optional
+        Outward normal of the plate, any length; a sphere without.
+    coefficient : number
+        Drag coefficient.
+    """
+
+    area: Annotated[Number, scalar("A", "m^2", "area")]
+    at: Annotated[Vector, place("r", "centre of pressure")] = (0, 0, 0)
+    normal: Annotated[Vector | None, direction("n", "outward normal")] = None
+    coefficient: Annotated[Number, scalar("Cd", "1", "drag coefficient", "[0, inf)")] = 2.2
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        v, here = at.values, sky(at)
+        wind = here.wind
+        speed = at.define("speed", sp.sqrt(wind.dot(wind)), "speed through the air", "m/s")
+        faced = speed if v.normal is None else sp.Max(0, v.normal.dot(wind))
+        return (Load(at.vector("F", -here.density * v.coefficient * v.area / 2 * faced * wind, "drag", "N"), v.at),)
+
+
+@dataclass(frozen=True)
+class SunPressure(Part):
+    """Pressure of sunlight on a sphere, -P A (1 + rho) s, or on one side of a flat plate.
+
+    A plate that mirrors the part rho of the light and scatters the part delta feels, at the angle of the light with
+    cosine c, the force -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude Determination and
+    Control, 1978, 17.2.)
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    area : number
+        m^2.
+    at : three numbers
+        Centre of pressure, m.
+    normal : three numbers, optional
+        Outward normal of the plate, any length; a sphere without.
+    mirrored, scattered : number
+        Parts of the light; a sphere has none that is scattered.
+    """
+
+    area: Annotated[Number, scalar("A", "m^2", "area")]
+    at: Annotated[Vector, place("r", "centre of pressure")] = (0, 0, 0)
+    normal: Annotated[Vector | None, direction("n", "outward normal")] = None
+    mirrored: Annotated[Number, scalar("rho", "1", "part of the light that is mirrored", "[0, 1]")] = 0.6
+    scattered: Annotated[Number, scalar("delta", "1", "part of the light that is scattered", "[0, 1]")] = 0.0
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        v, here = at.values, sky(at)
+        pressure = here.orbit.values.sunlight * here.light * v.area
+        if v.normal is None:
+            force = -pressure * (1 + v.mirrored) * here.sun
+        else:
+            cosine = at.define("c", sp.Max(0, v.normal.dot(here.sun)), "cosine of the angle of the light", "1")
+            shares = (1 - v.mirrored) * here.sun + 2 * (v.mirrored * cosine + v.scattered / 3) * v.normal
+            force = -pressure * cosine * shares
+        return (Load(at.vector("F", force, "pressure of sunlight", "N"), v.at),)

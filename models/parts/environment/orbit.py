@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Orbit about the Earth, and what it decides: gravity, magnetic field, air and sunlight.
+
+The centre of mass of the craft moves as a point with the mass of the craft: under the gravity of the Earth, with its
+oblateness where that is wanted, and under all forces on the parts. Inertial axes are those of the equator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...mechanics import frame_turn
+from ...quantities import ModelError, Quantity
+from ...system import TIME
+from ..frame import AXES, ZERO, Frame
+from ..part import Motion, Mounted, Part, State
+from ..values import Number, Parameters, Value, scalar
+
+GRAVITY = ("two-body", "J2")
+EARTH = {
+    "mu": Value(3.986004418e14, source="addition: the Earth, EGM96"),
+    "J2": Value(1.08262668e-3, source="addition: the Earth, EGM96"),
+    "radius": Value(6378137.0, source="addition: the Earth, WGS 84"),
+    "spin": Value(7.292115e-5, source="addition: the Earth, WGS 84"),
+    "dipole": Value(7.9e15, source="addition: dipole model of the Earth's field"),
+    "tilt": Value(0.17, source="addition: the Earth in 2020, IGRF-13"),
+    "air": Value(1.5e-13, source="addition: at 600 km, mean activity of the Sun; 1e-14 to 1e-12"),
+    "thinning": Value(7e4, source="addition: at 600 km"),
+    "sunlight": Value(4.56e-6, source="addition: at the Earth"),
+}
+_ANY = "(-inf, inf)"
+_HALF_TURN = "[0, 3.141592653589794)"
+_DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
+
+
+@dataclass(frozen=True)
+class Orbit(Part):
+    """Orbit about the Earth; `Spacecraft(..., orbit=Orbit())` puts the craft on it.
+
+    Its states are position and velocity of the craft's centre of mass in inertial axes, orbit_x, ... and orbit_vx, ...
+    Elements at the start are parameters of the scenario: orbit_a_0, orbit_e_0, orbit_i_0, orbit_node_0,
+    orbit_perigee_0 and orbit_anomaly_0.
+
+    Parameters
+    ----------
+    gravity : {"two-body", "J2"}
+        A sphere's, or with the oblateness of the Earth.
+    size, eccentricity, inclination, node, perigee, anomaly : float
+        Defaults of the elements: semi-major axis, m, and angles in rad.
+    mu, oblateness, radius : number
+        Gravitational parameter, m^3/s^2, J2, and equatorial radius, m.
+    spin : number
+        Rate of the Earth, which its field and its air follow, rad/s.
+    dipole, tilt, longitude : number
+        Strength of the Earth's magnetic dipole, Wb m, its angle from the Earth's axis, and its right ascension at the
+        start, rad.
+    density, height, thinning : number
+        Density of the air, kg/m^3, at a height, m, and the height in which it falls by e, m.
+    sunlight, ascension, declination : number
+        Pressure of sunlight, N/m^2, and where the Sun stands, rad.
+    """
+
+    name: str = field(default="orbit", init=False)
+    gravity: str = "two-body"
+    size: float = 6978137.0
+    eccentricity: float = 0.0
+    inclination: float = 0.0
+    node: float = 0.0
+    perigee: float = 0.0
+    anomaly: float = 0.0
+    mu: Annotated[Number, scalar("mu", "m^3/s^2", "gravitational parameter")] = EARTH["mu"]
+    oblateness: Annotated[Number, scalar("J2", "1", "oblateness", "[0, 1)")] = EARTH["J2"]
+    radius: Annotated[Number, scalar("R", "m", "equatorial radius")] = EARTH["radius"]
+    spin: Annotated[Number, scalar("spin", "rad/s", "rate of the Earth", _ANY)] = EARTH["spin"]
+    dipole: Annotated[Number, scalar("mf", "Wb m", "strength of the magnetic dipole", "[0, inf)")] = EARTH["dipole"]
+    tilt: Annotated[Number, scalar("tilt", "rad", "angle of the dipole from the axis", _HALF_TURN)] = EARTH["tilt"]
+    longitude: Annotated[Number, scalar("pole", "rad", "right ascension of the dipole at the start", _ANY)] = 0.0
+    density: Annotated[Number, scalar("rho", "kg/m^3", "density of the air at the height", "[0, inf)")] = EARTH["air"]
+    height: Annotated[Number, scalar("height", "m", "height at which the density is rho", _ANY)] = 6e5
+    thinning: Annotated[Number, scalar("thin", "m", "height in which the air thins out by e")] = EARTH["thinning"]
+    sunlight: Annotated[Number, scalar("light", "N/m^2", "pressure of sunlight", "[0, inf)")] = EARTH["sunlight"]
+    ascension: Annotated[Number, scalar("sun", "rad", "right ascension of the Sun", _ANY)] = 0.0
+    declination: Annotated[Number, scalar("sun_up", "rad", "declination of the Sun", _DECLINATION)] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.gravity not in GRAVITY:
+            raise ModelError(f"orbit: gravity = {self.gravity!r}: must be one of {', '.join(GRAVITY)}")
+
+    @property
+    def place(self) -> sp.Matrix:
+        """Symbols of the position of the centre of mass in inertial axes, m."""
+        return sp.Matrix([q.symbol for q in self._quantities()[:3]])
+
+    @property
+    def velocity(self) -> sp.Matrix:
+        """Symbols of the velocity of the centre of mass in inertial axes, m/s."""
+        return sp.Matrix([q.symbol for q in self._quantities()[3:]])
+
+    def _quantities(self) -> tuple[Quantity, ...]:
+        kinds = (("", "m", "position"), ("v", "m/s", "velocity"))
+        return tuple(
+            Quantity(f"{self.name}_{letter}{axis}", unit, f"{meaning} of the centre of mass along inertial {axis}")
+            for letter, unit, meaning in kinds
+            for axis in AXES
+        )
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        rows = (
+            ("a", self.size, "m", "semi-major axis", "(0, inf)"),
+            ("e", self.eccentricity, "1", "eccentricity", "[0, 1)"),
+            ("i", self.inclination, "rad", "inclination", _HALF_TURN),
+            ("node", self.node, "rad", "right ascension of the ascending node", _ANY),
+            ("perigee", self.perigee, "rad", "argument of the perigee", _ANY),
+            ("anomaly", self.anomaly, "rad", "true anomaly", _ANY),
+        )
+        elements = [
+            scenario.add(f"{self.name}_{letter}_0", value, unit, f"{meaning} at the start", bounds)
+            for letter, value, unit, meaning, bounds in rows
+        ]
+        mu = self.values(Parameters()).mu
+        return tuple(map(State, self._quantities(), at_elements(mu, *elements)))
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        v, frame, craft = at.values, at.frame, at.craft
+        radius, up = _radius(self, frame)
+        pull = at.define("pull", v.mu / radius**2, "gravity of the Earth", "m/s^2")
+        result = -pull * up
+        if self.gravity == "J2":
+            share = at.define("flat", v.oblateness * (v.radius / radius) ** 2 * 3 / 2 * pull, "of oblateness", "m/s^2")
+            result -= share * ((1 - 5 * up[2] ** 2) * up + 2 * up[2] * sp.Matrix([0, 0, 1]))
+        force = sum((load.force for load in craft.loads()), ZERO)
+        if not force.is_zero_matrix:
+            felt = at.vector("push_", force / craft.whole().mass, "acceleration by forces on the craft", "m/s^2")
+            result += craft.rotation.T * felt
+        return (*self.velocity, *result)
+
+
+def at_elements(
+    mu: Expr, size: Expr, eccentricity: Expr, inclination: Expr, node: Expr, perigee: Expr, anomaly: Expr
+) -> tuple[Expr, ...]:
+    """Return position and velocity in inertial axes at Kepler's elements."""
+    parameter = size * (1 - eccentricity**2)
+    radius, speed = parameter / (1 + eccentricity * sp.cos(anomaly)), sp.sqrt(mu / parameter)
+    turned = frame_turn(2, -node) * frame_turn(0, -inclination) * frame_turn(2, -perigee)
+    place = turned * sp.Matrix([radius * sp.cos(anomaly), radius * sp.sin(anomaly), 0])
+    velocity = turned * sp.Matrix([-speed * sp.sin(anomaly), speed * (eccentricity + sp.cos(anomaly)), 0])
+    return (*place, *velocity)
+
+
+def _radius(orbit: Orbit, frame: Frame) -> tuple[Expr, sp.Matrix]:
+    """Name the distance from the Earth's centre, and the direction from there in inertial axes."""
+    name, place = orbit.name, orbit.place
+    radius = frame.define(f"{name}_r", sp.sqrt(place.dot(place)), "distance from the centre of the Earth", "m")
+    return radius, frame.vector(f"{name}_n", place / radius, "direction from the centre of the Earth, inertial", "1")
+
+
+@dataclass(frozen=True)
+class Sky:
+    """What a place on an orbit decides; vectors are in the axes of the hub, and each is named when it is asked for.
+
+    Parameters
+    ----------
+    orbit : Mounted
+        The orbit in its assembly.
+    part : Orbit
+        The orbit.
+    """
+
+    orbit: Mounted
+    part: Orbit
+
+    @property
+    def radius(self) -> Expr:
+        """Distance from the centre of the Earth, m."""
+        return _radius(self.part, self.orbit.frame)[0]
+
+    @property
+    def up(self) -> sp.Matrix:
+        """Direction from the centre of the Earth."""
+        return self._seen("up_", _radius(self.part, self.orbit.frame)[1], "direction from the Earth", "1")
+
+    @property
+    def pull(self) -> Expr:
+        """mu/r^3, 1/s^2."""
+        return self.orbit.define("k", self.orbit.values.mu / self.radius**3, "gravity over the radius", "1/s^2")
+
+    @property
+    def field(self) -> sp.Matrix:
+        """Magnetic field of the Earth's dipole, which turns with it, Wb/m^2."""
+        v, frame = self.orbit.values, self.orbit.frame
+        pole = direction(v.longitude + v.spin * TIME.symbol, sp.pi / 2 - v.tilt)
+        radius, up = _radius(self.part, frame)
+        pole = self.orbit.vector("pole_", pole, "direction of the magnetic dipole, towards north", "1")
+        value = v.dipole / radius**3 * (pole - 3 * pole.dot(up) * up)
+        return self._seen("B", self.orbit.vector("B0", value, "magnetic field, inertial", "Wb/m^2"), "field", "Wb/m^2")
+
+    @property
+    def wind(self) -> sp.Matrix:
+        """Velocity of the craft through the air, which turns with the Earth, m/s."""
+        place, spin = self.part.place, self.orbit.values.spin
+        value = self.part.velocity - spin * sp.Matrix([-place[1], place[0], 0])
+        return self._seen("wind_", value, "velocity through the air", "m/s")
+
+    @property
+    def density(self) -> Expr:
+        """Density of the air, kg/m^3."""
+        v = self.orbit.values
+        fall = sp.exp(-(self.radius - v.radius - v.height) / v.thinning)
+        return self.orbit.define("air", v.density * fall, "density of the air", "kg/m^3")
+
+    @property
+    def sun(self) -> sp.Matrix:
+        """Direction to the Sun."""
+        return self._seen("sun_", self._sun, "direction to the Sun", "1")
+
+    @property
+    def light(self) -> Expr:
+        """1 in sunlight, 0 in the shadow of the Earth, a cylinder."""
+        radius, up = _radius(self.part, self.orbit.frame)
+        along = self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
+        off = sp.sqrt(sp.Max(0, 1 - along**2)) * radius
+        dark = sp.And(along < 0, off < self.orbit.values.radius)
+        return self.orbit.define("lit", sp.Piecewise((0, dark), (1, True)), "1 in sunlight, 0 in the shadow", "1")
+
+    @property
+    def _sun(self) -> sp.Matrix:
+        v = self.orbit.values
+        return self.orbit.vector("sun0", direction(v.ascension, v.declination), "direction to the Sun, inertial", "1")
+
+    def _seen(self, name: str, inertial: sp.Matrix, title: str, unit: str) -> sp.Matrix:
+        return self.orbit.vector(name, self.orbit.craft.rotation * inertial, f"{title}, in the axes of the hub", unit)
+
+
+def sky(at: Mounted) -> Sky:
+    """Return what a part's craft finds on its orbit.
+
+    Raises
+    ------
+    ModelError
+        If the craft has none.
+    """
+    for part, mounted in at.craft.parts:
+        if isinstance(part, Orbit):
+            return Sky(mounted, part)
+    raise ModelError(f"{at.name} needs an orbit: write Spacecraft(..., orbit=Orbit())")
+
+
+def direction(ascension: Expr, declination: Expr) -> sp.Matrix:
+    """Return an inertial direction."""
+    across = sp.cos(declination)
+    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gyros, star trackers, Sun sensors, magnetometers and tachometers.
+
+White noise of a gyro or a magnetometer is a density, as data sheets print it: a sample has it over the root of the
+sampling period, so that a mean over a time does not depend on how often one samples. What a camera or a Sun sensor gets
+wrong in one picture is a standard deviation, whatever the period. Without noise a sensor shows the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...mechanics import quaternion_product
+from ...quantities import ModelError, Quantity
+from ..environment import sky
+from ..frame import AXES
+from ..part import Motion, Mounted, Part, State, start
+from ..values import Number, Parameters, Vector, scalar, vector
+
+
+@dataclass(frozen=True)
+class Instrument(Part):
+    """A sensor: it measures `seen`, with as many `errors`, which are standard normal numbers times their sizes."""
+
+    def seen(self) -> tuple[Quantity, ...]:
+        """Return the measured quantities."""
+        return tuple(Quantity(f"{self.name}_{axis}", *self._kind(axis)) for axis in AXES)
+
+    def _kind(self, axis: str) -> tuple[str, str]:
+        """Return unit and meaning of the component along an axis."""
+        raise NotImplementedError
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the measured quantities, for a law."""
+        return tuple(q.symbol for q in self.seen())
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        """Return the standard deviation of each error in a sample; zero for none."""
+        return (sp.S.Zero,) * len(AXES)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        """Return the measured quantities with errors."""
+        raise NotImplementedError
+
+    def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
+        """Return states that walk at random, each with the standard deviation of its change in a sample."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Gyro(Instrument):
+    """Gyros along the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; it measures NAME_x, NAME_y and NAME_z, rad/s.
+    noise : number, optional
+        Angle random walk: density of the white noise, rad/s^(1/2).
+    walk : number, optional
+        Rate random walk: density of the change of the bias, rad/s^(3/2); the biases are states then, NAME_bias_x, ...
+    """
+
+    noise: Annotated[Number | None, scalar("noise", "rad/s^(1/2)", "angle random walk", "[0, inf)")] = None
+    walk: Annotated[Number | None, scalar("walk", "rad/s^(3/2)", "rate random walk", "[0, inf)")] = None
+
+    def _kind(self, axis: str) -> tuple[str, str]:
+        return "rad/s", f"rate about {axis} that {self.name} measures"
+
+    def _biases(self) -> tuple[Quantity, ...]:
+        if self.walk is None:
+            return ()
+        return tuple(
+            Quantity(f"{self.name}_bias_{axis}", "rad/s", f"bias of {self.name} about {axis}") for axis in AXES
+        )
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        return tuple(start(q, scenario) for q in self._biases())
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        return (sp.S.Zero,) * len(self._biases())
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        return _density(at.values.noise, at)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        bias = sp.Matrix([q.symbol for q in self._biases()] or [0, 0, 0])
+        return list(at.frame.rate + bias + sp.Matrix(errors))
+
+    def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
+        return [(q, at.values.walk * sp.sqrt(at.craft.period)) for q in self._biases()]
+
+
+@dataclass(frozen=True)
+class StarTracker(Instrument):
+    """A star tracker: it measures the attitude as a unit quaternion.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; it measures NAME_q0, ..., NAME_q3, scalar first.
+    sigma : three numbers, optional
+        Standard deviations of the angles about the axes of the hub, rad; that about the line of sight is the largest.
+    """
+
+    sigma: Annotated[Vector | None, vector("sigma", "rad", "standard deviation of an angle")] = None
+
+    def seen(self) -> tuple[Quantity, ...]:
+        return tuple(
+            Quantity(f"{self.name}_q{k}", "1", f"quaternion that {self.name} measures, component {k}") for k in range(4)
+        )
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        return (sp.S.Zero,) * 3 if at.values.sigma is None else list(at.values.sigma)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        true = at.craft.quaternion
+        if not any(errors):
+            return true
+        half = sp.Matrix(errors) / 2
+        size = at.define("off", sp.sqrt(1 + half.dot(half)), "length of the quaternion of the errors", "1")
+        return list(quaternion_product(true, (1 / size, *(half / size))))
+
+
+@dataclass(frozen=True)
+class SunSensor(Instrument):
+    """A Sun sensor: it measures the direction to the Sun in the axes of the hub, zero in the shadow of the Earth.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; it measures NAME_x, NAME_y and NAME_z.
+    sigma : number, optional
+        Standard deviation of each component.
+    """
+
+    sigma: Annotated[Number | None, scalar("sigma", "1", "standard deviation", "[0, inf)")] = None
+
+    def _kind(self, axis: str) -> tuple[str, str]:
+        return "1", f"direction to the Sun along {axis} that {self.name} measures"
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        return (sp.S.Zero if at.values.sigma is None else at.values.sigma,) * len(AXES)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        here = sky(at)
+        return list(here.light * (here.sun + sp.Matrix(errors)))
+
+
+@dataclass(frozen=True)
+class Magnetometer(Instrument):
+    """A magnetometer: it measures the Earth's field in the axes of the hub.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; it measures NAME_x, NAME_y and NAME_z, Wb/m^2.
+    noise : number, optional
+        Density of the white noise, Wb s^(1/2)/m^2.
+    """
+
+    noise: Annotated[Number | None, scalar("noise", "Wb s^(1/2)/m^2", "density of the noise", "[0, inf)")] = None
+
+    def _kind(self, axis: str) -> tuple[str, str]:
+        return "Wb/m^2", f"magnetic field along {axis} that {self.name} measures"
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        return _density(at.values.noise, at)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        return list(sky(at).field + sp.Matrix(errors))
+
+
+@dataclass(frozen=True)
+class Tachometer(Instrument):
+    """A tachometer: it measures the speed of a wheel, or of another part of one degree of freedom.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`, and of what it measures.
+    of : Part
+        The part.
+    sigma : number, optional
+        Standard deviation, in the unit of the speed.
+    """
+
+    of: Part
+    sigma: Annotated[Number | None, scalar("sigma", "rad/s", "standard deviation", "[0, inf)")] = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.of, Part) or len(self.of.coordinates()) != 1:
+            raise ModelError(f"{self.name}.of = {self.of!r}: must be a part of one degree of freedom, such as a Wheel")
+
+    def seen(self) -> tuple[Quantity, ...]:
+        (coordinate,) = self.of.coordinates()
+        return (Quantity(self.name, coordinate.speed.unit, f"{coordinate.speed.description} that it measures"),)
+
+    def errors(self, at: Mounted) -> Sequence[Expr]:
+        return (sp.S.Zero if at.values.sigma is None else at.values.sigma,)
+
+    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
+        if all(part != self.of for part, _ in at.craft.parts):
+            raise ModelError(f"{self.name}.of: {self.of.name} is not on the craft; add it too")
+        (coordinate,), (error,) = self.of.coordinates(), errors
+        return (coordinate.speed.symbol + error,)
+
+
+def _density(density: Expr | None, at: Mounted) -> Sequence[Expr]:
+    """Return the standard deviation of a sample of white noise along each axis."""
+    size = sp.S.Zero if density is None else density / sp.sqrt(at.craft.period)
+    return (size,) * len(AXES)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of a part from a table, strictly read: each with its unit and its source.
+
+A table is a TOML file with an entry for each field of the part, and a list of tables for a field that is a list:
+
+    mass = { unit = "kg", default = 8.0, source = "paper: data sheet" }
+
+    [[modes]]
+    frequency = { unit = "rad/s", default = 2.0, source = "paper: modal test" }
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mehvar.errors import shown
+from mehvar.schema import parse_toml
+from mehvar.units import dimension, has_radians
+
+from ..quantities import ModelError
+from ..tables import place_in, suggestion
+from .values import Kind, Value, kinds
+
+KEYS = ("unit", "default", "source", "bounds")
+
+
+def read_table(path: str | Path, of: type, lists: Mapping[str, type]) -> dict[str, Any]:
+    """Return the fields of a part that a table has.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+    of : type
+        Class of the part.
+    lists : mapping of str to type
+        Fields that are lists, with the class of their entries.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be read, or has a field that the part has not, or a unit that is not the field's.
+    """
+    file = Path(path)
+    try:
+        table = parse_toml(file.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ModelError(f"cannot read {file}: {error.strerror}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ModelError(f"{file}: is not valid TOML: {error}") from error
+    rows = {name: table.pop(name) for name in lists if name in table}
+    result: dict[str, Any] = _fields(file, of, table)
+    for name, entries in rows.items():
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+            raise ModelError(f"{place_in(file, name)}: {name}: must be a list of tables, [[{name}]]")
+        result[name] = [_made(file, lists[name], entry, f"{name} {k}") for k, entry in enumerate(entries, 1)]
+    return result
+
+
+def _made(file: Path, of: type, entry: Mapping[str, Any], where: str) -> Any:
+    missing = [name for name in kinds(of) if name not in entry]
+    if missing:
+        raise ModelError(f"{file}: {where}: {missing[0]!r} is missing")
+    return of(**_fields(file, of, entry, f"{where}, "))
+
+
+def _fields(file: Path, of: type, table: Mapping[str, Any], where: str = "") -> dict[str, Any]:
+    declared = kinds(of)
+    for name in table:
+        if name not in declared:
+            raise ModelError(
+                f"{place_in(file, name)}: {where}{name!r} is no field of a {of.__name__}{suggestion(name, declared)}"
+            )
+    return {name: _entry(declared[name], row, f"{place_in(file, name)}: {where}{name}") for name, row in table.items()}
+
+
+def _entry(kind: Kind, row: object, where: str) -> Any:
+    if not isinstance(row, dict):
+        raise ModelError(f"{where} = {shown(row)}: must be {{ unit = {kind.unit!r}, default = ..., source = ... }}")
+    for key in row:
+        if key not in KEYS:
+            raise ModelError(f"{where}: unknown key {key!r}{suggestion(key, KEYS)}; must be one of {', '.join(KEYS)}")
+    for key in KEYS[:3]:
+        if key not in row:
+            raise ModelError(f"{where}: {key!r} is missing")
+    unit, source, bounds = row["unit"], row["source"], row.get("bounds", "")
+    for key, text in (("unit", unit), ("source", source), ("bounds", bounds)):
+        if not isinstance(text, str):
+            raise ModelError(f"{where}: {key} = {shown(text)}: must be a text")
+    try:
+        fits = dimension(unit) == dimension(kind.unit) and has_radians(unit) == has_radians(kind.unit)
+    except ValueError as error:
+        raise ModelError(f"{where}: {error}") from error
+    if not fits:
+        raise ModelError(f"{where}: unit = {unit!r}: must be {kind.unit!r}")
+    default = row["default"]
+    along_axis = kind.form == "direction" and isinstance(default, list) and sum(v != 0 for v in default) == 1
+    return default if along_axis else _valued(default, source, bounds)
+
+
+def _valued(default: Any, source: str, bounds: str) -> Any:
+    """Return a number, or numbers in rows, with what is known of them; a zero in a row stays structure."""
+    if isinstance(default, list):
+        return [0 if entry == 0 else _valued(entry, source, bounds) for entry in default]
+    return Value(default, bounds, source)

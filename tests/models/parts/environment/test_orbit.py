@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Orbits against Kepler's solution, the mean drift by oblateness and the decay by air."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import mehvar
+from mehvar.errors import MehvarError
+from mehvar.models.parts import Drag, GravityGradient, Hub, Orbit, Spacecraft
+
+MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3
+HUB = Hub("hub", mass=100.0, inertia=(1.0, 3.0, 2.0))
+TIGHT = {"rtol": 1e-12, "atol": 1e-12}
+
+
+def flown(name, *parts, orbit, **options):
+    craft = Spacecraft(name, orbit=orbit)
+    for part in (HUB, *parts):
+        craft.add(part)
+    return mehvar.simulate(mehvar.build(craft), None, inputs={}, **{**TIGHT, **options})
+
+
+def place(run):
+    return np.array([run[f"orbit_{a}"].values for a in "xyz"]), np.array([run[f"orbit_v{a}"].values for a in "xyz"])
+
+
+def test_two_bodies_are_keplers():
+    a, e, i, node, perigee, first = 9e6, 0.2, 1.1, 0.4, 0.7, 0.5
+    run = flown("kepler", orbit=Orbit(size=a, eccentricity=e, inclination=i, node=node, perigee=perigee, anomaly=first),
+                t_end=12000.0, dt_out=600.0)  # fmt: skip
+
+    def mean(anomaly):
+        eccentric = 2 * np.arctan(np.sqrt((1 - e) / (1 + e)) * np.tan(anomaly / 2))
+        return eccentric - e * np.sin(eccentric)
+
+    position, _ = place(run)
+    for t, here in zip(run["t"].values, position.T, strict=True):
+        wanted = mean(first) + np.sqrt(MU / a**3) * t
+        eccentric = brentq(lambda v, m=wanted: v - e * np.sin(v) - m, wanted - 1, wanted + 1, xtol=1e-14)
+        flat = np.array([np.cos(eccentric) - e, np.sqrt(1 - e**2) * np.sin(eccentric), 0.0]) * a
+        for axis, angle in ((2, perigee), (0, i), (2, node)):
+            c, s = np.cos(angle), np.sin(angle)
+            j, k = (axis + 1) % 3, (axis + 2) % 3
+            flat[j], flat[k] = c * flat[j] - s * flat[k], s * flat[j] + c * flat[k]
+        np.testing.assert_allclose(here, flat, atol=1e-3)
+
+
+def test_oblateness_turns_the_node():
+    """At its mean rate -3/2 n J2 (R/a)^2 cos i of a circle, whose next order is J2 of it."""
+    a, i = 7e6, 0.9
+    period = 2 * np.pi * np.sqrt(a**3 / MU)
+    run = flown("oblate", orbit=Orbit("J2", size=a, inclination=i), t_end=20 * period, dt_out=period / 50)
+    r, v = place(run)
+    h = np.cross(r.T, v.T)
+    node = np.unwrap(np.arctan2(h[:, 0], -h[:, 1]))
+    slope = np.polyfit(run["t"].values, node, 1)[0]
+    assert slope == pytest.approx(-1.5 * np.sqrt(MU / a**3) * J2 * (R / a) ** 2 * np.cos(i), rel=5e-3)
+    size = np.linalg.norm(r, axis=0)
+    energy = (v**2).sum(axis=0) / 2 - MU / size * (1 - J2 * (R / size) ** 2 * (1.5 * (r[2] / size) ** 2 - 0.5))
+    assert np.ptp(energy) / abs(energy[0]) < 1e-10
+
+
+def test_air_takes_energy():
+    """A circle shrinks by da/dt = -rho C A/m sqrt(mu a), in an atmosphere at rest."""
+    a, density = 6.978137e6, 1e-11
+    period = 2 * np.pi * np.sqrt(a**3 / MU)
+    orbit = Orbit(size=a, density=density, spin=0.0, height=a - R, thinning=1e9)
+    run = flown("decay", Drag("drag", area=1.0), orbit=orbit, t_end=period, dt_out=period)
+    r, v = place(run)
+    semi = 1 / (2 / np.linalg.norm(r, axis=0) - (v**2).sum(axis=0) / MU)
+    expected = -density * 2.2 / 100.0 * np.sqrt(MU * a) * period
+    assert semi[-1] - semi[0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_libration_in_pitch():
+    """Of a craft that points to the Earth: at n sqrt(3 (Jx - Jz)/Jy), with x along the motion and z down."""
+    a = 7e6
+    n = np.sqrt(MU / a**3)
+    craft = Spacecraft("libration", orbit=Orbit(size=a, inclination=np.pi / 2))
+    for part in (Hub("hub", mass=100.0, inertia=(3.0, 3.5, 1.0)), GravityGradient()):
+        craft.add(part)
+    expected = n * np.sqrt(3 * (3.0 - 1.0) / 3.5)
+    # over the node on the x axis with the motion along z: the body's y axis is against the orbit's normal, -y
+    start = {"wy_0": -n, "pitch_0": -np.pi / 2 + 1e-3}
+    run = mehvar.simulate(mehvar.build(craft), None, inputs={}, parameters=start, t_end=2 * np.pi / expected,
+                          dt_out=2 * np.pi / expected / 4, **TIGHT)  # fmt: skip
+    r, _ = place(run)
+    turned = np.unwrap(2 * np.arctan2(run["q2"].values, run["q0"].values), period=2 * np.pi)
+    down = np.unwrap(np.arctan2(r[2], -r[0]))
+    off = turned - turned[0] - (down - down[0])
+    off = off if abs(off).max() < 0.1 else turned - turned[0] + (down - down[0])
+    np.testing.assert_allclose(off / 1e-3, [0, -1, -2, -1, 0], atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2"),
+        (lambda: Spacecraft("craft", orbit="two-body"), "orbit = 'two-body': must be an Orbit"),
+        (lambda: Spacecraft("craft", orbit=Orbit(), motion="plane"), "must be an Orbit, of a craft with motion"),
+        (lambda: lonely(GravityGradient()), r"gradient needs an orbit: write Spacecraft\(..., orbit=Orbit\(\)\)"),
+        (lambda: lonely(Orbit()), "an orbit is given to the craft"),
+    ],
+)
+def test_wrong_orbits_are_refused(make, words):
+    with pytest.raises(MehvarError, match=words):
+        make()
+
+
+def lonely(part):
+    craft = Spacecraft("craft")
+    craft.add(HUB)
+    craft.add(part)
+    return craft.system()
