@@ -21,7 +21,7 @@ from typing import Any
 import mpmath
 
 from ..equations.document import reached
-from . import field, intervals, reals
+from . import field, intervals, reals, slopes
 from .branches import COMPARISONS, Way, branching, counted, replaced_nodes, ways_of
 from .domains import Domains
 from .meaning import Expression, Flat, Meaning
@@ -393,8 +393,24 @@ class Judge:
         equal = old == new or self.same_in_field((self._free, old), (self._free, new))
         if equal is not False:
             return equal
-        world = self._plain[0][self._free]
-        return False if world.exact(old) and world.exact(new) else None
+        return False if self._are_exact(old, new) or self._have_other_slopes(old, new) else None
+
+    def _are_exact(self, *roots: int) -> bool:
+        """Whether different values in the field prove that expressions differ."""
+        return all(self._plain[0][self._free].exact(root) for root in roots)
+
+    def _have_other_slopes(self, old: int, new: int) -> bool:
+        """Whether the field proves that derivatives of two expressions differ, which shows what is too narrow to meet.
+
+        Logarithms and arcs, which the field does not know, have derivatives that it does.
+        """
+        for name in sorted(slopes.names(self.pool, old) | slopes.names(self.pool, new)):
+            first, second = (slopes.slope(self.pool, root, name) for root in (old, new))
+            if first is None or second is None or not self._are_exact(first, second):
+                continue
+            if self.same_in_field((self._free, first), (self._free, second)) is False:
+                return True
+        return False
 
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
         """Return the joint ways at which the field with signs tells two expressions apart, and how many points say no.
