@@ -43,6 +43,7 @@ from .branches import (
 from .doubles import Array
 from .pool import Pool
 from .reals import PointSampler, RealWorld
+from .slopes import slope
 from .signs import Signs, splits
 
 Point = dict[str, float]
@@ -181,6 +182,7 @@ class Cells:
         self._cell: dict[bytes, State] = {}
         self._insides: dict[State, _Inside] = {}
         self._walked: set[State] = set()
+        self._strange: set[int] = set()
         self._line_number = 0
         self._left = _WORK
         self._points = 0
@@ -421,7 +423,9 @@ class Cells:
             same = None
         state = frozenset((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
         self._cell[pattern] = state
-        if same or self._is_told(state, here):
+        if not same and (strange := self._strange_steps(taken)):
+            self._strange |= strange
+        elif same or self._is_told(state, here):
             ways = sorted(state)
             self._ways |= {*ways}
             self._pairs |= {*itertools.combinations(ways, 2)}
@@ -490,6 +494,58 @@ class Cells:
         if forms not in self._forms:
             self._forms[forms] = self._same(*forms)
         return self._forms[forms]
+
+    def _strange_steps(self, taken: Mapping[int, int]) -> set[int]:
+        """Return steps of one side in a cell whose whole numbers no list of ways holds, and no line meets for sure.
+
+        Those of names times numbers are met along lines, and those that rise with one another on both sides.
+        """
+        fixed = {node: way for node, way in taken.items() if self.pool.nodes[node][0] not in STEPS}
+        forms = (smooth(self.pool, root, fixed) for root in self._roots)
+        first, second = ({k for k in reached(self.pool.nodes, [form]) if self._is_step(k)} for form in forms)
+        alone = {node: self._quotient(node) for node in first ^ second}
+        both = [self._quotient(node) for node in first & second]
+        alone = {k: q for k, q in alone.items() if not self._is_linear(q) and q not in both}
+        if any(self._rise_together(*pair) is not True for pair in itertools.combinations(alone.values(), 2)):
+            return {*alone}
+        return {*alone} if len({k in first for k in alone}) == 1 else set()
+
+    def _is_step(self, node: int) -> bool:
+        return self.pool.nodes[node][0] in STEPS
+
+    def _quotient(self, node: int) -> int:
+        """Return what a step rounds."""
+        operands = self.pool.operands(node)
+        if len(operands) == 1:
+            return operands[0]
+        return self.pool.many("mul", [operands[0], self.pool.power(operands[1], Fraction(-1))])
+
+    def _is_linear(self, node: int) -> bool:
+        """Whether an expression is a sum of names times numbers."""
+        operation = self.pool.nodes[node][0]
+        parts = self.pool.operands(node)
+        if operation == "mul":
+            return len([part for part in parts if not self._is_number(part)]) == 1 and all(map(self._is_linear, parts))
+        return operation == "sym" or self._is_number(node) or (operation == "add" and all(map(self._is_linear, parts)))
+
+    def _is_number(self, node: int) -> bool:
+        return all(self.pool.nodes[k][0] != "sym" for k in reached(self.pool.nodes, [node]))
+
+    def _rise_together(self, first: int, second: int) -> bool | None:
+        """Whether all slopes of two expressions have one ratio, a number, so that no line tells them apart."""
+        names = sorted({k for k in reached(self.pool.nodes, [first, second]) if self.pool.nodes[k][0] == "sym"})
+        slopes = [[slope(self.pool, node, name) for node in (first, second)] for name in names]
+        if any(None in pair for pair in slopes):
+            return None
+        leading = next((pair for pair in slopes if self.pool.constant(pair[0] or 0) != 0), None)
+        if leading is None:
+            return False
+        ratio = self.pool.many("mul", [leading[1] or 0, self.pool.power(leading[0] or 0, Fraction(-1))])
+        products = (self.pool.many("mul", [ratio, pair[0] or 0]) for pair in slopes)
+        flat = all(self._same(p, pair[1] or 0) is True for p, pair in zip(products, slopes, strict=True))
+        zero = self.pool.number(0)
+        bends = (slope(self.pool, ratio, name) for name in names)
+        return flat and all(bend is not None and self._same(bend, zero) is True for bend in bends)
 
     def _is_thin(self, node: int, way: int) -> bool:
         """Whether a way is gone on a surface only, where forms that differ may have the same value."""
@@ -684,6 +740,11 @@ class Cells:
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
+        if self._strange:
+            names = " and ".join(self._text(node) for node in sorted(self._strange))
+            return Outcome(
+                None, f"equal at {self._points} points, but whole numbers of {names} that no point met may differ"
+            )
         told = [inside.points for state, inside in self._insides.items() if state in self._states]
         compared = (
             f"; {len(told)} of them compared at {min(told)} points with {reals.DIGITS} digits or more" if told else ""
