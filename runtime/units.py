@@ -17,11 +17,12 @@ from .run.options import OPTIONS
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-_FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)-?\d)?"
+_FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)(?:-?\d|\(-?\d(?:/\d)?\)))?"
 _WITH_UNIT = re.compile(
     rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
 )
-"""A number and a product of units with powers of one digit: pint computes what else a text says, such as 9**9**9."""
+"""A number and a product of units with powers of one digit, or of a fraction as in s^(1/2): pint computes what else a
+text says, such as 9**9**9."""
 
 _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
 """Pint's names of angles, which are numbers to it, so that 1 Hz or a count would be taken for radians."""

@@ -130,8 +130,7 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
             yield ParameterChange(name, role, what, origin, value)
     for (role, name, _), value in before.items():
         yield ParameterChange(name, role, "removed", value, "")
-    orders = (dict(_orders(manifest)) for manifest in (old, new))
-    yield from _order_changes(*orders, renamed)
+    yield from _order_changes(dict(_orders(old)), dict(_orders(new)), renamed)
 
 
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:

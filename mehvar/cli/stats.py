@@ -86,6 +86,9 @@ def print_statistics(store: Store, success: str | None = None) -> None:
 
 def _print_metrics(statistics: Statistics) -> None:
     """Print three tables that fit a page: moments and quantiles, intervals of these, extreme runs."""
+    if not statistics.rows:
+        typer.echo("no metrics")
+        return
     rows, quantiles = statistics.rows, {q: f"{100 * q:g} %" for q in (0.05, 0.5, 0.95)}
     incomplete = any(row.finite < statistics.stored for row in rows)
     print_table(

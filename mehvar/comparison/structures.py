@@ -6,7 +6,6 @@ from __future__ import annotations
 import ast
 import json
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from mehvar.codegen.generate import Tree, own_inputs
 from mehvar.codegen.structures import every_structure
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import read_manifest
+from mehvar.schema import parse_toml
 from mehvar.settings import read_settings
 from mehvar.terminal import working
 
@@ -97,7 +97,7 @@ def _means_the_same(name: str, old: Tree, new: Tree) -> bool:
 def _meaning(path: Path) -> object:
     content = path.read_bytes()
     if path.suffix == ".toml":
-        return _without_words(tomllib.loads(content.decode("utf-8-sig")))
+        return _without_words(parse_toml(content.decode("utf-8-sig")))
     if path.suffix != ".py":
         return content
     tree = ast.parse(content)

@@ -82,7 +82,8 @@ def _header(subject: Subject, token: str) -> str:
         defines["FMU_PERIOD"] = names.index(subject.law.period)
     start = ", ".join(repr(v.start) for v in subject.variables)
     classes = "".join(_CLASSES.get(v.role, "-") for v in subject.variables)
-    lines = [f'#include "{manifest.model}.h"', "", *(f"#define {name} {value}" for name, value in defines.items())]
+    lines = ["#include <stdio.h>", "", f'#include "{manifest.model}.h"', ""]
+    lines += [f"#define {name} {value}" for name, value in defines.items()]
     lines += [f"#define FMU_MODEL(m) {_assignments(subject)}", *_jacobians(subject)]
     if subject.law and subject.law.memory:
         call = _symbol(subject, f"{identifier(subject.law.name)}_start")

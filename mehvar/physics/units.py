@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
+import sympy as sp
 
 from mehvar.codegen.functions.requests import Request
 from mehvar.models.check import formulas
-from mehvar.models.system import Group, System
+from mehvar.models.system import Definition, Group, System
 from mehvar.physics.machine import Array, Machine, draw
 from mehvar.units import dimension
 
@@ -31,12 +33,30 @@ def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n:
     rng = np.random.default_rng(sum(map(ord, name)))
     values = [draw(subject.ranges, group, n, rng) for group in request.arguments]
     changed = [v * _factors(group, scales) for v, group in zip(values, request.arguments, strict=True)]
-    before, after = subject(name, *values), subject(name, *changed)
+    before, after = subject(name, *values), _with_constants(subject, scales)(name, *changed)
     expected = _results(subject.system, request)
     factors = _observed(before, after) if expected is None else np.array([scale(unit, scales) for unit in expected])
     size = np.maximum(np.abs(before).max(axis=0), 1e-6)  # a result that is zero everywhere is compared as it is
     error = np.abs(after / factors - before) / size
     return float(error.max()) if error.size else 0.0
+
+
+def _with_constants(subject: Machine, scales: Mapping[str, float]) -> Machine:
+    """Return the machine whose constants of nature, numbers defined with a unit, are in the new units too."""
+    factors = {
+        step.symbol: scale(step.unit, scales)
+        for step in subject.system.steps
+        if isinstance(step, Definition) and step.unit and not sp.sympify(step.expr).free_symbols
+    }
+    if all(factor == 1 for factor in factors.values()):
+        return subject
+    steps = tuple(
+        dataclasses.replace(step, expr=step.expr * factors[step.symbol])
+        if isinstance(step, Definition) and step.symbol in factors
+        else step
+        for step in subject.system.steps
+    )
+    return Machine(dataclasses.replace(subject.system, steps=steps), subject.ranges)
 
 
 def _factors(group: Group, scales: Mapping[str, float]) -> Array:

@@ -51,9 +51,9 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
     series = [name for name, variable in variables.items() if variable.dimension == "t"]
     metrics = metric_names(store)
     states = [str(name) for name in store.coordinate("state")]
-    shown = names or (states if series else metrics)
+    shown = names or (states if series else metrics or ["t_stop"])  # a model may have no metrics
     for name in shown:
-        if name not in (*series, *metrics):
+        if name not in (*series, *metrics, "t_stop"):
             raise unknown_name(f"series or metric of {store.name}", name, [*series, *metrics])
     with style():
         columns = 1 if len(shown) <= 4 else 2

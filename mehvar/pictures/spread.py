@@ -112,7 +112,7 @@ class Runs:
 
 def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_figure) -> Figure:
     """Draw each metric as a histogram, and each stored series as quantile bands over time."""
-    shown = list(names) or runs.metrics
+    shown = list(names) or runs.metrics or runs.series or ["t_stop"]  # a model may have no metrics
     for name in shown:
         if name not in runs.series:
             runs.column(name)

@@ -149,8 +149,9 @@ class Results:
 
         if self._is_batch:
             runs = self._runs(None)
-            table = pandas.DataFrame({name: runs.column(name) for name in runs.metrics})
-            return table.replace([np.inf, -np.inf], np.nan).describe(percentiles=[0.05, 0.5, 0.95]).T
+            numbers = {"run": np.arange(runs.successful.size), **{name: runs.column(name) for name in runs.metrics}}
+            table = pandas.DataFrame(numbers, dtype=float).replace([np.inf, -np.inf], np.nan)
+            return table.describe(percentiles=[0.05, 0.5, 0.95]).T.drop("run")  # pandas describes no table without it
         rows = metrics_of(self._manifest, self._dataset.attrs["controller"], list(map(str, self._dataset.data_vars)))
         values = metrics(self._dataset, self._manifest)
         return pandas.DataFrame(

@@ -142,8 +142,8 @@ def batch_sections(runs: Runs) -> list[Section]:
     ]
     return [
         Section(
-            "batch", "Batch", [Text(text), Table("Metrics", ("metric", *map(str, table.columns)), rows),
-            *map(Drawing, pictures)],
+            "batch", "Batch", [Text(text), Table("Metrics", ("metric", *map(str, table.columns)), rows) if rows
+            else Text("The model has no metrics."), *map(Drawing, pictures)],
         ),
         *_installed_derivation(str(about["model"]), str(about["model_hash"])),
         Section(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mehvar.errors import InputError, bad_value
+from mehvar.manifest import OPEN_LOOP
 
 from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray
@@ -54,14 +55,16 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
     TrustError
         If only the store says where the model is, or it has changed since.
     """
+    law = store.attributes["controller"]
+    if "law" in store.attributes or law == OPEN_LOOP:  # before the model: no trust in it brings the law back
+        what = "an open loop" if law == OPEN_LOOP else law
+        raise InputError(
+            f"{store.name} was run under {what}, which no store keeps: repeat a run with mehvar.simulate, "
+            f"{'its inputs' if law == OPEN_LOOP else 'the law'}, and the values that the run drew"
+        )
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
-    if store.attributes["controller"] not in loaded.manifest.controllers and "law" in store.attributes:
-        raise InputError(
-            f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run with "
-            "mehvar.simulate, the law, and the values that the run drew"
-        )
     plan = Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
     if differences := other_options(json.loads(store.attributes["numerics"])["options"], plan.effective()):
         raise InputError(f"{store.name} was made with other options, by another build: {', '.join(differences)}")

@@ -234,16 +234,18 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
-    """Return how many runs each event ended, and how many at their start."""
+    """Return how many runs each event ended, and how many at their start; as a run says it, a failure comes first."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
         return {}
     happened, begins = store.read("events", blocks) > 0, store.read("t_stop", blocks) == 0
-    return {
-        str(name): (int(np.count_nonzero(column)), int(np.count_nonzero(column & begins)))
-        for name, column, how in zip(store.coordinate("event"), happened.T, ends, strict=True)
-        if how and column.any()
-    }
+    left, counts = np.ones(len(begins), bool), dict[int, tuple[int, int]]()
+    for k in sorted((k for k, how in enumerate(ends) if how), key=lambda k: (ends[k] != "failure", k)):
+        ended = happened[:, k] & left
+        left &= ~ended
+        counts[k] = int(np.count_nonzero(ended)), int(np.count_nonzero(ended & begins))
+    names = store.coordinate("event")
+    return {str(names[k]): counts[k] for k in sorted(counts) if counts[k][0]}
 
 
 def metric_names(store: Store) -> list[str]:

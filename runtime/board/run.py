@@ -23,7 +23,7 @@ from ..model.parameters import Resolved, resolve
 from ..run.options import read_options
 from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
-from .image.build import Image, build, delay_of, period_of, program
+from .image.build import Image, build, check_float, delay_of, period_of, program
 from .image.elf import Elf, read_elf
 from .image.header import Layout
 from .image.processors import process_toolchain
@@ -187,6 +187,7 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
         raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
     read_options(request.options or {}, "board", "--set")
     single = _simulate(model, request, real="float")
+    check_float(single.parameters)  # those that are not compiled in are set over the line
     image = build_image(model, request, None if request.tunable is None else single.parameters)
     port = open_target(request.target, image)
     try:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
 """Before the hash of all bytes of a file, at its end, where HDF5 reads nothing: damage can make it search for ever."""
+_END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3": slice(28, 36)}
+"""Where HDF5 writes the end of a file, by the version of its first block (the superblock of its format)."""
 _MATLAB_HEADER = 116
 """Bytes of free text at the start of a MAT-file."""
 _MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
@@ -139,9 +141,12 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
 
 
 def _whole(content: bytes) -> bool:
-    """Return whether a file is what its seal says; one without, which another program has written anew, is."""
-    sealed, digest = content[: -hashlib.sha256().digest_size], content[-hashlib.sha256().digest_size :]
-    return not sealed.endswith(_SEAL) or hashlib.sha256(sealed.removesuffix(_SEAL)).digest() == digest
+    """Return whether a file is what its seal says; one with nothing behind its end, which another has written, is."""
+    field = _END.get(content[8:9])
+    if field is None or len(content) <= int.from_bytes(content[field], "little"):
+        return True
+    size = hashlib.sha256().digest_size
+    return content[-size:] == hashlib.sha256(content[: -size - len(_SEAL)]).digest() and content[:-size].endswith(_SEAL)
 
 
 def _digest(dataset: xarray.Dataset) -> str:

@@ -33,6 +33,12 @@ TARGETS = {
 _OURS_ALONE = ("-m", "-O", "-fsched", "-fschedule", "-fPIC", "-shared")
 """Starts of flags that are of this processor and this compiler, cost time only, or are left out for Windows."""
 
+_STANDARD = (
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic "
+    "stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads time uchar wchar wctype"
+)
+"""Headers of C11."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -110,6 +116,14 @@ def test_all_c_compiles_for_another_system(target: str, models: tuple[str, ...],
             done = subprocess.run(command, cwd=folder, env=environment(tmp_path), capture_output=True, text=True)
             assert done.returncode == 0, f"{job.name}, {unit}: {done.stderr}"
             assert (folder / "object").read_bytes().startswith(TARGETS[target]), job.name
+
+
+def test_no_header_of_ours_has_a_name_of_the_standard() -> None:
+    """Where a folder comes before the system's: Windows' stdlib.h includes limits.h, and would find ours."""
+    standard = set(_STANDARD.split())
+    ours = [path.stem for path in library.NATIVE.rglob("*.h")]
+    assert len(ours) > 20
+    assert not standard & {*ours}
 
 
 def test_flags_and_endings_are_those_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ import sympy as sp
 import xarray as xr
 
 import mehvar
+from mehvar.parts import Hub, Spacecraft
 from mehvar.runtime.run.options import OPTIONS
 
 PENDULUM = str(Path(__file__).parents[1] / "runtime" / "pendulum")
@@ -30,6 +31,8 @@ X, Y = sp.symbols("x y", real=True)
 Q = (sp.S.One, X, Y, sp.S.Zero)
 MODEL = mehvar.load(PENDULUM, "python")
 TRIANGLE = mehvar.load(GENERATED, "python")
+CRAFT = Spacecraft("craft")
+CRAFT.add(Hub("hub", mass=1.0, inertia=(1.0, 2.0, 2.5)))
 POINT = {"x": [0.1, 0.2], "u": [0.0], "p": MODEL.parameters()}
 
 ODD: Mapping[str, Any] = {
@@ -61,9 +64,10 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         },
     ),
     "load": (mehvar.load, {"model": PENDULUM, "backend": "python"}),
+    "build": (mehvar.build, {"system": CRAFT, "backend": "python"}),
     "open_result": (mehvar.open_result, {"path": "none.nc"}),
     "save": (mehvar.save, {"dataset": None, "path": "a.csv"}),
-    "diff": (mehvar.diff, {"model": "triangle", "old": GENERATED, "new": GENERATED}),
+    "diff": (mehvar.diff, {"model": "triangle", "old": GENERATED, "new": GENERATED, "structures": ()}),
     "kirchhoff": (mehvar.kirchhoff, {"energy": X * Y, "velocity": sp.Matrix(sp.symbols("v1:4")),
                                      "rate": sp.Matrix(sp.symbols("w1:4")), "rates": {X: Y}}),
     "lagrange": (
@@ -151,7 +155,7 @@ MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
             {"inside"},
         )
         for call, argument, given, key, right in (
-            ("trim", "fix", {"model": MODEL, "free": ["angle"]}, "rate", 0.1),
+            ("trim", "fix", {"model": MODEL, "free": ["angle"]}, "rate", 0.0),
             ("trim", "free", {"model": MODEL}, "angle", 0.1),
             ("trim", "bounds", {"model": MODEL, "free": ["angle"]}, "angle", (-1.0, 1.0)),
             ("simulate", "inputs", {**LOOP, "controller": None}, "torque", 0.1),
@@ -194,7 +198,7 @@ def test_every_public_name_is_called():
         if inspect.isfunction(value) and not method.startswith("_")
     }
     assert functions | methods == CALLS.keys()
-    assert classes == RECORDS | {"Model", "Derivation", "InputError", "MehvarError", "ModelError", "Trim"}
+    assert classes == RECORDS | {"Model", "Derivation", "InputError", "MehvarError", "ModelError", "Trim", "TrimError"}
 
 
 @pytest.mark.parametrize("name", CALLS)

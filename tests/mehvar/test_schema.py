@@ -100,9 +100,13 @@ def test_names_in_code():
     assert [identifier(name) for name in ("lyapunov-v1", "p sum", "é")] == ["lyapunov_v1", "p_sum", "_"]
 
 
+DEEP = f"a = {'[' * 20_000}"
+"""Deeper than any limit of recursion that tests set."""
+
+
 def test_toml_that_is_nested_too_deeply_is_no_toml():
     with pytest.raises(tomllib.TOMLDecodeError, match="nested too deeply"):
-        parse_toml(f"a = {'[' * 3000}")
+        parse_toml(DEEP)
 
 
 def test_every_reader_of_toml_is_ours():
@@ -119,7 +123,7 @@ def test_every_reader_of_toml_is_ours():
 def test_a_table_that_is_nested_too_deeply_is_refused_by_its_name(name, tmp_path):
     (tmp_path / "models" / "deep").mkdir(parents=True)
     for each in {name, "parameters.toml"}:
-        (tmp_path / "models" / "deep" / each).write_text(f"a = {'[' * 3000}")
+        (tmp_path / "models" / "deep" / each).write_text(DEEP)
     (tmp_path / "generated").mkdir()
     (tmp_path / "models" / "deep" / "__init__.py").touch()
     with pytest.raises(MehvarError, match=f"{name}.*nested too deeply"):

@@ -29,6 +29,8 @@ from mehvar.settings import read_values
         ("7 kg*m**2", "kg m^2", 7.0),
         ("9007199254740993", "s", 9007199254740993),
         ("1 mOhm", "Ohm", 0.001),
+        ("60 deg/hour^(1/2)", "rad/s^(1/2)", math.pi / 180),
+        ("2 m^(-1/2)", "1/m^(1/2)", 2.0),
         ("0.5", None, 0.5),
     ],
 )
@@ -42,7 +44,9 @@ def test_a_unit_of_another_kind_is_refused(text):
         read_value(text, "m", "name", "--set")
 
 
-@pytest.mark.parametrize("text", ["1/0", "9**9**9m", "m", "0x10", "0,5", "1_0", "١", "1_0 m"])
+@pytest.mark.parametrize(
+    "text", ["1/0", "9**9**9m", "m", "0x10", "0,5", "1_0", "١", "1_0 m", "1 m^(9/99)", "1 m^(9*9)"]
+)
 def test_what_is_no_number_with_a_unit_stays_a_text(text):
     assert read_value(text, "m", "name", "--set") == text
 

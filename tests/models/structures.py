@@ -40,7 +40,8 @@ def outcome(model: str, structure: Structure, *, whole: bool = False) -> str:
         (derive if whole else system_of)(tree, model, structure)
     except ModelError as refusal:
         frames = traceback.extract_tb(refusal.__traceback__)
-        if Path(frames[-1].filename).is_relative_to(tree.root / "models" / model):
+        folder = (tree.root / "models" / model).resolve()  # the package reaches it by a link
+        if Path(frames[-1].filename).resolve().is_relative_to(folder):
             return str(refusal)
         raise
     return ""

@@ -23,17 +23,19 @@ from tests.models.written import written
 COUNT = dataclasses.replace(WHOLE, lower=0.0)
 
 
-def pipes() -> System:
-    """Two levels, each with a valve of its own and a pipe before it: a' = u1, b' = u2 - a."""
+def pipes(*without: str) -> System:
+    """Two levels, each with a valve of its own and a pipe before it, or without: a' = u1, b' = u2 - a."""
+    delays = {u: name for u, name in (("u1", "first"), ("u2", "second")) if name not in without}
     x = Group("x", (quantity("a", "m"), quantity("b", "m")))
     u = Group("u", (quantity("u1", "m/s"), quantity("u2", "m/s")))
+    counts = (parameter("first", "1", 3.0, COUNT), parameter("second", "1", 7.0, COUNT))
     p = Group("p", (parameter("Ts", "s", 0.1, POSITIVE), parameter("leak", "1/s", 0.4),
-                    parameter("first", "1", 3.0, COUNT), parameter("second", "1", 7.0, COUNT)))  # fmt: skip
+                    *(count for count in counts if count.name in delays.values())))  # fmt: skip
     c, s = Group("c", (parameter("k", "1/s", 0.6),)), Group("s", (parameter("a_0", "m", 1.0),))
     command = (-c.k * x.a, -c.k * (x.b + x.a))
     return table(
         x, u, p, name="pipes", title="two levels", scenario_parameters=s, rhs=(u.u1, u.u2 - p.leak * x.a),
-        initial=(s.a_0, sp.S.Zero), delays={"u1": "first", "u2": "second"},
+        initial=(s.a_0, sp.S.Zero), delays=delays,
         controllers=(Controller("steps", "", c, command, period="Ts"), Controller("smooth", "", c, command)),
         scenarios=(Scenario("plain", "plain", 4.0, 0.05, {}, {}, {}),),
     )  # fmt: skip
@@ -61,6 +63,14 @@ def test_inputs_act_later(folder, backend, late, delay):
     values = dict(zip(("first", "second"), late, strict=True))
     run = simulate(folder, "steps", parameters=values, delay=delay, backend=backend)
     np.testing.assert_allclose(run.x[::2], levels(late, delay), atol=1e-9)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize(("own", "late"), [("first", (4, 0)), ("second", (0, 4))])
+def test_an_input_without_a_pipe_acts_at_once_beside_one_that_has(tmp_path, backend, own, late):
+    alone = written(pipes(*{"first", "second"} - {own}), tmp_path)
+    run = simulate(alone, "steps", parameters={own: 4}, backend=backend)
+    np.testing.assert_allclose(run.x[::2], levels(late), atol=1e-9)
 
 
 def test_delays_may_differ_from_lane_to_lane(folder, tmp_path):

@@ -22,7 +22,8 @@ from tests.mutants import c_operators, python_operators, trial
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
 RESULTS = Path(__file__).parent / "results.jsonl"
-_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "pyproject.toml")
+_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "benchmarks", "pyproject.toml",
+           "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
 
@@ -139,6 +140,8 @@ class Campaign:
         self._results = {result.key: result for result in _results(self._file) if _stands(result)}
         self._kills = Counter((result.module, result.killer) for result in self._results.values())
         self._copied = False
+        self._green: set[str] = set()
+        self._red: set[str] = set()
 
     @property
     def results(self) -> list[Result]:
@@ -158,13 +161,18 @@ class Campaign:
             rank[name] -= 1e6 * kills * (module == mutant.module)
         path = self._tree / mutant.module
         text = path.read_text(encoding="utf-8")
-        path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
-        try:
-            without = (*failing, *subject.without)
-            limit = subject.limit or seconds * _TWICE + 10
-            done = trial.run(self._tree, subject.tests, WORK, without, rank, limit)
-        finally:
-            path.write_text(text, encoding="utf-8")
+        without = [*failing, *subject.without, *self._red]
+        limit = subject.limit or seconds * _TWICE + 10
+        while True:
+            path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
+            try:
+                done = trial.run(self._tree, subject.tests, WORK, without, rank, limit)
+            finally:
+                path.write_text(text, encoding="utf-8")
+            killer = next((test.name for test in done.tests if test.failed), "")
+            if not killer or self._is_green(killer):
+                break
+            without.append(killer)
         last = next((test for test in done.tests if test.failed), None)
         late = "survived" if subject.limit else "timeout"
         outcome = {"passed": "survived", "failed": "killed", "timeout": late}[done.outcome]
@@ -172,6 +180,13 @@ class Campaign:
             outcome = "refused"
         fields = (mutant.module, mutant.line, mutant.before, mutant.after, outcome, last.name if last else "")
         self._remember(Result(subject.area, *fields, round(done.seconds, 1)))
+
+    def _is_green(self, test: str) -> bool:
+        """Whether a test passes without a mutant; one that does not tells nothing."""
+        if test not in self._green | self._red:
+            passes = trial.run(self._tree, [test], WORK).outcome == "passed"
+            (self._green if passes else self._red).add(test)
+        return test in self._green
 
     def _remember(self, result: Result) -> None:
         self._results[result.key] = result
@@ -193,8 +208,10 @@ class Campaign:
         shutil.rmtree(self._tree, ignore_errors=True)
         self._tree.mkdir(parents=True)
         for name in _COPIED:
-            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-            copy(ROOT / name, self._tree / name)
+            if (ROOT / name).is_dir():  # links stay links: a copy of a room in the package would hide its mutants
+                shutil.copytree(ROOT / name, self._tree / name, symlinks=True)
+            else:
+                shutil.copy(ROOT / name, self._tree / name)
         trial.preload()
         self._copied = True
 

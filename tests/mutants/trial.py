@@ -128,11 +128,15 @@ def _states(group: int) -> Iterator[str]:
 class _Log:
     """A pytest plugin that orders the tests and writes down how each ended."""
 
-    def __init__(self, path: Path, rank: Mapping[str, float]) -> None:
-        self._path, self._rank = path, rank
+    def __init__(self, path: Path, rank: Mapping[str, float], tests: Sequence[str]) -> None:
+        self._path, self._rank, self._tests = path, rank, tests
 
     def pytest_collection_modifyitems(self, items: list[Any]) -> None:
-        items.sort(key=lambda item: self._rank.get(item.nodeid, 0.0))
+        items.sort(key=lambda item: (self._rank.get(item.nodeid, 0.0), self._place(item.nodeid)))
+
+    def _place(self, name: str) -> int:
+        """Return which of the files and folders has a test: pytest itself takes folders by the alphabet."""
+        return next((k for k, test in enumerate(self._tests) if name.startswith(test)), len(self._tests))
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         self._write(report, report.when == "call" or report.failed)
@@ -176,8 +180,8 @@ def _test(
         os.environ |= {"PYTHONPATH": str(tree), "MEHVAR_TEST_CACHE": str(work / "cache"), "OPENBLAS_NUM_THREADS": "1"}
         sys.dont_write_bytecode = True
         arguments = ["-q", "--assert=plain", "-p", "no:cacheprovider", f"--basetemp={work / 'pytest'}", *tests]
-        arguments += [f"--deselect={name}" for name in without]
+        arguments += [f"--deselect={name}" if "::" in name else f"--ignore={name}" for name in without]
         arguments += [] if rank is None else ["-x"]
-        status = int(pytest.main(arguments, plugins=[_Log(work / "tests.jsonl", rank or {})]))
+        status = int(pytest.main(arguments, plugins=[_Log(work / "tests.jsonl", rank or {}, tests)]))
     finally:
         os._exit(status)

@@ -62,7 +62,10 @@ def test_what_is_no_place_for_a_file_is_refused(tmp_path: Path, place: str, mess
 def test_an_error_of_the_system_names_the_file_and_not_its_temporary_name(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=f"cannot write {tmp_path / 'file'}: No space left"), replacing(tmp_path / "file"):
         raise OSError(28, "No space left")
-    with pytest.raises(OSError, match=f"cannot write {tmp_path / 'out'}: No space left"), filling(tmp_path / "out"):
+    with (
+        pytest.raises(OSError, match=f"cannot write {tmp_path / 'out'}: No space left"),
+        filling(tmp_path / "out", "maker"),
+    ):
         raise OSError(28, "No space left")
     assert list(tmp_path.iterdir()) == []
 
@@ -70,15 +73,15 @@ def test_an_error_of_the_system_names_the_file_and_not_its_temporary_name(tmp_pa
 def test_a_folder_is_filled_whole_beside_what_it_holds(tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
     for text in ("one", "two"):
-        with filling(out) as scratch:
+        with filling(out, "maker") as scratch:
             (scratch / "inner").mkdir()
             (scratch / "inner" / "file").write_text(text)
             assert not list(out.rglob("file")) or text == "two"
         (out / "mine").write_text("")
-    with contextlib.suppress(KeyError), filling(out) as scratch:
+    with contextlib.suppress(KeyError), filling(out, "maker") as scratch:
         (scratch / "inner").mkdir()
         raise KeyError
     assert sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*")) == [
-        "a", "a/b", "a/b/inner", "a/b/inner/file", "a/b/mine",
+        "a", "a/b", "a/b/.mehvar", "a/b/inner", "a/b/inner/file", "a/b/mine",
     ]  # fmt: skip
     assert (out / "inner" / "file").read_text() == "two"

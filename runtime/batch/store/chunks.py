@@ -71,8 +71,9 @@ class Chunks(WrapperStore[LocalStore]):
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Read a record again when it is needed."""
+        """Read a record again when it is needed: it is written anew, and the end that was sealed is not its end."""
         self._blocks.pop(block, None)
+        self._proof.unseal(block)
 
     async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Buffer | None:
         """Return a file; Zarr asks for parts of one only where an array has shards, which these have not."""

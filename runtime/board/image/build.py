@@ -137,13 +137,19 @@ def program(
     values = {controller.delay: 1.0} if controller.delay else {}
     if resolved is None:
         resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
-    _check_float(resolved)
+    check_float(resolved)
     own = None if tunable is None else tuple(tunable)
     return Program(model, controller, case, resolved, period or period_of(controller, case, resolved), raw, own)
 
 
-def _check_float(resolved: Resolved) -> None:
-    """Refuse a parameter that is infinite in float; one that is infinite already stays so."""
+def check_float(resolved: Resolved) -> None:
+    """Refuse a parameter that is infinite in float; one that is infinite already stays so.
+
+    Raises
+    ------
+    InputError
+        With the parameter's name and origin.
+    """
     for name, value in resolved.values.items():
         if _LARGEST < abs(value) < math.inf:
             raise bad_value(

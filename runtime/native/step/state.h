@@ -85,7 +85,7 @@ typedef struct {
     int64_t made[MEHVAR_LANES]; /* steps kept so far, */
     real waiting;              /* of which so many have ticks to come, in a ring: */
     real *kept;                /* KEPT times instants and rows as in `dense` */
-    REALS(margin, LIMITS);     /* at (t, q), see limits.h */
+    REALS(margin, LIMITS);     /* at (t, q), see margins.h */
     REALS(margin_end, LIMITS); /* at the end of the trial */
     mask broken, again;        /* the trial breaks a limit; it is tried again */
     real aim;                  /* the most that the next trial goes, to a limit */

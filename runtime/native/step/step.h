@@ -7,7 +7,7 @@
 #include "dense.h"
 #include "events.h"
 #include "implicit.h"
-#include "limits.h"
+#include "margins.h"
 #include "random.h"
 #include "stiffness.h"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a margin is not positive: the rules of native/step/limits.h with its numbers."""
+"""Where a margin is not positive: the rules of native/step/margins.h with its numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ...compiling.structures import numbers
 from ...model.functions import FloatArray
 
-_NUMBERS = numbers("step/limits.h")
+_NUMBERS = numbers("step/margins.h")
 _LIMIT_TIME, _AHEAD_PART = (_NUMBERS[name] for name in ("LIMIT_TIME", "AHEAD_PART"))
 
 _Of = Callable[[float, FloatArray], FloatArray]

@@ -3,14 +3,27 @@
 
 from __future__ import annotations
 
+import builtins
 import dis
+import functools
 import hashlib
+import importlib
 import inspect
+import os
 import sys
 import sysconfig
+from collections import OrderedDict, defaultdict, namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, MemberDescriptorType, MethodType, ModuleType
+from types import (
+    BuiltinFunctionType,
+    CodeType,
+    FunctionType,
+    MemberDescriptorType,
+    MethodType,
+    ModuleType,
+    SimpleNamespace,
+)
 from typing import Any
 
 import numpy as np
@@ -21,11 +34,29 @@ _LOADS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"} | {
 """Instructions of any Python from 3.11 on that load a name from around a text."""
 _ATTRIBUTES = {"LOAD_ATTR", "LOAD_METHOD"}
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_FIELDS = (MemberDescriptorType, type(vars(namedtuple("_Pair", "one"))["one"]))
+"""What a class has for each of its __slots__, and for each field of a named tuple."""
 _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
 """Folders of modules that nobody edits between two runs of a batch: those of environments, and of Python."""
 _LONGEST = 200
 """Characters of a value that are shown; a longer one, as a table of numbers, is shown by its digest."""
+_OPEN: tuple[object, ...] = (
+    *(eval, exec, compile, globals, locals, vars, __import__, importlib.import_module, importlib.__import__),
+    *(sys.modules, sys._getframe, inspect.currentframe, inspect.stack),
+    *(os.environ, os.getenv, getattr(os, "environb", os.environ), getattr(os, "getenvb", os.getenv)),
+)
+"""What gives a text anything under a name that is computed, or what the process was started with."""
+_OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
+_OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
+    *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
+}
+"""Attributes behind which is more than what an object holds."""
+_SHOWN = (
+    *(object, list, tuple, dict, set, frozenset, OrderedDict, defaultdict, *_PLAIN, np.ndarray),
+    *(SimpleNamespace, functools._lru_cache_wrapper),
+)
+"""Types in C of which the walk sees everything; any other may hold a state that nobody sees."""
 
 
 class UntoldError(Exception):
@@ -78,7 +109,9 @@ class _Walk:
         """Add what a name stands for."""
         if isinstance(value, ModuleType):
             raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
-        if _is_number(value):
+        if any(value is open_ for open_ in _OPEN):
+            raise UntoldError(f"{name} is read, from which a text can get anything: give what it reads a name")
+        if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
             return
         if id(value) in self._seen:
@@ -89,29 +122,49 @@ class _Walk:
 
     def _object(self, name: str, value: Any) -> None:
         owner = value if isinstance(value, type | FunctionType) else type(value)
-        if isinstance(value, list | tuple | set | frozenset):
-            parts = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
-            self._parts(name, type(value).__name__, {f"[{i}]": part for i, part in enumerate(parts)})
-        elif isinstance(value, dict):
-            self._parts(name, "dict", {f"[{key!r}]": part for key, part in value.items() if _is_key(name, key)})
-        elif isinstance(value, MethodType):
+        if isinstance(value, MethodType):
             self.value(f"{name}.__func__", value.__func__)
             self.value(f"{name}.__self__", value.__self__)
-        elif isinstance(value, BuiltinFunctionType | np.ufunc) or _is_installed(owner):
-            if not isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc) and not _held(value):
-                raise UntoldError(f"{name} is of {owner.__module__}.{owner.__qualname__}, which holds what nobody sees")
-            self._lines[name] = _known_as(value if callable(value) else owner)
-            self._members(name, {} if isinstance(value, type | FunctionType) else _held(value))
-        elif isinstance(value, FunctionType):
+        elif isinstance(value, FunctionType) and not _is_installed(owner):
             self._function(name, value)
-        elif isinstance(value, type):
-            self._lines[name] = f"class {value.__qualname__}"
-            for base in value.__bases__:
-                self.value(f"{name}({base.__qualname__})", base)
-            self._members(name, {key: part for key, part in vars(value).items() if key not in _OF_EACH_CLASS})
+        elif isinstance(value, type) and not _is_installed(owner):
+            self._class(name, value)
+        elif isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc):
+            if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
+                raise UntoldError(f"{name} is of numpy.frompyfunc, which does not tell its function")
+            self._lines[name] = _known_as(value)
         else:
+            self._instance(name, value)
+
+    def _class(self, name: str, value: type) -> None:
+        self._lines[name] = f"class {value.__qualname__}"
+        if type(value) is not type:
             self.value(f"{name}.__class__", type(value))
-            self._members(name, _held(value))
+        for base in value.__bases__:
+            self.value(f"{name}({base.__qualname__})", base)
+        self._members(name, {key: part for key, part in vars(value).items() if key not in _OF_EACH_CLASS})
+
+    def _instance(self, name: str, value: Any) -> None:
+        """Add what an object holds: its parts, its attributes, and what its class is."""
+        kind, plain = type(value), True
+        if isinstance(value, list | tuple | set | frozenset):
+            parts = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
+            self._parts(name, kind.__name__, {f"[{i}]": part for i, part in enumerate(parts)})
+        elif isinstance(value, dict):
+            named = {f"[{key!r}]": part for key, part in value.items() if _is_key(name, key)}
+            self._parts(name, f"dict {_shown(list(named))}", named)
+            self._members(name, {"default_factory": getattr(value, "default_factory", None)})
+        elif _is_number(value):
+            self._lines[name] = _shown(value)
+        else:
+            plain = False
+        if not (isinstance(value, np.generic) or _made_in(kind) in _SHOWN) or not (
+            plain or _held(value) or not _is_installed(kind)
+        ):
+            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, which holds what nobody sees")
+        if not _is_installed(kind) or not plain:
+            self.value(f"{name}.__class__", kind)
+        self._members(name, _held(value))
 
     def _parts(self, name: str, kind: str, parts: Mapping[str, Any]) -> None:
         self._lines[name] = f"{kind} of {len(parts)}"
@@ -120,15 +173,16 @@ class _Walk:
 
     def _members(self, name: str, members: Mapping[str, Any]) -> None:
         for key, part in members.items():
-            if isinstance(part, MemberDescriptorType):  # of __slots__, which each object fills
+            if isinstance(part, _FIELDS):  # which each object fills
                 continue
             inner = getattr(part, "__func__", None) or getattr(part, "fget", None) or part
             self.value(f"{name}.{key}", inner)
 
     def _function(self, name: str, function: FunctionType) -> None:
         self._lines[name] = f"def {function.__qualname__}, code {_digest(_code(function.__code__))}"
-        defaults = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__}
-        self._members(name, {key: value for key, value in defaults.items() if value})
+        held = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__, "__doc__": function.__doc__}
+        self._members(name, {key: value for key, value in held.items() if value})
+        self._members(name, vars(function))
         cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
         for path in dict.fromkeys(_reads(function.__code__)):
             self._read(name, path, function, cells)
@@ -139,21 +193,23 @@ class _Walk:
             value, name = cells[first].cell_contents, f"{where}: {first}"
         elif first in function.__globals__:
             value, name = function.__globals__[first], f"{function.__module__}.{first}"
+        elif any(getattr(builtins, first, None) is open_ for open_ in _OPEN):
+            value, name = getattr(builtins, first), f"{where}: {first}"
         else:
             return  # of Python itself, or a name that the text has for itself
+        module = None
         while isinstance(value, ModuleType) and rest:
-            if _is_installed_module(value):
-                self._lines[f"{value.__name__}.{'.'.join(rest)}"] = _version(value)
-                return
-            name, value = f"{value.__name__}.{rest[0]}", getattr(value, rest.pop(0), None)
-        if isinstance(value, ModuleType) and _is_installed_module(value):
+            module, name, value = value, f"{value.__name__}.{rest[0]}", getattr(value, rest.pop(0), None)
+        if isinstance(value, ModuleType) and _is_installed_module(value) and value.__name__ not in _OPEN_MODULES:
             self._lines[value.__name__] = _version(value)
-            return
-        self.value(name, value)
+        elif module is not None and _is_installed_module(module) and _comes_with_python(value):
+            self._lines[name] = _version(module)
+        else:
+            self.value(name, value)
 
 
 _OF_EACH_CLASS = frozenset(
-    ("__module__", "__dict__", "__weakref__", "__doc__", "__qualname__", "__annotations__", "__static_attributes__")
+    ("__module__", "__dict__", "__weakref__", "__qualname__", "__annotations__", "__static_attributes__")
 ) | {"__firstlineno__", "__dataclass_fields__", "__dataclass_params__", "__match_args__", "__slots__"}
 
 
@@ -165,6 +221,9 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     UntoldError
         If it imports, or writes what others read.
     """
+    hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
+    if hidden:
+        raise UntoldError(f"{code.co_name} reads {min(hidden)}, from which it can get anything")
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
         if path and step.opname in _ATTRIBUTES:
@@ -202,7 +261,8 @@ def _is_number(value: object) -> bool:
 
 def _shown(value: Any) -> str:
     array = isinstance(value, np.ndarray)
-    text = f"array {value.dtype} {value.shape} {value.tolist()}" if array else f"{type(value).__name__} {value!r}"
+    layout = f"array {value.dtype} {value.shape} {value.strides}" if array else ""
+    text = f"{layout} {value.tolist()}" if array else f"{type(value).__name__} {value!r}"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 4]}... {_digest(text)}"
 
 
@@ -222,6 +282,18 @@ def _held(value: object) -> Mapping[str, Any]:
     return {**{name: getattr(value, name) for name in slots if hasattr(value, name)}, **getattr(value, "__dict__", {})}
 
 
+def _made_in(kind: type) -> type:
+    """Return the type in C that makes the objects of a class."""
+    return next(base for base in kind.__mro__ if isinstance(vars(base).get("__new__"), BuiltinFunctionType))
+
+
+def _comes_with_python(value: object) -> bool:
+    """Return whether an attribute of an installed module is a part of it, and no number or table that anybody sets."""
+    if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
+        return False
+    return _is_installed(value if isinstance(value, type | FunctionType) else type(value))
+
+
 def _is_installed(owner: Any) -> bool:
     module = sys.modules.get(owner.__module__)
     return module is not None and _is_installed_module(module)
@@ -239,6 +311,8 @@ def _is_installed_module(module: ModuleType) -> bool:
 
 def _imports_installed(name: str) -> bool:
     module = sys.modules.get(name)
+    if name.partition(".")[0] in _OPEN_MODULES:
+        return False
     return name in sys.stdlib_module_names or (module is not None and _is_installed_module(module))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.diff.report import Fate, Kind, handle, label
 from mehvar.manifest import read_manifest
 from tests.codegen.diff.documents import document
 
@@ -169,6 +169,17 @@ def _edits(manifest):
         yield dataclasses.replace(manifest, controllers=dict(manifest.controllers) | {law.name: edited})
 
 
+@pytest.mark.parametrize(("field", "name"), [("expect", "p-sum.n expected"), ("controllers", "p-sum.n")])
+def test_a_number_of_a_scenario_is_named_by_its_law_and_said_to_be_expected_where_it_is(field, name):
+    manifest, plain = read_manifest(PENDULUM), document("f: m*x")
+    swing = dataclasses.replace(manifest.scenarios["swing"], **{field: {"p-sum": {"n": 1.0}}})
+    after = dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {"swing": swing})
+    comparison = compare(*(dataclasses.replace(plain, manifest=each) for each in (manifest, after)))
+    assert [(change.role, change.name, change.new) for change in comparison.parameters] == [
+        ("scenario swing", name, "1.0")
+    ]
+
+
 def test_what_decides_a_run_or_judges_it_is_compared():
     manifest, plain = read_manifest(PENDULUM), document("f: m*x")
     old = dataclasses.replace(
@@ -191,6 +202,29 @@ def test_a_saturation_that_no_point_reaches_is_undecided():
     assert comparison["f"].matters
     assert comparison.differs
     assert "branch" in comparison["f"].how
+
+
+def test_what_has_a_value_where_an_undecided_definition_has_one_is_undecided_too():
+    root = "sqrt(2 - erf(x))"
+    comparison = compare(
+        document(f"s = ({root} + y)*({root} - y) + z\nf: s*w"), document("s = 2 - erf(x) - y**2 + z\nf: s*w")
+    )
+    assert verdicts(comparison) == {"s": Fate.UNDECIDED, "f": Fate.UNDECIDED}
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "title", "latex", "short", "apart"),
+    [
+        ("equation", "(3)", "energy", "0", "(3)", "(3)"), ("equation", "", "energy", "0", "energy", "energy"),
+        ("equation", "", "", "0", "e1", "e1"), ("equation", "(3)", "energy", "E", "(3)", "e1"),
+        ("rhs", "(3)", "energy", "0", "e1", "e1"),
+    ],
+)  # fmt: skip
+def test_an_equation_goes_by_its_number_or_its_title_and_all_else_by_its_name(kind, number, title, latex, short, apart):
+    row = dataclasses.replace(
+        document("f: m*x").results[0], name="e1", kind=kind, number=number, title=title, latex=latex
+    )
+    assert (label(row), handle(row)) == (short, apart)
 
 
 def test_a_branch_behind_many_conditions_is_not_called_the_same():

@@ -4,6 +4,7 @@
 import pytest
 
 from mehvar.codegen.diff import compare
+from mehvar.codegen.diff.report import Kind
 from tests.codegen.diff.documents import document
 
 
@@ -21,3 +22,11 @@ def test_the_place_of_an_edit_is_the_innermost_that_explains_it(old, new, path):
     (equation,) = compare(document(old), document(new)).equations
     (edit,) = equation.edits
     assert edit.path == path
+
+
+@pytest.mark.parametrize("after", ["2", "3", "-1", "-2", "4", "-3", "1/2", "-1/2", "3/2"])
+def test_another_exponent_is_an_edit_of_the_exponent(after):
+    """Of a length, which is positive, so that its roots have values."""
+    (edit,) = compare(document("f: x*l**5 + y"), document(f"f: x*l**({after}) + y"))["f"].edits
+    assert edit.kind is Kind.EXPONENT
+    assert edit.says == f"exponent of l: 5 became {after}"

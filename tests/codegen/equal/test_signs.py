@@ -56,6 +56,15 @@ def test_parts_have_their_signs_where_the_whole_has_its_own(whole):
             assert holds == (value * sign > 0), (whole, point, sign)
 
 
+@pytest.mark.parametrize("whole", [x**2 - y**2, 9 * (x - y) ** 2 - 25 * (x + 1) ** 4, 1 - x**6], ids=str)
+def test_a_difference_of_squares_is_taken_apart(whole):
+    pool = Pool()
+    (node,) = Sides(pool).entries(whole)
+    for sign in (1, -1):
+        rows = Signs(pool, BOUNDS)((node, sign))
+        assert all(node not in [part for part, _ in row] for row in rows)
+
+
 def test_a_window_is_the_same_signs_however_it_is_written():
     pool = Pool()
     texts = [(f - 1) * (2 - f), sp.Min(f - 1, 2 - f), sp.Rational(1, 2) - sp.Abs(f - sp.Rational(3, 2))]

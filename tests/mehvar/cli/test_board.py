@@ -45,7 +45,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert found["board_against_simulation_without_delay"]["max_state"] > 0
     page = (tmp_path / "r" / "index.html").read_text()
     assert "bit for bit" in page
-    assert "scenario paper, roll_0_deg = 3.0, delay of 1 sample(s)" in page
+    assert "scenario paper, roll_0_deg = 3, delay of 1 sample(s)" in page
     assert "the closed loop, with the law on the board" in page.lower()
     assert "largest torque about x" in page
     assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}

@@ -17,7 +17,7 @@ from mehvar.settings import complete_controllers, complete_models, complete_scen
 
 
 def simulate(out: Path, **arguments: Any) -> Any:
-    assert command(model="satellite", controller="none", t_end=4.0, out=out, **arguments) == 0
+    assert command(model="satellite", controller="none", t_end="4", out=out, **arguments) == 0
     return mehvar.open_result(out)
 
 

@@ -92,3 +92,6 @@ def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
         values = (c.c_double * (n + 1))(*[7.0] * (n + 1))
         assert unit("GetNominalsOfContinuousStates", values, c.c_size_t(size)) == (OK if size == n else ERROR)
         assert list(values) == [1.0] * n + [7.0] if size == n else list(values) == [7.0] * (n + 1)
+        for function in ("SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives"):
+            name = "GetDerivatives" if fmi == "2.0" and function.endswith("Derivatives") else function
+            assert unit(name, (c.c_double * (n + 1))(), c.c_size_t(size)) == (OK if size == n else ERROR)

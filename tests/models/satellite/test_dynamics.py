@@ -260,11 +260,11 @@ def test_the_sensor_adds_noise_and_rounds(generated):
     x[:3] = 0.3, -0.2, 0.1
     e = RANDOM.normal(0, 1, 6)
     state = x if generated is EULER else as_quaternion(x)
-    noisy = generated.measure(state, e, plant(generated, noise=5e-5, noise_rate=1e-6))
+    noisy = generated.measure(state, e, plant(generated, noise=5e-5, noise_rate=1e-6, Ts=0.25))
     coarse = generated.measure(state, e, plant(generated, noise=5e-5, quantum=1e-3))
     seen = x.copy()
     seen[:3] += 5e-5 * e[:3]
-    seen[3:6] += 1e-6 * e[3:]
+    seen[3:6] += 1e-6 / math.sqrt(0.25) * e[3:]  # a density: a shorter sample averages less
     rounded = x.copy()
     rounded[:3] = 1e-3 * np.floor(seen[:3] / 1e-3 + 0.5)
     for result, expected in ((noisy, seen), (coarse, rounded)):

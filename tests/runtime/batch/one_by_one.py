@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+
 import numpy as np
 
 from mehvar import runtime
@@ -32,6 +35,7 @@ def run_alone(
         *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
         np.full((n, rows, width), np.nan),
         np.full(n, np.nan),
+        np.zeros((n, len(kernel.loop.events)), np.int64),
     )
     evaluations = 0 if hold_every is None else (len(t) - 1) // hold_every + 1
     for i in range(n):
@@ -55,7 +59,10 @@ def run_alone(
         block.violated[i] = one.violated if one.status is Status.LIMIT else -1
         block.steps[i] = one.statistics["steps"]
         block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
-        block.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
+        counts = Counter(problem.events[number].name for _, number in one.events)
+        block.events[i] = [counts[event.name] for event in problem.events]
+        cut = math.inf if one.status is Status.DONE else one.t_stop
+        block.metrics[i] = [evaluate(m, one.t, columns, counts, cut) for m in manifest.metrics.values()]
         regular = np.isin(one.t, regular_t)
         block.series[i, : regular.sum()] = series[regular]
     return block

@@ -22,7 +22,7 @@ from mehvar.runtime.run.problem import Status
 from tests.manifests import write_manifest
 from tests.runtime.batch.one_by_one import run_alone
 
-EXACT = ("final", "minimum", "maximum", "status", "violated", "t_stop", "steps", "series")
+EXACT = ("final", "minimum", "maximum", "status", "violated", "t_stop", "steps", "series", "events")
 
 CASES = {
     "triangle path": ("triangle", "path", {"rtol": 1e-8, "atol": 1e-8}, 4.0, 0.05),

@@ -153,7 +153,7 @@ def test_a_batch_has_the_bits_of_its_runs_and_counts_how_they_ended(folder, tmp_
         assert not text or (method == "rk4" and "in error" in text), number
     endings = summarise(store).endings
     for event in ("fallen", "passed", "won", "low"):
-        ended = [run.t_stop for run in runs if event in [name for _, name in run.events]]
+        ended = [run.t_stop for run in runs if f"the event {event} ends the run" in run.reason]
         assert endings.get(event, (0, 0)) == (len(ended), sum(t == 0 for t in ended))
     count, done = len(runs), [run.status.complete for run in runs]
     falls = [[name for _, name in run.events].count("swallowed") for run in runs]

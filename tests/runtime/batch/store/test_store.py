@@ -87,6 +87,22 @@ def test_a_block_counts_when_its_record_is_there(store: Store) -> None:
     assert open_store(store.path).stored() == [1]
 
 
+def test_a_block_of_an_ended_store_is_written_anew_with_other_numbers_and_the_end_follows(store: Store) -> None:
+    for block in range(3):
+        store.write(block, values(store.runs(block).start, len(store.runs(block))))
+    store.end(10)
+    assert store.path is not None
+    (store.path / block_record(1)).unlink()
+    with store.writing():
+        pass  # lets the store go
+    going = resume(store.path, LAYOUT, lambda _: None)
+    with going.writing():
+        going.write(1, values(100, 4))
+        assert np.array_equal(going.read("m1", [1]), np.arange(100, 104) + 0.5)
+        going.end(10)
+    assert verify(store.path).complete
+
+
 def test_chunks_are_on_the_disk_before_their_record_has_its_name(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """At whichever instant the power goes, what a record lists is there: files, names in folders, then the record."""
     forced: list[Path] = []

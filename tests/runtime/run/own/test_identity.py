@@ -20,7 +20,9 @@ from mehvar.runtime.run.own.identity import told
 from mehvar.runtime.run.own.law import own_law
 
 GAINS = """
+from collections import defaultdict
 from types import SimpleNamespace
+from typing import NamedTuple
 import numpy as np
 K = 2.0
 TABLE = {"soft": [1.0, 2.0], "hard": (np.arange(3.0), {4.0})}
@@ -43,9 +45,31 @@ def deeper(x):
 def scaled(k):
     return lambda x: k * x
 one, two = scaled(1.0), scaled(2.0)
+class Row(list): pass
+class Table(dict): pass
+class Pair(tuple): pass
+class Real(float): pass
+class Matrix(np.ndarray): pass
+holders = Row(), Table(), Pair(), Real(), np.zeros(1).view(Matrix)
+for holder, level in zip(holders, (1.0, 2.0, 3.0, 4.0, 5.0)):
+    holder.level = level
+row, named, pair, real, matrix = holders
+class Meta(type):
+    level = 1.0
+class Metered(metaclass=Meta):
+    "2.0"
+class Step(NamedTuple):
+    size: float
+step, choices, missing = Step(0.5), {"b": 1.0, "a": 2.0}, defaultdict(lambda: 3.0)
+helper.level = 1.5
+helper.__doc__ = "2.5"
+np.level = 6.0
 """
 LAWS = """
 import math
+import os
+import sys
+from collections import deque
 import numpy as np
 import gains
 from gains import K as COPY, helper, own, one, two
@@ -90,6 +114,33 @@ def writes(t, x):
     return [MINE * x[0]]
 generator = np.random.default_rng(1)
 def random(t, x): return [generator.normal() * x[0]]
+def attribute(t, x): return [attribute.k * helper.level * x[0]]
+attribute.k = 2.0
+def text(t, x): return [float(helper.__doc__) * float(gains.Metered.__doc__) * x[0]]
+def row(t, x): return [gains.row.level * x[0]]
+def named(t, x): return [gains.named.level * x[0]]
+def pair(t, x): return [gains.pair.level * x[0]]
+def real(t, x): return [gains.real.level * x[0]]
+def matrix(t, x): return [gains.matrix.level * x[0]]
+def metered(t, x): return [gains.Metered.level * x[0]]
+def step(t, x): return [gains.step.size * x[0]]
+def order(t, x): return [next(iter(gains.choices.values())) * x[0]]
+def absent(t, x): return [gains.missing["k"] * x[0]]
+def patched(t, x): return [np.level * x[0]]
+def evaluates(t, x): return [eval("gains.K") * x[0]]
+def global_table(t, x): return [globals()["MINE"] * x[0]]
+def through(t, x): return [getattr(helper, "__globals__")["K"] * x[0]]
+def loaded(t, x): return [sys.modules["gains"].K * x[0]]
+def environment(t, x): return [float(os.environ.get("K", "1")) * x[0]]
+def lazily(t, x):
+    import os
+    return [float(os.environ.get("K", "1")) * x[0]]
+each = np.frompyfunc(lambda angle: gains.K * angle, 1, 1)
+def vectorized(t, x): return [each(x[0])]
+class Queue(deque): pass
+queue = Queue([1.0])
+queue.level = 1.0
+def queued(t, x): return [queue[0] * x[0]]
 """
 CHANGES: dict[str, list[tuple[str, str, str]]] = {
     "module": [("gains", "K = 2.0", "K = 3.0")],
@@ -113,14 +164,34 @@ CHANGES: dict[str, list[tuple[str, str, str]]] = {
     "lazy": [("gains", "K = 2.0", "K = 3.0")],
     "method": [("laws", "slope = 1.0", "slope = 2.0"), ("laws", "level = 4.0", "level = 5.0")],
     "closed": [("laws", "around(7.0)", "around(8.0)")],
+    "attribute": [("laws", "attribute.k = 2.0", "attribute.k = 2.5"), ("gains", "level = 1.5", "level = 1.75")],
+    "text": [("gains", '"2.5"', '"3.5"'), ("gains", '"2.0"', '"3.0"')],
+    "row": [("gains", "(1.0, 2.0, 3.0, 4.0, 5.0)", "(1.5, 2.0, 3.0, 4.0, 5.0)")],
+    "named": [("gains", "(1.0, 2.0, 3.0, 4.0, 5.0)", "(1.0, 2.5, 3.0, 4.0, 5.0)")],
+    "pair": [("gains", "(1.0, 2.0, 3.0, 4.0, 5.0)", "(1.0, 2.0, 3.5, 4.0, 5.0)")],
+    "real": [("gains", "(1.0, 2.0, 3.0, 4.0, 5.0)", "(1.0, 2.0, 3.0, 4.5, 5.0)")],
+    "matrix": [("gains", "(1.0, 2.0, 3.0, 4.0, 5.0)", "(1.0, 2.0, 3.0, 4.0, 5.5)")],
+    "metered": [("gains", "level = 1.0", "level = 1.25")],
+    "step": [("gains", "Step(0.5)", "Step(0.75)")],
+    "order": [("gains", '{"b": 1.0, "a": 2.0}', '{"a": 2.0, "b": 1.0}')],
+    "absent": [("gains", "lambda: 3.0", "lambda: 3.5")],
+    "patched": [("gains", "np.level = 6.0", "np.level = 6.5")],
 }  # fmt: skip
 """What each law reads, in the text of a module, and what it is changed to."""
 UNTOLD = {
-    "whole": "the module laws.gains is used as a whole",
+    "whole": "vars is read",
     "dynamic": "the module laws.gains is used as a whole",
     "imports": "imports imports gains while it runs",
     "writes": "writes sets the global MINE",
     "random": "laws.generator is of numpy.random",
+    "evaluates": "eval is read",
+    "global_table": "globals is read",
+    "through": "through reads __globals__",
+    "loaded": "sys.modules is read",
+    "environment": "os.environ is read",
+    "lazily": "lazily imports os",
+    "vectorized": "laws.each is of numpy.frompyfunc",
+    "queued": "laws.queue is of laws.Queue, which holds what nobody sees",
 }
 TEXTS = {"gains": GAINS, "laws": LAWS, "package/__init__": "", "package/inner": "DEEP = 1.0\n"}
 
@@ -187,4 +258,4 @@ def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, pr
     with pytest.raises(InputError, match=r"law = 'gains.K = float 2.0', not 'gains.K = float 3.0'"):
         batch(laws(project, "gains", "K = 2.0", "K = 3.0"), "module", resume=True)
     with pytest.raises(InputError, match=r"cannot be told: the module laws.gains is used as a whole"):
-        batch(laws(project), "whole", resume=True)
+        batch(laws(project), "dynamic", resume=True)

@@ -7,8 +7,8 @@
  * margin comes to zero, and behind which the margin rises, is tried again as far as the tangent goes, which is half way to
  * where a parabola touches: steps get shorter until one ends beyond the limit, or the margin turns before. Fixed steps
  * cannot, and end the run. A step that stays clear of the limits is not changed by any of this. */
-#ifndef MEHVAR_LIMITS_H
-#define MEHVAR_LIMITS_H
+#ifndef MEHVAR_MARGINS_H
+#define MEHVAR_MARGINS_H
 
 #include "control.h"
 
