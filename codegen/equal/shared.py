@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts that two sides share, in whatever words: each becomes one node, or one free number, before the rest is compared.
+
+What has the same value in the field is one node. What has the same value at some real points is looked at: if it is the
+same function, as one arc written in two ways is, a free number stands for it on both sides. What is equal whatever that
+number is, is equal; conditions on it are linear, and what excludes them is proved.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from ..equations.document import reached
+from .branches import BRANCHING, COMPARISONS, difference, replaced_nodes
+from .pool import Pool
+
+INEXACT = frozenset(
+    ("log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf", "floor", "ceiling", "mod")
+)
+"""Functions that the field takes for any function of what they look at."""
+_NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
+_MOST = 12
+"""Pairs of parts that are compared: each may take as long as a question of its own."""
+
+
+class Shared:
+    """Finds the parts that two expressions with free names share.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds them.
+    values : callable
+        Values of an expression in the field, None where it has none; equal ones prove equality.
+    look : callable
+        What an expression looks like at some real points.
+    same : callable
+        At how many points two expressions were found equal, 0 where that is proved; None where they may differ.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        values: Callable[[int], tuple[Any, ...]],
+        look: Callable[[int], tuple[str, ...]],
+        same: Callable[[int, int], int | None],
+    ) -> None:
+        self.pool = pool
+        self._values = values
+        self._look = look
+        self._same = same
+
+    def united(self, *roots: int) -> tuple[int, ...]:
+        """Return expressions in which all parts of the same value are one node, and every step is a floor."""
+        numbers: dict[int, int] = {}
+        known: dict[tuple[Any, ...], int] = {}
+        for node in reached(self.pool.nodes, roots):
+            operation, *operands = self.pool.nodes[node]
+            parts = [numbers[o] if isinstance(o, int) else o for o in operands]
+            number = self._rebuilt(operation, parts) if self.pool.operands(node) else node
+            if operation not in _NO_NUMBER and None not in (values := self._values(number)):
+                number = known.setdefault(values, number)
+            numbers[node] = number
+        return tuple(numbers[root] for root in roots)
+
+    def _rebuilt(self, operation: str, parts: Sequence[Any]) -> int:
+        pool, minus = self.pool, self.pool.number(-1)
+        if operation == "ceiling":
+            return pool.many("mul", [minus, self._floor(pool.many("mul", [minus, parts[0]]))])
+        if operation == "mod":
+            whole = self._floor(pool.many("mul", [parts[0], self._inverse(parts[1])]))
+            return difference(pool, parts[0], pool.many("mul", [parts[1], whole]))
+        if operation in ("add", "mul"):
+            return pool.many(operation, parts)
+        return pool.intern(operation, *parts)
+
+    def _floor(self, of: int) -> int:
+        return self.pool.intern("floor", *self.united(of))
+
+    def _inverse(self, of: int) -> int:
+        value = self.pool.constant(of)
+        return self.pool.power(of, Fraction(-1)) if not value else self.pool.number(1 / value)
+
+    def freed(self, old: int, new: int) -> tuple[int, int, int]:
+        """Return both sides with free numbers for what they share, and at how many points that was found equal.
+
+        The number of points is zero where the field proves it.
+        """
+        first, second = self._parts(old), self._parts(new)
+        free = {node: self._free(node) for node in first & second if self.pool.nodes[node][0] in BRANCHING}
+        others = defaultdict[tuple[str, ...], list[int]](list)
+        for node in sorted(second - first):
+            others[self._look(node)].append(node)
+        points, left = list[int](), _MOST
+        for node in sorted(first - second):
+            for other in others[self._look(node)]:
+                sides = replaced_nodes(self.pool, node, free), replaced_nodes(self.pool, other, free)
+                if other in free or left == 0 or len({*self.united(*sides)}) == 1:
+                    continue
+                left -= 1
+                if (count := self._same(*sides)) is not None:
+                    free[node] = free[other] = self._free(node)
+                    points.append(count)
+                    break
+        ends = self.united(*(replaced_nodes(self.pool, root, free) for root in (old, new)))
+        return ends[0], ends[1], min(filter(None, points), default=0)
+
+    def _parts(self, root: int) -> set[int]:
+        """Return the parts of an expression that the field cannot look into and that have a number as their value."""
+        opaque: dict[int, bool] = {}
+        for node in reached(self.pool.nodes, [root]):
+            operation = self.pool.nodes[node][0]
+            opaque[node] = operation in INEXACT | BRANCHING or any(opaque[k] for k in self.pool.operands(node))
+        return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
+
+    def _free(self, node: int) -> int:
+        return self.pool.intern("sym", f"shared part {node}")
