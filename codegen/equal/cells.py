@@ -11,6 +11,7 @@ the field cannot tell, as where arcs undo their functions, is decided by many po
 
 from __future__ import annotations
 
+import functools
 import itertools
 import random
 from collections import Counter
@@ -555,26 +556,25 @@ class Cells:
         """Return a point on a line through another one where a node is zero, and along which name."""
         for name in names:
             grid = self._grid(base, name)
-            values = self._at(node, base, name, grid)
-            hits = np.nonzero(values[1:] * values[:-1] <= 0)[0]
-            for k in sorted(map(int, hits), key=lambda k: abs(grid[k]))[:1]:
-                rows = np.zeros(1, dtype=int)
-                place = self._cut_down(
-                    lambda cuts: np.sign(self._at(node, base, name, cuts))[None], rows, grid[[k]], grid[[k + 1]]
-                )
+            signs = self._sign_at(node, base, name, grid)[0]
+            hits = np.nonzero(signs[1:] * signs[:-1] <= 0)[0]
+            for k in map(int, hits[np.argsort(np.abs(grid[hits]))][:1]):
+                signs = functools.partial(self._sign_at, node, base, name)
+                place = self._cut_down(signs, np.zeros(1, dtype=int), grid[[k]], grid[[k + 1]])
                 return {**base, name: float(place[0])}, name
         return None, ""
 
-    def _at(self, node: int, base: Point, name: str, values: Array) -> Array:
+    def _sign_at(self, node: int, base: Point, name: str, values: Array) -> Array:
+        """Return the sign of a node at places on a line, as a row."""
         nodes = reached(self.pool.nodes, [node])
         self._left -= len(values) * len(nodes)
         found = doubles.values(self.pool, nodes, self._along(base, name, values))[node]
-        return np.broadcast_to(np.asarray(found, dtype=float), len(values))
+        signs: Array = np.sign(np.broadcast_to(np.asarray(found, dtype=float), len(values)))[None]
+        return signs
 
     def _names_of(self, node: int) -> list[str]:
-        return sorted(
-            {self.pool.nodes[k][1] for k in reached(self.pool.nodes, [node]) if self.pool.nodes[k][0] == "sym"}
-        )
+        nodes = (self.pool.nodes[k] for k in reached(self.pool.nodes, [node]))
+        return sorted({name for operation, name, *_ in nodes if operation == "sym"})
 
     def _centres(self) -> list[int]:
         """Return what is zero at the centre of something narrow, first in what one side has alone."""
@@ -737,11 +737,15 @@ class Cells:
 
     def _is_out(self, ways: tuple[Way, ...]) -> bool:
         """Whether ways are proved to exclude each other."""
-        alternatives = self._alternatives(ways)
+        alternatives, taken = self._alternatives(ways), dict(ways)
         return alternatives is not None and all(
             self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
-            for required in alternatives
+            for required in (self._where(taken, alternative) for alternative in alternatives)
         )
+
+    def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
+        """Return signs as those of what nodes are where others go their ways."""
+        return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))
 
     def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
         """Whether signs are proved to exclude each other."""

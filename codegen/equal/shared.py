@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts that two sides share, in whatever words: each becomes one node, or one free number, before the rest is compared.
+"""Parts that two sides share, in whatever words: each becomes one node, or one free number, before all is compared.
 
 What has the same value in the field is one node. What has the same value at some real points is looked at: if it is the
 same function, as one arc written in two ways is, a free number stands for it on both sides. What is equal whatever that
@@ -14,12 +14,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..equations.document import reached
-from .branches import BRANCHING, COMPARISONS, difference, replaced_nodes
+from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
 from .pool import Pool
 
-INEXACT = frozenset(
-    ("log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf", "floor", "ceiling", "mod")
-)
+INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
 """Functions that the field takes for any function of what they look at."""
 _NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
 _MOST = 12
@@ -54,7 +52,7 @@ class Shared:
         self._same = same
 
     def united(self, *roots: int) -> tuple[int, ...]:
-        """Return expressions in which all parts of the same value are one node, and every step is a floor."""
+        """Return expressions in which all parts of the same value are one node, steps are floors, and logarithms short."""
         numbers: dict[int, int] = {}
         known: dict[tuple[Any, ...], int] = {}
         for node in reached(self.pool.nodes, roots):
@@ -73,9 +71,27 @@ class Shared:
         if operation == "mod":
             whole = self._floor(pool.many("mul", [parts[0], self._inverse(parts[1])]))
             return difference(pool, parts[0], pool.many("mul", [parts[1], whole]))
+        if operation == "log":
+            return self._logarithm(parts[0])
         if operation in ("add", "mul"):
             return pool.many(operation, parts)
         return pool.intern(operation, *parts)
+
+    def _logarithm(self, of: int) -> int:
+        """Return a logarithm as a sum: positive factors apart, and the exponent of an odd power or a root before it."""
+        pool = self.pool
+        factors = pool.operands(of) if pool.nodes[of][0] == "mul" else (of,)
+        apart = [k for k in factors if pool.nodes[k][0] == "exp" or (pool.constant(k) or 0) > 0]
+        rest = pool.many("mul", [k for k in factors if k not in apart]) if len(apart) < len(factors) else None
+        terms = [pool.operands(k)[0] if pool.nodes[k][0] == "exp" else pool.intern("log", k) for k in apart]
+        if rest is not None:
+            exponent = pool.constant(pool.operands(rest)[1]) if pool.nodes[rest][0] == "pow" else None
+            if exponent is not None and exponent.numerator % 2:
+                inner = self._logarithm(pool.operands(rest)[0])
+                terms.append(pool.many("mul", [pool.number(exponent), inner]))
+            else:
+                terms.append(pool.intern("log", rest))
+        return pool.many("add", terms)
 
     def _floor(self, of: int) -> int:
         return self.pool.intern("floor", *self.united(of))
