@@ -52,7 +52,7 @@ class Shared:
         self._same = same
 
     def united(self, *roots: int) -> tuple[int, ...]:
-        """Return expressions in which all parts of the same value are one node, steps are floors, and logarithms short."""
+        """Return expressions in which parts of the same value are one node, steps are floors, and logarithms short."""
         numbers: dict[int, int] = {}
         known: dict[tuple[Any, ...], int] = {}
         for node in reached(self.pool.nodes, roots):
