@@ -84,6 +84,8 @@ _MOST_PROVED = 60_000
 """Nodes of joint states that are compared in the field before points are looked for: a second or two."""
 _MOST_OPEN = 24
 """Joint states left by that; more are looked for as ways and pairs of ways."""
+_MOST_CASES = 3
+"""Case distinctions inside conditions that are taken apart for a proof: eight cases of two each."""
 _MOST_PATTERNS = 4000
 """Ways in which branching nodes go together that are looked at with 50 digits."""
 _MOST_STEPS = 128
@@ -735,13 +737,24 @@ class Cells:
             return {*ways} <= self._ways and (len(ways) < 2 or ways in self._pairs)
         return any(state.issuperset(ways) for state in self._states)
 
-    def _is_out(self, ways: tuple[Way, ...]) -> bool:
-        """Whether ways are proved to exclude each other."""
-        alternatives, taken = self._alternatives(ways), dict(ways)
-        return alternatives is not None and all(
-            self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
-            for required in (self._where(taken, alternative) for alternative in alternatives)
-        )
+    def _is_out(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> bool:
+        """Whether ways are proved to exclude each other, and ways of others, which need not count, if there are any.
+
+        Signs of sums of cases say little before each case is taken for itself.
+        """
+        alternatives, taken = self._alternatives(ways, others), dict((*ways, *others))
+        if alternatives is None:
+            return False
+        signs = [self._where(taken, alternative) for alternative in alternatives]
+        possible = [required for required in signs if not self._are_out(required)]
+        if not possible or len(others) == _MOST_CASES:
+            return not possible
+        cased = branching(self.pool, [node for required in possible for node, _ in required])
+        node = next((k for k in cased if k not in taken and self.pool.nodes[k][0] in ("piecewise", "sign")), None)
+        return node is not None and all(self._is_out(ways, (*others, way)) for way in ways_of(self.pool, node))
+
+    def _are_out(self, required: tuple[Atom, ...]) -> bool:
+        return self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
 
     def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
         """Return signs as those of what nodes are where others go their ways."""
@@ -755,9 +768,9 @@ class Cells:
             )
         return self._impossible[required]
 
-    def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
+    def _alternatives(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> list[tuple[Atom, ...]] | None:
         """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
-        product = every([*(requirements(self.pool, way) for way in ways), [self._inside]])
+        product = every([*(requirements(self.pool, way) for way in (*ways, *others)), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
                 product = every([product, needed]) or product

@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from itertools import product
+from math import prod
 from typing import Any
 
 from ..equations.document import reached
@@ -20,6 +22,9 @@ from .pool import Pool
 INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
 """Functions that the field takes for any function of what they look at."""
 _NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
+_TWO = 2
+_FEW = 8
+"""Values of one part that are kept apart: those of three signs."""
 _MOST = 12
 """Pairs of parts that are compared: each may take as long as a question of its own."""
 
@@ -106,7 +111,8 @@ class Shared:
         The number of points is zero where the field proves it.
         """
         first, second = self._parts(old), self._parts(new)
-        free = {node: self._free(node) for node in first & second if self.pool.nodes[node][0] in BRANCHING}
+        common = [node for node in first & second if self.pool.nodes[node][0] in BRANCHING]
+        free = {node: self._free(node, self._range(node)) for node in common}
         others = defaultdict[tuple[str, ...], list[int]](list)
         for node in sorted(second - first):
             others[self._look(node)].append(node)
@@ -118,7 +124,9 @@ class Shared:
                     continue
                 left -= 1
                 if (count := self._same(*sides)) is not None:
-                    free[node] = free[other] = self._free(node)
+                    free[node] = free[other] = self._free(
+                        node, min(map(self._range, sides), key=lambda values: len(values) or _FEW)
+                    )
                     points.append(count)
                     break
         ends = self.united(*(replaced_nodes(self.pool, root, free) for root in (old, new)))
@@ -132,5 +140,34 @@ class Shared:
             opaque[node] = operation in INEXACT | BRANCHING or any(opaque[k] for k in self.pool.operands(node))
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
 
-    def _free(self, node: int) -> int:
-        return self.pool.intern("sym", f"shared part {node}")
+    def _free(self, node: int, values: frozenset[Fraction]) -> int:
+        """Return a free number for a part, one of two values for what has no others."""
+        name = self.pool.intern("sym", f"shared part {node}")
+        if len(values) != _TWO:
+            return name
+        is_positive = self.pool.intern("strictgreaterthan", name, self.pool.number(0))
+        conditions = (is_positive, self.pool.intern("const", "True"))
+        pairs = zip(map(self.pool.number, sorted(values)), conditions, strict=True)
+        return self.pool.intern("piecewise", *(self.pool.intern("exprcondpair", *pair) for pair in pairs))
+
+    def _range(self, root: int) -> frozenset[Fraction]:
+        """Return values among which a part has its own, if they are few and its form says so; else none."""
+        ranges: dict[int, frozenset[Fraction]] = {}
+        for node in reached(self.pool.nodes, [root]):
+            operation, value = self.pool.nodes[node][0], self.pool.constant(node)
+            parts = [ranges[k] for k in self.pool.operands(node)]
+            if operation == "sign":
+                parts = [frozenset((Fraction(-1), Fraction(1)))]
+            elif operation == "exprcondpair":
+                parts = parts[:1]
+            elif value is not None:
+                parts = [frozenset((value,))]
+            elif operation not in ("add", "mul", "piecewise") or not all(parts) or prod(map(len, parts)) > _FEW**2:
+                parts = []
+            if operation in ("add", "mul") and parts:
+                total = sum if operation == "add" else prod
+                found = frozenset(map(Fraction, map(total, product(*parts))))
+            else:
+                found = frozenset[Fraction]().union(*parts)
+            ranges[node] = found if len(found) <= _FEW else frozenset()
+        return ranges[root]
