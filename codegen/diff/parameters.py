@@ -47,7 +47,7 @@ _ROLES = {
     "delays": "delay",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
-_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
+_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output", "events": "law event"}
 """What a law's own quantities are called; as the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
@@ -67,7 +67,7 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
     renamed : mapping
         Old names by new ones.
     """
-    symbols = tuple(_symbol_changes(old, new, renamed))
+    symbols = (*_symbol_changes(old, new, renamed), *_event_changes(old, new))
     told = {(change.role, change.name, change.what) for change in symbols}
     values = _value_changes(old.manifest, new.manifest, renamed)
     untold = (change for change in values if (change.role, change.name, change.what) not in told)
@@ -106,6 +106,23 @@ def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) ->
                 yield ParameterChange(name, role, what, getattr(origin, what), getattr(symbol, what))
     for (role, name), symbol in before.items():
         yield ParameterChange(name, role, "removed", symbol.description, "")
+
+
+def event_of(guard: str) -> tuple[str, dict[str, str]]:
+    """Return the event of a guard, with its law, and what the name of the guard says of it."""
+    event, _, text = guard.rpartition(": ")
+    direction, _, ends = text.partition(" ends ")
+    return event, {"direction": direction, "ends": ends}
+
+
+def _event_changes(old: Document, new: Document) -> Iterator[ParameterChange]:
+    """Compare directions and ends of the events that both sides have, once for all components of a guard."""
+    before, after = (dict(event_of(row.name) for row in side.results if row.kind == "guard") for side in (old, new))
+    for name in [name for name in after if name in before]:
+        law, _, event = name.rpartition(": ")
+        for what, value in after[name].items():
+            if value != before[name][what]:
+                yield ParameterChange(event, f"law event {law}" if law else "event", what, before[name][what], value)
 
 
 def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
@@ -191,7 +208,7 @@ def _record(record: object, role: str, name: str, skipped: Collection[str]) -> I
     for key, value in _fields(record, skipped):
         if isinstance(value, Mapping):
             yield from (((f"{role} {name}", n, "value"), text) for n, text in _numbers(key, value))
-        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter):
+        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter | Event):
             yield from _rows(value, f"{_OWN.get(key, role)} {name}", skipped)
         elif key not in _OWN:
             yield (f"{role} {name}", key, "value"), _text(value)

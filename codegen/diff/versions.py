@@ -16,6 +16,7 @@ from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
 from ..equal.reals import PointSampler
 from ..equations.document import Document, Row, Symbol
+from .parameters import event_of
 
 Key = tuple[str, str, int]
 Interval = tuple[Fraction | None, Fraction | None]
@@ -214,10 +215,17 @@ def _items(document: Document, numbers: Sequence[int]) -> tuple[Item, ...]:
     seen: Counter[tuple[str, str]] = Counter()
     items = []
     for row in document.rows:
-        label = f"{row.name} {row.number} {row.title}" if row.kind == "equation" else row.name
+        label = _label(row)
         seen[row.kind, label] += 1
         items.append(Item(row, (row.kind, label, seen[row.kind, label]), numbers[row.node]))
     return tuple(items)
+
+
+def _label(row: Row) -> str:
+    """Return by what a row is known again: a guard by its event, whose direction and end are compared apart."""
+    if row.kind == "equation":
+        return f"{row.name} {row.number} {row.title}"
+    return event_of(row.name)[0] if row.kind == "guard" else row.name
 
 
 def renamed_symbols(old: Document, new: Document) -> dict[str, str]:

@@ -11,6 +11,7 @@ the field cannot tell, as where arcs undo their functions, is decided by many po
 
 from __future__ import annotations
 
+import functools
 import itertools
 import random
 from collections import Counter
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..equations.document import reached
 from ..equations.formula import Printer
-from . import doubles, intervals, linear, reals
+from . import doubles, reals
 from .branches import (
     COMPARISONS,
     STEPS,
@@ -42,8 +43,10 @@ from .branches import (
 )
 from .doubles import Array
 from .pool import Pool
+from .proofs import intervals, linear
+from .proofs.signs import Signs, splits
 from .reals import PointSampler, RealWorld
-from .signs import Signs, splits
+from .slopes import slope
 
 Point = dict[str, float]
 State = frozenset[Way]
@@ -77,6 +80,12 @@ _GRID = tuple(
 """Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
+_MOST_PROVED = 60_000
+"""Nodes of joint states that are compared in the field before points are looked for: a second or two."""
+_MOST_OPEN = 24
+"""Joint states left by that; more are looked for as ways and pairs of ways."""
+_MOST_CASES = 3
+"""Case distinctions inside conditions that are taken apart for a proof: eight cases of two each."""
 _MOST_PATTERNS = 4000
 """Ways in which branching nodes go together that are looked at with 50 digits."""
 _MOST_STEPS = 128
@@ -98,6 +107,14 @@ _INNER = 3
 _BURNT = 3
 """Points of one pattern that are looked at with 50 digits until the way of each node is clear there."""
 _ARCS = frozenset(("asin", "acos", "atan2"))
+_NARROW = frozenset(
+    ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
+)
+"""Functions that may change within a narrow place only, about a zero or an extremum of what they look at."""
+_BROAD = 3
+"""The largest power that is as wide as what it is a power of."""
+_MOST_CENTRES = 24
+"""Places about which something narrow is looked for, those of one side first: each costs a line through each name."""
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**30)
 """A sign counts where a value is larger than this part of what it was computed from: 30 of 50 digits. The square of a
@@ -106,11 +123,15 @@ window of 1e-9 has 18; an arc beside one keeps half of the 90 digits that are co
 
 @dataclass(frozen=True)
 class Outcome:
-    """An answer: equal or not, or None; how that is known; for a difference, a point in its cell."""
+    """An answer: equal or not, or None; how that is known; for a difference, a point in its cell.
+
+    `points` is how many agreed at least in each cell that nothing but points tells to be equal; zero if there is none.
+    """
 
     equal: bool | None
     how: str
     point: Mapping[str, Fraction] | None = None
+    points: int = 0
 
 
 @dataclass
@@ -139,6 +160,10 @@ class Cells:
         Whether two smooth expressions are equal: True, False, or None where only the reals know.
     never_has : callable
         Whether it is proved that an expression never has a sign.
+    roots : (int, int)
+        Both.
+    inside : sequence of atoms
+        Signs that hold where both have a value.
     """
 
     def __init__(
@@ -149,6 +174,8 @@ class Cells:
         world: Callable[[Mapping[str, Fraction]], RealWorld],
         same: Callable[[int, int], bool | None],
         never_has: Callable[[int, int], bool],
+        roots: tuple[int, int],
+        inside: Sequence[Atom],
     ) -> None:
         self.pool = pool
         self.sampler = sampler
@@ -158,10 +185,8 @@ class Cells:
         self._bounds = bounds
         self._split = Signs(pool, bounds)
         self._impossible: dict[tuple[Atom, ...], bool] = {}
-
-    def walk(self, old: int, new: int) -> Outcome | None:
-        """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
-        self._roots = (old, new)
+        self._roots = roots
+        self._inside = tuple(inside)
         self._units = branching(self.pool, self._roots)
         self._atoms = list(dict.fromkeys(g for node in self._units for g in atoms(self.pool, node)))
         self._steps = [node for node in self._units if self.pool.nodes[node][0] in STEPS]
@@ -179,31 +204,58 @@ class Cells:
         self._patterns: Counter[bytes] = Counter()
         self._numbers_seen: Counter[bytes] = Counter()
         self._cell: dict[bytes, State] = {}
+        self._seen: set[bytes] = set()
         self._insides: dict[State, _Inside] = {}
         self._walked: set[State] = set()
         self._line_number = 0
         self._left = _WORK
         self._points = 0
         self._draw = random.Random(1)
-        return self._walk()
 
-    def decide(
-        self, doubtful: Sequence[tuple[Way, ...]] = (), inside: Sequence[Atom] = (), complete: bool = False
-    ) -> Outcome:
+    def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Outcome:
         """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`.
 
         Parameters
         ----------
         doubtful : sequence of tuple of ways
             Joint states in which both sides may differ.
-        inside : sequence of atoms
-            Signs that hold where both sides have a value.
         complete : bool
             Whether both sides are known to be equal in every other joint state.
         """
-        self._inside = tuple(inside)
         self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
-        return self._missing() or (None if complete else self._joint()) or self._equal()
+        return self._look_inside() or self._missing() or (None if complete else self._joint()) or self._equal()
+
+    def open_states(self) -> list[tuple[Way, ...]] | None:
+        """Return the joint states that are neither equal in the field nor excluded; None if there are too many."""
+        found: list[tuple[Way, ...]] = []
+        stack: list[dict[int, int]] = [{}]
+        left, proofs = _MOST_PROVED, _MOST_MISSING
+        while stack:
+            taken = stack.pop()
+            left -= len(self._nodes)
+            if self._are_equal(taken):
+                continue
+            state = tuple(sorted(taken.items()))
+            if taken:
+                proofs -= 1
+                if self._is_out(state):
+                    continue
+            if left < 0 or proofs < 0 or len(found) > _MOST_OPEN:
+                return None
+            free = self._free(taken)
+            if free:
+                stack += [{**taken, node: way} for node, way in ways_of(self.pool, max(free))]
+            else:
+                found.append(state)
+        return found
+
+    def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
+        """Look for joint states, outside which both sides are equal; after `walk`."""
+        if not states:
+            return Outcome(
+                True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
+            )
+        return self._look_inside() or next(filter(None, map(self._sought, states)), None) or self._equal()
 
     @property
     def points(self) -> str:
@@ -240,7 +292,8 @@ class Cells:
 
     # Lines
 
-    def _walk(self) -> Outcome | None:
+    def walk(self) -> Outcome | None:
+        """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
             return outcome
@@ -256,7 +309,7 @@ class Cells:
                 return outcome
             base = starts if number % _LINES == _LINES - 1 else line
             here = _row(base, self._chosen(base, range(len(base[name])))) if len(base[name]) else here
-        return self._look_inside()
+        return None
 
     def _chosen(self, columns: Mapping[str, Array], among: Sequence[int]) -> int:
         """Return the number of a point from which the next line starts."""
@@ -329,10 +382,15 @@ class Cells:
 
     def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
         """Return where conditions change between two places each, to the last bit but two."""
+        return self._cut_down(lambda cuts: self._signs(base, name, cuts), rows, low, high)
+
+    @staticmethod
+    def _cut_down(signs_at: Callable[[Array], Array], rows: NDArray[np.intp], low: Array, high: Array) -> Array:
+        """Return where rows of signs change between two places each."""
         parts = np.linspace(0, 1, _SIXTEENTHS + 1)
         for _ in range(_CUTS if len(low) else 0):
             cuts = low[:, None] + (high - low)[:, None] * parts
-            signs = self._signs(base, name, cuts.ravel()).reshape(-1, *cuts.shape)
+            signs = signs_at(cuts.ravel()).reshape(-1, *cuts.shape)
             own = signs[rows, np.arange(len(rows))]
             first = np.argmax(own[:, 1:] * own[:, :1] <= 0, axis=1)
             low, high = cuts[np.arange(len(rows)), first], cuts[np.arange(len(rows)), first + 1]
@@ -375,10 +433,10 @@ class Cells:
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
-            is_new = pattern not in self._cell and self._is_wanted(pattern)
+            is_new = pattern not in self._seen and self._is_wanted(pattern)
             if is_new and (outcome := self._judge(_row(point, k), pattern)):
                 return outcome
-            if inside is not None and self._cell.get(pattern) == inside:
+            if inside is not None and self._cell.get(self._signs_of(pattern)) == inside:
                 members.append(k)
         near = self._near(point, members)
         for k in self._draw.sample(near, min(len(near), _OF_A_LINE)):
@@ -390,7 +448,7 @@ class Cells:
 
     def _is_wanted(self, pattern: bytes) -> bool:
         """Whether a point is looked at because nodes go together there as they do, and count it."""
-        without = pattern[8 * len(self._steps) :]
+        without = self._signs_of(pattern)
         seen = len(self._patterns), self._patterns[pattern], self._numbers_seen[without]
         if seen[0] >= _MOST_PATTERNS or seen[1] >= _BURNT or (self._steps and seen[2] >= _MOST_STEPS):
             return False
@@ -398,7 +456,11 @@ class Cells:
         self._numbers_seen[without] += 1
         return True
 
-    def _judge(self, here: Point, pattern: bytes = b"") -> Outcome | None:
+    def _signs_of(self, pattern: bytes) -> bytes:
+        """Return how branching nodes go together without the whole numbers of steps, which no joint state holds."""
+        return pattern[8 * len(self._steps) :]
+
+    def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
         """Compare both sides at a point with 50 digits, and in its cell exactly."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
@@ -420,7 +482,9 @@ class Cells:
                 return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
             same = None
         state = frozenset((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
-        self._cell[pattern] = state
+        if pattern is not None:
+            self._seen.add(pattern)
+            self._cell[self._signs_of(pattern)] = state
         if same or self._is_told(state, here):
             ways = sorted(state)
             self._ways |= {*ways}
@@ -447,11 +511,91 @@ class Cells:
 
         Every other line starts where one name was drawn anew, which leaves a cell that other names lead back to.
         """
-        while state := next((state for state in self._insides if state not in self._walked), None):
+        if self._insides and not self._walked and (outcome := self._visit_centres()):
+            return outcome
+        while waiting := [state for state in self._insides if state not in self._walked]:
+            state = waiting[0]
             self._walked.add(state)
             if outcome := self._along_inside(state):
                 return outcome
         return None
+
+    # Centres
+
+    def _visit_centres(self) -> Outcome | None:
+        """Visit the places about which something narrow may lie, one after the other and all together.
+
+        A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, is where f - c is zero; what has no
+        zero, such as a square written out, has its extremum there.
+        """
+        centres = self._centres()
+        names = {k: self._names_of(k) for k in centres}
+        before = self._turning, self._nodes
+        self._turning = [*self._turning, *centres]
+        self._nodes = reached(self.pool.nodes, [*self._nodes, *centres])
+        starts = doubles.draw(self._names, self.sampler, 256, seed=13)
+        start = _row(starts, int(np.argmin(np.max(np.abs([*starts.values()]), axis=0)))) if starts else {}
+        outcome, here, moved = None, start, set[str]()
+        for centre in centres:
+            free = [name for name in names[centre] if name not in moved] or names[centre]
+            for base in (start, here) if here is not start else (start,):
+                there, name = self._centre(centre, base, free)
+                if there is None or self._left < 0:
+                    continue
+                if outcome := self._judge(there) or self._around(there):
+                    return outcome
+                if base is here:
+                    here, moved = there, moved | {name}
+        self._turning, self._nodes = before
+        return None
+
+    def _around(self, here: Point) -> Outcome | None:
+        """Visit the lines through a point."""
+        lines = (self._line(here, name) for name in self._names)
+        return next((outcome for outcome in map(self._visit, lines) if outcome), None)
+
+    def _centre(self, node: int, base: Point, names: Sequence[str]) -> tuple[Point | None, str]:
+        """Return a point on a line through another one where a node is zero, and along which name."""
+        for name in names:
+            grid = self._grid(base, name)
+            signs = self._sign_at(node, base, name, grid)[0]
+            hits = np.nonzero(signs[1:] * signs[:-1] <= 0)[0]
+            for k in map(int, hits[np.argsort(np.abs(grid[hits]))][:1]):
+                signs = functools.partial(self._sign_at, node, base, name)
+                place = self._cut_down(signs, np.zeros(1, dtype=int), grid[[k]], grid[[k + 1]])
+                return {**base, name: float(place[0])}, name
+        return None, ""
+
+    def _sign_at(self, node: int, base: Point, name: str, values: Array) -> Array:
+        """Return the sign of a node at places on a line, as a row."""
+        nodes = reached(self.pool.nodes, [node])
+        self._left -= len(values) * len(nodes)
+        found = doubles.values(self.pool, nodes, self._along(base, name, values))[node]
+        signs: Array = np.sign(np.broadcast_to(np.asarray(found, dtype=float), len(values)))[None]
+        return signs
+
+    def _names_of(self, node: int) -> list[str]:
+        nodes = (self.pool.nodes[k] for k in reached(self.pool.nodes, [node]))
+        return sorted({name for operation, name, *_ in nodes if operation == "sym"})
+
+    def _centres(self) -> list[int]:
+        """Return what is zero at the centre of something narrow, first in what one side has alone."""
+        first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
+        centres: dict[int, None] = {}
+        for node in (*sorted(first ^ second), *sorted(first & second)):
+            operation = self.pool.nodes[node][0]
+            if operation in _NARROW or (operation == "pow" and not self._is_plain(node)):
+                operand = self.pool.operands(node)[0]
+                inner = reached(self.pool.nodes, [operand])
+                centres |= dict.fromkeys(k for k in inner if self.pool.nodes[k][0] in ("add", "sym", "sin", "cos"))
+                slopes = (slope(self.pool, operand, k) for k in inner if self.pool.nodes[k][0] == "sym")
+                centres |= dict.fromkeys(k for k in slopes if k is not None and self.pool.constant(k) is None)
+        return [k for k in centres if k not in self._atoms and self._names_of(k)][:_MOST_CENTRES]
+
+    def _is_plain(self, node: int) -> bool:
+        """Whether a power is a root or a small power, which is not narrow."""
+        exponent = self.pool.constant(self.pool.operands(node)[1])
+        return exponent is not None and 0 < exponent <= _BROAD
 
     def _along_inside(self, state: State) -> Outcome | None:
         inside = self._insides[state]
@@ -544,8 +688,7 @@ class Cells:
             if self._are_equal(taken):
                 continue
             left -= len(self._nodes)
-            free = {k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k)}
-            free = {k for k in free - taken.keys() if self.pool.nodes[k][0] not in COMPARISONS}
+            free = self._free(taken)
             if not free:
                 if outcome := self._sought(tuple(sorted(taken.items()))):
                     return outcome
@@ -555,6 +698,11 @@ class Cells:
                 ways = (way for way in ways_of(self.pool, max(free)) if self._goes_with(way, taken))
                 stack += [{**taken, node: way} for node, way in ways]
         return None
+
+    def _free(self, taken: Mapping[int, int]) -> set[int]:
+        """Return the nodes with ways, but for comparisons, that count where others go theirs and have none yet."""
+        counting = (k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k))
+        return {k for k in counting if k not in taken and self.pool.nodes[k][0] not in COMPARISONS}
 
     def _are_equal(self, taken: Mapping[int, int]) -> bool:
         """Whether both sides are equal where nodes go these ways, whatever the others do."""
@@ -585,17 +733,32 @@ class Cells:
         return self._company[way]
 
     def _is_met(self, ways: tuple[Way, ...]) -> bool:
-        if len(ways) < 3:
+        if 0 < len(ways) < 3:
             return {*ways} <= self._ways and (len(ways) < 2 or ways in self._pairs)
         return any(state.issuperset(ways) for state in self._states)
 
-    def _is_out(self, ways: tuple[Way, ...]) -> bool:
-        """Whether ways are proved to exclude each other."""
-        alternatives = self._alternatives(ways)
-        return alternatives is not None and all(
-            self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
-            for required in alternatives
-        )
+    def _is_out(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> bool:
+        """Whether ways are proved to exclude each other, and ways of others, which need not count, if there are any.
+
+        Signs of sums of cases say little before each case is taken for itself.
+        """
+        alternatives, taken = self._alternatives(ways, others), dict((*ways, *others))
+        if alternatives is None:
+            return False
+        signs = [self._where(taken, alternative) for alternative in alternatives]
+        possible = [required for required in signs if not self._are_out(required)]
+        if not possible or len(others) == _MOST_CASES:
+            return not possible
+        cased = branching(self.pool, [node for required in possible for node, _ in required])
+        node = next((k for k in cased if k not in taken and self.pool.nodes[k][0] in ("piecewise", "sign")), None)
+        return node is not None and all(self._is_out(ways, (*others, way)) for way in ways_of(self.pool, node))
+
+    def _are_out(self, required: tuple[Atom, ...]) -> bool:
+        return self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
+
+    def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
+        """Return signs as those of what nodes are where others go their ways."""
+        return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))
 
     def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
         """Whether signs are proved to exclude each other."""
@@ -605,9 +768,9 @@ class Cells:
             )
         return self._impossible[required]
 
-    def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
+    def _alternatives(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> list[tuple[Atom, ...]] | None:
         """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
-        product = every([*(requirements(self.pool, way) for way in ways), [self._inside]])
+        product = every([*(requirements(self.pool, way) for way in (*ways, *others)), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
                 product = every([product, needed]) or product
@@ -673,10 +836,11 @@ class Cells:
 
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
         names = " with ".join(self._text(node) for node, _ in ways)
-        state = "a branch of" if len(ways) == 1 else "a joint state of"
+        state = "a branch of" if len(ways) == 1 else "a joint state of" if ways else "the whole"
         met = [inside.points for told, inside in self._insides.items() if told.issuperset(ways)]
         what = f"was compared at {sum(met)} points only" if met else "was neither reached nor excluded"
-        return Outcome(None, f"equal at {self._points} points, but {before}{state} {names} {what}")
+        where = " ".join(filter(None, (state, names)))
+        return Outcome(None, f"equal at {self._points} points, but {before}{where} {what}")
 
     def _text(self, node: int) -> str:
         """Return the expression that branches, or its beginning."""
@@ -684,13 +848,12 @@ class Cells:
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
-        told = [inside.points for state, inside in self._insides.items() if state in self._states]
-        compared = (
-            f"; {len(told)} of them compared at {min(told)} points with {reals.DIGITS} digits or more" if told else ""
-        )
-        return Outcome(
-            True, f"{self.points}; each joint state in which they may differ was reached or is excluded{compared}"
-        )
+        told = [inside for state, inside in self._insides.items() if state in self._states]
+        if short := next((state for state in self._insides if state not in self._states), None):
+            return self._undecided(tuple(sorted(short)))
+        if told:
+            return Outcome(True, self.points, points=min(inside.points for inside in told))
+        return Outcome(True, f"{self.points}; each joint state in which they may differ was reached or is excluded")
 
 
 def _row(columns: Mapping[str, Array], k: int) -> Point:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias, TypeVar
@@ -150,11 +150,39 @@ def _complex_root(a: Complex) -> Element:
     raise Undefined("a root outside F_P(i)")
 
 
-def rational_power(a: Element, exponent: Fraction) -> Element:
-    """Return a^(p/q): odd roots are unique, even ones those of `sqrt`."""
+class Roots:
+    """Square roots at one point, some of them the other ones of their two; equal squares have equal roots.
+
+    Parameters
+    ----------
+    turned : sequence of bool
+        Whether the first root that is taken is the other one, and the second, ...; later ones are those of `sqrt`.
+    """
+
+    def __init__(self, turned: Sequence[bool] = ()) -> None:
+        self.turned = tuple(turned)
+        self.known: dict[Element, Element] = {}
+
+    def __call__(self, a: Element) -> Element:
+        """Return a root."""
+        if a not in self.known:
+            number = len(self.known)
+            root = sqrt(a)
+            self.known[a] = sub(0, root) if number < len(self.turned) and self.turned[number] else root
+        return self.known[a]
+
+    def others(self) -> Iterator[Roots]:
+        """Yield these roots with one more turned, for each that was taken after the last of those that are given."""
+        given = len(self.turned)
+        for number in range(given, len(self.known)):
+            yield Roots((*self.turned, *(False for _ in range(given, number)), True))
+
+
+def rational_power(a: Element, exponent: Fraction, roots: Callable[[Element], Element] = sqrt) -> Element:
+    """Return a^(p/q): odd roots are unique, even ones those that are given."""
     q, root = exponent.denominator, a
     while q % 2 == 0:
-        root, q = sqrt(root), q // 2
+        root, q = roots(root), q // 2
     if q > 1:
         if isinstance(root, Complex):
             raise Undefined("an odd root of a complex number")
@@ -179,10 +207,10 @@ def turned(a: Circle, n: int) -> Circle:
     return _repeated(turn, ONE, a, n)
 
 
-def halved(a: Circle) -> Circle:
+def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
     """Return the element of half an angle between -pi and pi."""
     half = number(Fraction(1, 2))
-    cosine = sqrt(mul(half, add(1, a[0])))
+    cosine = roots(mul(half, add(1, a[0])))
     return cosine, mul(half, mul(a[1], inverse(cosine)))
 
 

@@ -10,7 +10,7 @@ cell, its inside was compared at as many points as any expression is.
 
 from __future__ import annotations
 
-from collections import ChainMap, defaultdict
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -21,12 +21,14 @@ from typing import Any
 import mpmath
 
 from ..equations.document import reached
-from . import field, intervals, reals
-from .branches import COMPARISONS, Way, branching, counted, replaced_nodes, ways_of
+from . import field, reals, slopes
+from .branches import COMPARISONS, Way, branching, counted, ways_of
 from .domains import Domains
 from .meaning import Expression, Flat, Meaning
 from .pool import Pool
+from .proofs import intervals
 from .reals import Point, PointSampler, RealWorld
+from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
 
 SEED = 5
@@ -43,10 +45,10 @@ unseen in one of 10^8 cases. Each further node doubles the joint ways and the po
 _MOST_SIGNED = 512
 """Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
 to the reals, and doubling the points, seconds for a law, would add one node."""
+_SIGNS = 64
+"""Choices of signs of roots that are compared at a point of the field: all of six roots."""
 _ARCS = frozenset(("asin", "acos", "atan", "atan2"))
 """Functions whose angle the field knows by a root: that of acos(cos(a)) is a or -a by chance."""
-_FEW_PARTS = 5
-"""Branching parts that two sides do not share, whose joint states are all compared without looking for equal parts."""
 _LOOKS, _LOOK_DIGITS = 8, 12
 """Points, and digits there, by which equal parts of two sides are paired before they are compared: fewer pair more that
 are not equal, which costs a comparison each, more digits tell apart what differs by rounding."""
@@ -93,13 +95,15 @@ class Counterexample:
 class Verdict:
     """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ.
 
-    `point` lies in a cell in which both sides are different functions, or where one of them does not exist.
+    `point` lies in a cell in which both sides are different functions, or where one of them does not exist; `points` is
+    how many agreed where nothing but points tells that both sides are equal, zero where it is known.
     """
 
     equal: bool | None
     how: str
     counterexample: Counterexample | None = None
     point: Point | None = None
+    points: int = 0
 
 
 class Worlds:
@@ -159,6 +163,7 @@ class Judge:
         self._squares: dict[int, bool] = {}
         self.written_out = Flat(pool)
         self._domain = Domains(pool, self._is_positive, self._never_has, shortest=False)
+        self._shared = Shared(pool, self._values_of, self._look_of, self._points_of)
         self._needed = Domains(pool, self._is_positive, self._never_has, shortest=True)
 
     def how(self, *sides: Expression) -> str:
@@ -195,11 +200,15 @@ class Judge:
         return base != "num" and (base != "sym" or meaning.targets(names[0]) is not None)
 
     def at(
-        self, number: int, interpreted: bool = False, fixed: Mapping[str, field.Element] = MappingProxyType({})
+        self,
+        number: int,
+        interpreted: bool = False,
+        fixed: Mapping[str, field.Element] = MappingProxyType({}),
+        roots: Callable[[field.Element], field.Element] = field.sqrt,
     ) -> Worlds:
-        """Return new worlds at a point of the field, where some free names may have given values."""
+        """Return new worlds at a point of the field, where some free names may have given values, and roots signs."""
         seed = 100_000 * self.seed + number
-        return Worlds(lambda pool, lookup: FieldWorld(pool, lookup, seed, self.positive, interpreted, fixed))
+        return Worlds(lambda pool, lookup: FieldWorld(pool, lookup, seed, self.positive, interpreted, fixed, roots))
 
     def point(self, number: int) -> Worlds:
         """Return the worlds at a point of the field, kept from one use to the next."""
@@ -302,49 +311,38 @@ class Judge:
         return None
 
     def _by_branches(self, old: Expression, new: Expression) -> Verdict:
-        """Decide by the cells of the branching nodes, parts that both sides share as free numbers first."""
+        """Decide by the cells of the branching nodes, where nothing else helps with free numbers for shared parts."""
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
-        for simpler in (self._cut, self._merged):
-            sides = simpler(*roots)
-            if sides != roots and (verdict := self._by_cells(*sides)).equal:
-                return verdict
-        return self._by_cells(*roots)
+        verdict = self._by_parts(*roots)
+        if not verdict.points:
+            return verdict
+        used = {self.pool.nodes[node][0] for node in reached(self.pool.nodes, roots)} & INEXACT or {"roots"}
+        told = f"compared at {verdict.points} points with {reals.DIGITS} digits: {', '.join(sorted(used))}"
+        return replace(verdict, how=f"{verdict.how}; {told} {'is' if len(used) == 1 else 'are'} not decided exactly")
 
-    def _cut(self, old: int, new: int) -> tuple[int, int]:
-        """Return both sides with free numbers in place of the branching parts that they share."""
-        first, second = self._parts(old), self._parts(new)
-        return self._freed(old, new, {node: self._shared(node) for node in first & second})
+    def _by_parts(self, old: int, new: int) -> Verdict:
+        """Decide by cells, if no point tells both sides apart first with shared parts as free numbers."""
+        cells = self._cells(old, new)
+        if outcome := cells.walk():
+            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+        simple = self._shared.united(old, new)
+        if simple[0] == simple[1]:
+            return Verdict(True, "the same text with shared parts as one")
+        *simpler, points = self._shared.freed(*simple)
+        if simpler != [old, new] and (verdict := self._by_cells(*simpler)).equal:
+            return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
+        return self._settled(cells, old, new)
 
-    def _merged(self, old: int, new: int) -> tuple[int, int]:
-        """Return both sides with free numbers in place of branching parts that are the same function on both.
+    def _points_of(self, old: int, new: int) -> int | None:
+        """Return at how many points two expressions were found equal, 0 where that is proved; None if they were not."""
+        verdict = self._by_cells(old, new)
+        return verdict.points if verdict.equal else None
 
-        A few parts are compared in every joint state anyway.
-        """
-        first, second = self._parts(old), self._parts(new)
-        free = {node: self._shared(node) for node in first & second}
-        if len(first ^ second) <= _FEW_PARTS:
-            return old, new
-        others = defaultdict[Any, list[int]](list)
-        for node in sorted(second - first):
-            others[self._look_of(node)].append(node)
-        for node in sorted(first - second):
-            for other in others[self._look_of(node)]:
-                if other not in free and self._by_cells(*self._freed(node, other, free)).equal:
-                    free[node] = free[other] = self._shared(node)
-                    break
-        return self._freed(old, new, free)
-
-    def _parts(self, root: int) -> set[int]:
-        """Return the branching parts of an expression that have a number as their value."""
-        return {node for node in branching(self.pool, [root]) if self.pool.nodes[node][0] not in COMPARISONS}
-
-    def _shared(self, node: int) -> int:
-        return self.pool.intern("sym", f"shared part {node}")
-
-    def _freed(self, old: int, new: int, free: Mapping[int, int]) -> tuple[int, int]:
-        return replaced_nodes(self.pool, old, free), replaced_nodes(self.pool, new, free)
+    def _values_of(self, node: int) -> tuple[Any, ...]:
+        """Return values of a node in the field, as many as prove that another one with the same is equal."""
+        return self.values(self._free, node, self.count((self._free, node)))
 
     def _look_of(self, node: int) -> tuple[str, ...]:
         """Return the values of an expression at some real points, which parts that are equal share."""
@@ -354,19 +352,31 @@ class Judge:
         )
 
     def _by_cells(self, old: int, new: int) -> Verdict:
+        if old == new:
+            return Verdict(True, "the same text with shared parts as one")
+        cells = self._cells(old, new)
+        if outcome := cells.walk():
+            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+        return self._settled(cells, old, new)
+
+    def _cells(self, old: int, new: int) -> Any:
         from .cells import Cells  # needs numpy, which most comparisons do not
 
-        cells = Cells(
+        return Cells(
             self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides,
-            self._never_has,
+            self._never_has, (old, new), self._domain.inside(old, new),
         )  # fmt: skip
-        outcome = cells.walk(old, new)
-        if outcome is None:
+
+    def _settled(self, cells: Any, old: int, new: int) -> Verdict:
+        """Decide what no point of a walk told apart."""
+        if (states := cells.open_states()) is not None:
+            outcome = cells.settle(states)
+        else:
             doubtful, count = self._doubtful(old, new)
             if count and not doubtful:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
-            outcome = cells.decide(doubtful, self._domain.inside(old, new), bool(count))
-        return Verdict(outcome.equal, outcome.how, point=outcome.point)
+            outcome = cells.decide(doubtful, bool(count))
+        return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
 
     def never_zero(self, expression: Expression) -> bool:
         """Whether its form, or intervals, prove that an expression has no zero within the bounds of its names."""
@@ -393,8 +403,41 @@ class Judge:
         equal = old == new or self.same_in_field((self._free, old), (self._free, new))
         if equal is not False:
             return equal
+        return False if self._are_apart(old, new) or self._have_other_slopes(old, new) else None
+
+    def _are_apart(self, old: int, new: int) -> bool:
+        """Whether the field proves that expressions differ: at some point for any signs of their roots."""
         world = self._plain[0][self._free]
-        return False if world.exact(old) and world.exact(new) else None
+        if not all(world.exact(root, rooted=True) for root in (old, new)):
+            return False
+        if all(world.exact(root) for root in (old, new)):
+            return self.same_in_field((self._free, old), (self._free, new)) is False
+        return any(self._never_meet(old, new, number) for number in range(_POINTS))
+
+    def _never_meet(self, old: int, new: int, number: int) -> bool:
+        """Whether two expressions differ at a point of the field for any signs of their roots."""
+        waiting = [field.Roots()]
+        for _ in range(_SIGNS):
+            roots = waiting.pop()
+            world = self.at(number, roots=roots)[self._free]
+            a, b = world.defined(old), world.defined(new)
+            if a is None or b is None or a == b:
+                return False
+            waiting += roots.others()
+            if not waiting:
+                return True
+        return False
+
+    def _have_other_slopes(self, old: int, new: int) -> bool:
+        """Whether the field proves that derivatives of two expressions differ, which shows what is too narrow to meet.
+
+        Logarithms and arcs, which the field does not know, have derivatives that it does.
+        """
+        for name in sorted(slopes.names(self.pool, old) | slopes.names(self.pool, new)):
+            first, second = (slopes.slope(self.pool, root, name) for root in (old, new))
+            if first is not None and second is not None and self._are_apart(first, second):
+                return True
+        return False
 
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
         """Return the joint ways at which the field with signs tells two expressions apart, and how many points say no.

@@ -101,11 +101,6 @@ class Phase:
     circle: Circle = field.ONE
     faithful: bool = True
 
-    @property
-    def plain(self) -> bool:
-        """Whether it is an exponent and nothing else."""
-        return self.pi == 0 and self.circle == field.ONE
-
 
 class FieldWorld(World[Any]):
     """Values in the finite field.
@@ -121,6 +116,8 @@ class FieldWorld(World[Any]):
         arbitrary functions of their arguments, which leaves equal what is equal for any such function.
     fixed : mapping
         Values of free names that are given.
+    roots : callable
+        Takes square roots.
     """
 
     def __init__(
@@ -131,33 +128,38 @@ class FieldWorld(World[Any]):
         positive: Callable[[str], bool],
         interpreted: bool = False,
         fixed: Mapping[str, Element] = MappingProxyType({}),
+        roots: Callable[[Element], Element] = field.sqrt,
     ) -> None:
         super().__init__(pool, lookup)
+        self.roots = roots
         self.seed = seed
         self.positive = positive
         self.interpreted = interpreted
         self.fixed = fixed
         self._phases: dict[int, Phase] = {}
-        self._exact: dict[int, bool] = {}
+        self._exact: dict[tuple[int, bool], bool] = {}
 
-    def exact(self, node: int) -> bool:
-        """Whether different values prove that expressions differ."""
-        if node not in self._exact:
+    def exact(self, node: int, rooted: bool = False) -> bool:
+        """Whether different values prove that expressions differ; with `rooted`, where they do for any signs of roots.
+
+        What is equal among the reals is equal here for one choice of the signs.
+        """
+        if (node, rooted) not in self._exact:
             for k in reached(self.pool.nodes, [node]):
-                if k not in self._exact:
-                    self._exact[k] = self._is_exact(k)
-        return self._exact[node]
+                if (k, rooted) not in self._exact:
+                    self._exact[k, rooted] = self._is_exact(k, rooted)
+        return self._exact[node, rooted]
 
-    def _is_exact(self, node: int) -> bool:
+    def _is_exact(self, node: int, rooted: bool) -> bool:
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
-            return target is None or target[0].exact(target[1])  # type: ignore[attr-defined]
-        if operation not in _EXACT or not all(self._exact[o] for o in self.pool.operands(node)):
+            return target is None or target[0].exact(target[1], rooted)  # type: ignore[attr-defined]
+        if operation not in _EXACT or not all(self._exact[o, rooted] for o in self.pool.operands(node)):
             return False
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
-            return exponent is not None and exponent.denominator == 1
+            return exponent is not None and (rooted or exponent.denominator == 1)
         return operation not in _PERIODIC | _EXPONENTIAL or self.phase(operands[0]).faithful
 
     def compute(self, node: int) -> Any:
@@ -200,7 +202,7 @@ class FieldWorld(World[Any]):
             exponent = self.pool.constant(operands[1])
             if exponent is None:
                 return _positive("pow", *values)
-            return field.rational_power(values[0], exponent)
+            return field.rational_power(values[0], exponent, self.roots)
         if self.interpreted:
             return self._interpreted(node, operation, values)
         if operation == "abs":
@@ -286,8 +288,9 @@ class FieldWorld(World[Any]):
             return self._phase_of_product(node, operands)
         if operation == "pow":
             base, exponent = self.phase(operands[0]), self.pool.constant(operands[1])
-            if exponent is not None and exponent.denominator == 1 and base.plain and base.exponent:
-                return Phase(pow(base.exponent, int(exponent), field.MODULUS), faithful=base.faithful)
+            value = self._exponent(base) if base.circle == field.ONE else 0
+            if exponent is not None and exponent.denominator == 1 and value:
+                return Phase(pow(value, int(exponent), field.MODULUS), faithful=base.faithful)
         if operation in _ANGLES:
             return Phase(0, circle=self._point(operation, operands))
         return self._arbitrary(node)
@@ -310,7 +313,7 @@ class FieldWorld(World[Any]):
         point = phase.circle
         if point != field.ONE:
             if factor.denominator == 2:
-                point = field.halved(point)
+                point = field.halved(point, self.roots)
             elif factor.denominator != 1:
                 return self._arbitrary(node)
             point = field.turned(point, factor.numerator)
@@ -336,10 +339,10 @@ class FieldWorld(World[Any]):
     def _point(self, operation: str, operands: Sequence[int]) -> Circle:
         values = [self.value(o) for o in operands]
         if operation in ("asin", "acos"):
-            other = field.sqrt(field.sub(1, field.mul(values[0], values[0])))
+            other = self.roots(field.sub(1, field.mul(values[0], values[0])))
             return (other, values[0]) if operation == "asin" else (values[0], other)
         sine, cosine = values if operation == "atan2" else (values[0], 1)
-        size = field.inverse(field.sqrt(field.add(field.mul(sine, sine), field.mul(cosine, cosine))))
+        size = field.inverse(self.roots(field.add(field.mul(sine, sine), field.mul(cosine, cosine))))
         return field.mul(cosine, size), field.mul(sine, size)
 
 

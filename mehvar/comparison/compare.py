@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import pickle
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import mehvar.codegen
+from mehvar import cache
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate, ModelStatus
+from mehvar.codegen.processes import in_processes
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.names import WORK
 from mehvar.runtime.model.generated import check_unedited
@@ -25,6 +29,8 @@ if TYPE_CHECKING:
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
 
+_CODEGEN = Path(mehvar.codegen.__file__).parent
+_READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
 _NAMED = 4
 """Files that are named: a line of a terminal."""
 
@@ -187,6 +193,9 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
     """Compare other structures; return those that have something of their own to say, and a note on all the others."""
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
+    pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
+    with working(f"comparing {len(pairs)} structures of {model.name}"):
+        compared = iter(in_processes(lambda pair, processes: processes.submit(_kept, *pair).result(), pairs))
     for variant in variants:
         if isinstance(variant.old, str) or isinstance(variant.new, str):
             if variant.is_refused:
@@ -194,8 +203,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
             else:
                 parts.append(_one_sided(model.model, variant))
             continue
-        other = compare_documents(_document(variant.old), _document(variant.new))
-        other = replace(other, variant=variant.name)
+        other = replace(next(compared), variant=variant.name)
         edits = _edits(other)
         if not other.differs:
             named.setdefault("the same", []).append(variant.name)
@@ -205,6 +213,22 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
             known |= edits
             parts.append(_with_consequences(other, variant.old, variant.new))
     return tuple(parts), [f"structures, {what}: {'; '.join(names)}" for what, names in named.items()]
+
+
+def _kept(old: Path, new: Path) -> ModelDiff:
+    """Compare two folders, unless this version of mehvar has compared the same texts before."""
+    engine = sorted(path for room in ("equal", "diff") for path in (_CODEGEN / room).rglob("*.py"))
+    texts = [
+        path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
+    ]
+
+    def fill(folder: Path) -> None:
+        (folder / _KEPT).write_bytes(pickle.dumps(compare_documents(_document(old), _document(new))))
+
+    # read back from a folder that nobody else can write, as compiled libraries are
+    folder = cache.entry("comparisons", cache.key(*texts), fill)
+    model: ModelDiff = pickle.loads((folder / _KEPT).read_bytes())
+    return model
 
 
 def _one_sided(model: str, variant: Variant) -> ModelDiff:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mehvar.codegen.equal import doubles
-from mehvar.codegen.equal.intervals import impossible
 from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equal.proofs.intervals import impossible
 from mehvar.codegen.equal.reals import DIGITS, RealWorld, real, vanishes
 
 WITHIN_ONE = [Fraction(n, 8) for n in (-8, -7, -3, -1, 0, 2, 5, 8)]

@@ -7,10 +7,10 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from mehvar.codegen.equal import intervals, linear
 from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equal.proofs import intervals, linear
+from mehvar.codegen.equal.proofs.signs import Signs
 from mehvar.codegen.equal.reals import RealWorld
-from mehvar.codegen.equal.signs import Signs
 from mehvar.codegen.ledger.sides import Sides
 
 x, y, k = sp.symbols("x y k", real=True)

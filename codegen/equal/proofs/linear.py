@@ -11,8 +11,8 @@ import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
+from ..pool import Pool
 from .intervals import RANGES, Bounds
-from .pool import Pool
 
 Form = dict[int, Fraction]
 """Coefficients of nodes; of the number under `_ONE`."""

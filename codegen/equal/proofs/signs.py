@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import isqrt
 
-from .branches import Atom, difference, either, every
+from ..branches import Atom, difference, either, every
+from ..pool import Pool
 from .intervals import Bounds
-from .pool import Pool
 
 _FACTORS = 4
 """Factors of a product whose signs are told apart: eight alternatives."""

@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import pytest
 
-from mehvar.codegen.equal.intervals import impossible
 from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equal.proofs.intervals import impossible
 
 BOUNDS = {"x": (Fraction(0), None), "y": (None, Fraction(0)), "z": (None, None), "q": (Fraction(1, 4), Fraction(1, 2))}
 

@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from ..equations.document import reached
-from .pool import Pool, fraction
+from ...equations.document import reached
+from ..pool import Pool, fraction
 
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts that two sides share, in whatever words: each becomes one node, or one free number, before all is compared.
+
+What has the same value in the field is one node. What has the same value at some real points is looked at: if it is the
+same function, as one arc written in two ways is, a free number stands for it on both sides. What is equal whatever that
+number is, is equal; conditions on it are linear, and what excludes them is proved.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from itertools import product
+from math import prod
+from typing import Any
+
+from ..equations.document import reached
+from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
+from .pool import Pool
+
+INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
+"""Functions that the field takes for any function of what they look at."""
+_NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
+_TWO = 2
+_FEW = 8
+"""Values of one part that are kept apart: those of three signs."""
+_MOST = 12
+"""Pairs of parts that are compared: each may take as long as a question of its own."""
+
+
+class Shared:
+    """Finds the parts that two expressions with free names share.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds them.
+    values : callable
+        Values of an expression in the field, None where it has none; equal ones prove equality.
+    look : callable
+        What an expression looks like at some real points.
+    same : callable
+        At how many points two expressions were found equal, 0 where that is proved; None where they may differ.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        values: Callable[[int], tuple[Any, ...]],
+        look: Callable[[int], tuple[str, ...]],
+        same: Callable[[int, int], int | None],
+    ) -> None:
+        self.pool = pool
+        self._values = values
+        self._look = look
+        self._same = same
+
+    def united(self, *roots: int) -> tuple[int, ...]:
+        """Return expressions in which parts of the same value are one node, steps are floors, and logarithms short."""
+        numbers: dict[int, int] = {}
+        known: dict[tuple[Any, ...], int] = {}
+        for node in reached(self.pool.nodes, roots):
+            operation, *operands = self.pool.nodes[node]
+            parts = [numbers[o] if isinstance(o, int) else o for o in operands]
+            number = self._rebuilt(operation, parts) if self.pool.operands(node) else node
+            if operation not in _NO_NUMBER and None not in (values := self._values(number)):
+                number = known.setdefault(values, number)
+            numbers[node] = number
+        return tuple(numbers[root] for root in roots)
+
+    def _rebuilt(self, operation: str, parts: Sequence[Any]) -> int:
+        pool, minus = self.pool, self.pool.number(-1)
+        if operation == "ceiling":
+            return pool.many("mul", [minus, self._floor(pool.many("mul", [minus, parts[0]]))])
+        if operation == "mod":
+            whole = self._floor(pool.many("mul", [parts[0], self._inverse(parts[1])]))
+            return difference(pool, parts[0], pool.many("mul", [parts[1], whole]))
+        if operation == "log":
+            return self._logarithm(parts[0])
+        if operation in ("add", "mul"):
+            return pool.many(operation, parts)
+        return pool.intern(operation, *parts)
+
+    def _logarithm(self, of: int) -> int:
+        """Return a logarithm as a sum: positive factors apart, and the exponent of an odd power or a root before it."""
+        pool = self.pool
+        factors = pool.operands(of) if pool.nodes[of][0] == "mul" else (of,)
+        apart = [k for k in factors if pool.nodes[k][0] == "exp" or (pool.constant(k) or 0) > 0]
+        rest = pool.many("mul", [k for k in factors if k not in apart]) if len(apart) < len(factors) else None
+        terms = [pool.operands(k)[0] if pool.nodes[k][0] == "exp" else pool.intern("log", k) for k in apart]
+        if rest is not None:
+            exponent = pool.constant(pool.operands(rest)[1]) if pool.nodes[rest][0] == "pow" else None
+            if exponent is not None and exponent.numerator % 2:
+                inner = self._logarithm(pool.operands(rest)[0])
+                terms.append(pool.many("mul", [pool.number(exponent), inner]))
+            else:
+                terms.append(pool.intern("log", rest))
+        return pool.many("add", terms)
+
+    def _floor(self, of: int) -> int:
+        return self.pool.intern("floor", *self.united(of))
+
+    def _inverse(self, of: int) -> int:
+        value = self.pool.constant(of)
+        return self.pool.power(of, Fraction(-1)) if not value else self.pool.number(1 / value)
+
+    def freed(self, old: int, new: int) -> tuple[int, int, int]:
+        """Return both sides with free numbers for what they share, and at how many points that was found equal.
+
+        The number of points is zero where the field proves it.
+        """
+        first, second = self._parts(old), self._parts(new)
+        common = [node for node in first & second if self.pool.nodes[node][0] in BRANCHING]
+        free = {node: self._free(node, self._range(node)) for node in common}
+        others = defaultdict[tuple[str, ...], list[int]](list)
+        for node in sorted(second - first):
+            others[self._look(node)].append(node)
+        points, left = list[int](), _MOST
+        for node in sorted(first - second):
+            for other in others[self._look(node)]:
+                sides = replaced_nodes(self.pool, node, free), replaced_nodes(self.pool, other, free)
+                if other in free or left == 0 or len({*self.united(*sides)}) == 1:
+                    continue
+                left -= 1
+                if (count := self._same(*sides)) is not None:
+                    free[node] = free[other] = self._free(
+                        node, min(map(self._range, sides), key=lambda values: len(values) or _FEW)
+                    )
+                    points.append(count)
+                    break
+        ends = self.united(*(replaced_nodes(self.pool, root, free) for root in (old, new)))
+        return ends[0], ends[1], min(filter(None, points), default=0)
+
+    def _parts(self, root: int) -> set[int]:
+        """Return the parts of an expression that the field cannot look into and that have a number as their value."""
+        opaque: dict[int, bool] = {}
+        for node in reached(self.pool.nodes, [root]):
+            operation = self.pool.nodes[node][0]
+            opaque[node] = operation in INEXACT | BRANCHING or any(opaque[k] for k in self.pool.operands(node))
+        return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
+
+    def _free(self, node: int, values: frozenset[Fraction]) -> int:
+        """Return a free number for a part, one of two values for what has no others."""
+        name = self.pool.intern("sym", f"shared part {node}")
+        if len(values) != _TWO:
+            return name
+        is_positive = self.pool.intern("strictgreaterthan", name, self.pool.number(0))
+        conditions = (is_positive, self.pool.intern("const", "True"))
+        pairs = zip(map(self.pool.number, sorted(values)), conditions, strict=True)
+        return self.pool.intern("piecewise", *(self.pool.intern("exprcondpair", *pair) for pair in pairs))
+
+    def _range(self, root: int) -> frozenset[Fraction]:
+        """Return values among which a part has its own, if they are few and its form says so; else none."""
+        ranges: dict[int, frozenset[Fraction]] = {}
+        for node in reached(self.pool.nodes, [root]):
+            operation, value = self.pool.nodes[node][0], self.pool.constant(node)
+            parts = [ranges[k] for k in self.pool.operands(node)]
+            if operation == "sign":
+                parts = [frozenset((Fraction(-1), Fraction(1)))]
+            elif operation == "exprcondpair":
+                parts = parts[:1]
+            elif value is not None:
+                parts = [frozenset((value,))]
+            elif operation not in ("add", "mul", "piecewise") or not all(parts) or prod(map(len, parts)) > _FEW**2:
+                parts = []
+            if operation in ("add", "mul") and parts:
+                total = sum if operation == "add" else prod
+                found = frozenset(map(Fraction, map(total, product(*parts))))
+            else:
+                found = frozenset[Fraction]().union(*parts)
+            ranges[node] = found if len(found) <= _FEW else frozenset()
+        return ranges[root]
