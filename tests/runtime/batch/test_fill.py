@@ -39,6 +39,15 @@ TRIANGLE = Campaign(
 SATELLITE = Campaign("mrac", n=10, scenario="flight", seed=2, vary={"I_x": "normal(4, 0.05)"}, options={"t_end": 20.0})
 
 
+@pytest.mark.parametrize(("row", "most"), [(fill._THREADS, 1024), (fill._RUNS_PER_BLOCK, 65536)])
+def test_threads_and_runs_per_block_have_a_most(row: Option, most: int) -> None:
+    for value in (1, most):
+        assert row.check(value, "here") == value
+    for value in (0, most + 1):
+        with pytest.raises(InputError, match=f"^{row.name} = {value} "):
+            row.check(value, "here")
+
+
 @pytest.fixture(scope="module")
 def triangle() -> runtime.Model:
     return runtime.load("triangle", "c")
@@ -388,12 +397,3 @@ def test_series_are_those_of_single_runs(triangle: runtime.Model, whole: Store) 
 def test_a_run_that_is_not_there_is_refused(triangle: runtime.Model, whole: Store, number: int) -> None:
     with pytest.raises(InputError, match=f"run = {number}: must be a whole number from 0 to 59"):
         repeat_run(Plan(triangle, TRIANGLE), whole, number)
-
-
-@pytest.mark.parametrize(("row", "most"), [(fill._THREADS, 1024), (fill._RUNS_PER_BLOCK, 65536)])
-def test_threads_and_runs_per_block_have_a_most(row: Option, most: int) -> None:
-    for value in (1, most):
-        assert row.check(value, "here") == value
-    for value in (0, most + 1):
-        with pytest.raises(InputError, match=f"^{row.name} = {value} "):
-            row.check(value, "here")

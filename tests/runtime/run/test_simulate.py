@@ -31,6 +31,25 @@ Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
 
 
+def test_what_a_law_reports_above_its_most_is_told_from_the_first_sample_to_the_last(pendulum):
+    report = Output("strain", "N", "strain", at_most=2.0)
+    run = simulate(pendulum, "pd", t_end=1.0, dt_out=0.1)
+    for above in ([3, 4, 8], [5], [0, 9], [], list(range(11))):
+        strain = np.full((11, 1), 2.0)
+        strain[above, 0] += 1.0 + np.arange(len(above))
+        law = replace(run.controller, outputs=(report,))
+        texts = replace(run, controller=law, w=strain).exceeded()
+        if not above:
+            assert texts == []
+            continue
+        first, last = run.t[above[0]], run.t[above[-1]]
+        assert texts == [
+            f"strain is above 2 N at {len(above)} of 11 samples from t = {first:.6g} s to {last:.6g} s, "
+            f"most at t = {last:.6g} s: {2 + len(above)} N"
+        ]
+        assert run.options["t_end"] == run.t[-1]
+
+
 @pytest.fixture(params=["c", "python"])
 def model(request: pytest.FixtureRequest, pendulum: Model, slow_pendulum: Model) -> Model:
     return pendulum if request.param == "c" else slow_pendulum
@@ -419,22 +438,3 @@ def test_model_by_folder(folder: Path) -> None:
     assert run.run_seconds > 0
     assert run.options["method"] == "dop853"
     assert run.parameters.values["k_p"] == 20.0
-
-
-def test_what_a_law_reports_above_its_most_is_told_from_the_first_sample_to_the_last(pendulum):
-    report = Output("strain", "N", "strain", at_most=2.0)
-    run = simulate(pendulum, "pd", t_end=1.0, dt_out=0.1)
-    for above in ([3, 4, 8], [5], [0, 9], [], list(range(11))):
-        strain = np.full((11, 1), 2.0)
-        strain[above, 0] += 1.0 + np.arange(len(above))
-        law = replace(run.controller, outputs=(report,))
-        texts = replace(run, controller=law, w=strain).exceeded()
-        if not above:
-            assert texts == []
-            continue
-        first, last = run.t[above[0]], run.t[above[-1]]
-        assert texts == [
-            f"strain is above 2 N at {len(above)} of 11 samples from t = {first:.6g} s to {last:.6g} s, "
-            f"most at t = {last:.6g} s: {2 + len(above)} N"
-        ]
-        assert run.options["t_end"] == run.t[-1]
