@@ -18,9 +18,10 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from time import monotonic
 
-from tests.mutants.campaign import RESULTS, Campaign, Mutant, Subject, draw, subjects
+from tests.mutants.campaign import Campaign, draw
 from tests.mutants.page import reasons, write, write_sample
-from tests.mutants.sample import sample, sample_file
+from tests.mutants.records import RESULTS, Mutant, Subject, sample_file, subjects
+from tests.mutants.sample import sample
 
 
 def main() -> None:
@@ -35,8 +36,9 @@ def main() -> None:
     chosen = parser.parse_args()
     campaign = Campaign(sample_file(chosen.seed) if chosen.sample else RESULTS)
     if not chosen.page:
-        areas = (s for s in subjects() if not chosen.area or s.area in chosen.area)
-        wanted = sample(chosen.sample, chosen.seed) if chosen.sample else list(_in_turn(list(areas)))
+        drawn = sample(chosen.sample, chosen.seed) if chosen.sample else list(_in_turn(subjects()))
+        campaign.keep({mutant.key for _, mutant in drawn})
+        wanted = [(s, mutant) for s, mutant in drawn if not chosen.area or s.area in chosen.area]
         _slice(campaign, wanted, chosen.again, monotonic() + 60 * chosen.minutes)
     if chosen.sample:
         write_sample(campaign.results, chosen.sample, chosen.seed)

@@ -3,88 +3,25 @@
 
 from __future__ import annotations
 
-import dataclasses
 import fcntl
 import hashlib
 import json
 import shutil
 import sys
-import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from tests.mutants import c_operators, python_operators, trial
+from tests.mutants.records import RESULTS, ROOT, Mutant, Result, Subject, line_of, read
 
-ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
-RESULTS = Path(__file__).parent / "results.jsonl"
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "benchmarks", "pyproject.toml",
            "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """Modules that are mutated alike: how many mutants are drawn, the tests that concern them, those that do not."""
-
-    area: str
-    modules: tuple[str, ...]
-    draw: int
-    tests: tuple[str, ...]
-    without: tuple[str, ...] = ()
-    limit: float = 0.0
-    """Seconds of processor time after which a mutant lives; by default twice what its tests take kill it."""
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """One replacement in one module, with the line before and after it, which name it in lists."""
-
-    module: str
-    line: int
-    before: str
-    after: str
-    start: int
-    end: int
-    replacement: str
-
-    @property
-    def key(self) -> str:
-        """Say which mutant it is; it stays while the text around it does."""
-        return f"{self.module}: {self.before} -> {self.after}"
-
-
-@dataclass(frozen=True)
-class Result:
-    """What the tests said: killed, timeout (which also kills), refused (it does not compile) or survived.
-
-    `seconds` are of processor time.
-    """
-
-    area: str
-    module: str
-    line: int
-    before: str
-    after: str
-    outcome: str
-    killer: str
-    seconds: float
-
-    @property
-    def key(self) -> str:
-        """Say which mutant it is of, as the mutant does."""
-        return f"{self.module}: {self.before} -> {self.after}"
-
-
-def subjects() -> list[Subject]:
-    """Read subjects.toml."""
-    rows = tomllib.loads((Path(__file__).parent / "subjects.toml").read_text(encoding="utf-8"))["subject"]
-    return [Subject(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()}) for row in rows]
 
 
 def draw(subject: Subject) -> Iterator[Mutant]:
@@ -137,7 +74,7 @@ class Campaign:
     def __init__(self, file: Path = RESULTS) -> None:
         self._tree, self._file, self._plain_file = WORK / "tree", file, WORK / "plain.json"
         self._plain_runs: dict[str, Any] = _json(self._plain_file)
-        self._results = {result.key: result for result in _results(self._file) if _stands(result)}
+        self._results = {result.key: result for result in read(self._file)}
         self._kills = Counter((result.module, result.killer) for result in self._results.values())
         self._copied = False
         self._green: set[str] = set()
@@ -145,8 +82,13 @@ class Campaign:
 
     @property
     def results(self) -> list[Result]:
-        """What was tried: the last result of each mutant whose line still stands."""
+        """What was tried: the last result of each mutant."""
         return list(self._results.values())
+
+    def keep(self, drawn: set[str]) -> None:
+        """Forget what became of mutants that are drawn no more, as those of a line that was edited."""
+        self._results = {key: result for key, result in self._results.items() if key in drawn}
+        self._file.write_text("".join(map(line_of, self.results)), encoding="utf-8")
 
     def is_open(self, mutant: Mutant) -> bool:
         """Whether a mutant has no result yet."""
@@ -192,7 +134,7 @@ class Campaign:
         self._results[result.key] = result
         self._kills[result.module, result.killer] += 1
         with self._file.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(dataclasses.asdict(result)) + "\n")
+            file.write(line_of(result))
         print(f"{result.outcome:9}{result.seconds:6.1f} s  {result.key}", file=sys.stderr, flush=True)
 
     def _prepare(self) -> None:
@@ -236,13 +178,3 @@ class Campaign:
 
 def _json(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-
-
-def _stands(result: Result) -> bool:
-    path = ROOT / result.module
-    return path.exists() and result.before in _plain(path.read_text(encoding="utf-8"))
-
-
-def _results(path: Path) -> list[Result]:
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [Result(**json.loads(line)) for line in lines]

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tests.mutants.campaign import ROOT, Result, subjects
+from tests.mutants.records import ROOT, Result, subjects
 
 PAGE = ROOT / "docs" / "validation.md"
 BEGIN, END = "<!-- mutants: written by make mutants -->\n", "<!-- end of the mutants -->\n"
@@ -18,17 +18,26 @@ _REASONS = Path(__file__).parent / "survivors.toml"
 
 
 def write(results: Sequence[Result]) -> None:
-    """Put the tables into the page; a survivor without a reason is said to have none."""
-    _put(BEGIN, END, _lines(results))
+    """Put the tables into the page; a survivor without a reason is called open."""
+    _put(BEGIN, END, whole(results, _today()))
 
 
 def write_sample(results: Sequence[Result], size: int, seed: int) -> None:
     """Put the counts and survivors of a sample into the page."""
+    _put(SAMPLE, SAMPLE_END, drawn(results, size, seed, _today()))
+
+
+def _today() -> str:
+    return f"{datetime.now(UTC):%Y-%m-%d}"
+
+
+def drawn(results: Sequence[Result], size: int, seed: int, day: str) -> list[str]:
+    """Return the lines of a sample: counts by folder, and what lives."""
     tried = [result for result in results if result.outcome != "refused"]
     alive = [result for result in tried if result.outcome == "survived"]
     lines = [
-        f"{len(results)} of {size} mutants of seed {seed} tried by {datetime.now(UTC):%Y-%m-%d}: "
-        f"{len(tried) - len(alive)} killed by the closest tests, {len(alive)} alive, "
+        f"{len(results)} of {size} mutants of seed {seed} tried by {day}: "
+        f"{len(tried) - len(alive)} killed by the closest tests, {_alive(alive)}, "
         f"{len(results) - len(tried)} do not compile.",
         "",
         "| folder | tried | killed | alive |",
@@ -38,7 +47,7 @@ def write_sample(results: Sequence[Result], size: int, seed: int) -> None:
         own = [result for result in tried if _folder(result) == folder]
         lived = sum(result.outcome == "survived" for result in own)
         lines.append(f"| `{folder}` | {len(own)} | {len(own) - lived} | {lived} |")
-    _put(SAMPLE, SAMPLE_END, [*lines, "", *_survivors(alive, reasons())])
+    return [*lines, "", *_survivors(alive, reasons())]
 
 
 def _folder(result: Result) -> str:
@@ -58,14 +67,20 @@ def reasons() -> dict[str, str]:
     return {f"{row['module']}: {row['before']} -> {row['after']}": row["reason"] for row in rows}
 
 
-def _lines(results: Sequence[Result]) -> list[str]:
-    drawn = sum(subject.draw for subject in subjects())
+def _alive(alive: Sequence[Result]) -> str:
+    why = reasons()
+    return f"{len(alive)} alive ({sum(result.key not in why for result in alive)} open)"
+
+
+def whole(results: Sequence[Result], day: str) -> list[str]:
+    """Return the lines of the campaign of subjects.toml: counts by module, and what lives."""
+    wanted = sum(subject.draw for subject in subjects())
     tried = [result for result in results if result.outcome != "refused"]  # a compiler needs no test
     alive = [result for result in tried if result.outcome == "survived"]
     dead = f"{len(results) - len(tried)} more do not compile"
     cost = f"{sum(result.seconds for result in results) / max(1, len(results)):.1f} s of a processor each"
     lines = [
-        f"{len(tried)} of {drawn} mutants tried by {datetime.now(UTC):%Y-%m-%d}, {len(alive)} alive; {dead}; {cost}.",
+        f"{len(tried)} of {wanted} mutants tried by {day}, {_alive(alive)}; {dead}; {cost}.",
         "",
         "| area | module | tried | killed by a test | by its time | alive |",
         "|---|---|---|---|---|---|",
@@ -82,7 +97,7 @@ def _survivors(alive: Sequence[Result], why: Mapping[str, str]) -> list[str]:
         return ["No survivors."]
     rows = ["| survivor | instead | why it lives |", "|---|---|---|"]
     for result in alive:
-        reason = why.get(result.key, "**no reason yet**")
+        reason = why.get(result.key, "**open**")
         rows.append(f"| `{result.module}` {_code(result.before)} | {_code(result.after)} | {reason} |")
     return rows
 

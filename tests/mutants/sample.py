@@ -10,7 +10,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from tests.mutants.campaign import ROOT, Mutant, Subject, mutants_of
+from tests.mutants.campaign import mutants_of
+from tests.mutants.records import ROOT, Mutant, Subject
 
 _PLAN = Path(__file__).parent / "closest.toml"
 
@@ -23,11 +24,6 @@ def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
     plan = tomllib.loads(_PLAN.read_text(encoding="utf-8"))
     drawn = islice(mutants_of(list(_modules(plan)), f"{seed} "), size)
     return [(closest(mutant.module, plan), mutant) for mutant in drawn]
-
-
-def sample_file(seed: int) -> Path:
-    """Return where the results of a seed stand."""
-    return Path(__file__).parent / f"sample-{seed}.jsonl"
 
 
 def closest(module: str, plan: dict[str, Any]) -> Subject:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes as c
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -31,10 +32,10 @@ class EventInfo(c.Structure):
 
 
 class Unit:
-    """A unit of the satellite under a sampled law, in model exchange, after its initialization."""
+    """A unit in model exchange, after its initialization; by default of the satellite under a sampled law."""
 
-    def __init__(self, folder: Path, fmi: str) -> None:
-        token = unpacked(folder, "satellite", controller="pd", fmi=fmi).encode()
+    def __init__(self, folder: Path, fmi: str, model: str = "satellite", law: str | None = "pd") -> None:
+        token = unpacked(folder, model, controller=law, fmi=fmi).encode()
         (binary,) = (folder / "binaries").glob("*/*.so")
         self._library, self._fmi = c.CDLL(str(binary)), fmi[0]
         create = self._library[f"fmi{fmi[0]}Instantiate" + ("ModelExchange" if fmi[0] == "3" else "")]
@@ -95,3 +96,20 @@ def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
         for function in ("SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives"):
             name = "GetDerivatives" if fmi == "2.0" and function.endswith("Derivatives") else function
             assert unit(name, (c.c_double * (n + 1))(), c.c_size_t(size)) == (OK if size == n else ERROR)
+
+
+def test_derivatives_are_those_of_rates_and_outputs_and_of_nothing_else(tmp_path: Path) -> None:
+    unit = Unit(tmp_path, "3.0", "triangle", None)
+    structure = ElementTree.parse(tmp_path / "modelDescription.xml").find("ModelStructure")
+    assert structure is not None
+    rows = {
+        int(row.attrib["valueReference"]) for row in structure if row.tag in ("Output", "ContinuousStateDerivative")
+    }
+    one, seed, known = c.c_size_t(1), c.c_double(1.0), c.c_uint(1)
+    assert len(rows) > 1
+    for reference in (*range(max(rows) + 9), 2**32 - 1):
+        unknown, value = c.c_uint(reference), c.c_double(7.0)
+        status = unit("GetDirectionalDerivative", c.byref(unknown), one, c.byref(known), one, c.byref(seed), one,
+                      c.byref(value), one)  # fmt: skip
+        assert (status == OK) == (reference in rows), reference
+        assert (value.value == 7.0) or status == OK

@@ -26,6 +26,7 @@ from mehvar.runtime.batch.statistics import Success
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, StoreError, open_store
+from mehvar.runtime.run.options import Option
 
 TRIANGLE = Campaign(
     "path",
@@ -36,6 +37,15 @@ TRIANGLE = Campaign(
     save_every=0.25,
 )
 SATELLITE = Campaign("mrac", n=10, scenario="flight", seed=2, vary={"I_x": "normal(4, 0.05)"}, options={"t_end": 20.0})
+
+
+@pytest.mark.parametrize(("row", "most"), [(fill._THREADS, 1024), (fill._RUNS_PER_BLOCK, 65536)])
+def test_threads_and_runs_per_block_have_a_most(row: Option, most: int) -> None:
+    for value in (1, most):
+        assert row.check(value, "here") == value
+    for value in (0, most + 1):
+        with pytest.raises(InputError, match=f"^{row.name} = {value} "):
+            row.check(value, "here")
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -261,6 +262,8 @@ def test_a_port_that_is_pulled_out_is_a_link_error():
 
     master, slave = os.openpty()
     port = SerialPort(os.ttyname(slave))
+    with pytest.raises(InputError, match="can be opened"):
+        SerialPort(os.ttyname(slave))  # two hosts on one line would take each other's answers
     os.close(slave)
     os.close(master)
     with pytest.raises(LinkError, match="is gone"):
@@ -287,3 +290,14 @@ def test_the_literal_law_diverges_with_the_same_bits(target):
     assert np.abs(outcome.board.u_cmd[104]).max() > 1e5
     assert (outcome.u.compared, outcome.x.compared) == (3 * 105, 10 * 105)
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+
+
+@pytest.mark.parametrize(("model", "law", "delay"), [("triangle", "path", 0), ("satellite", "mrac", 1)])
+def test_a_self_test_begins_as_a_run_and_sums_up_what_the_law_said(model, law, delay):
+    """A period of the plant is that of the host's run, rounded to single; the sum is zlib's CRC-32 of the inputs."""
+    outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=3, selftest=1))
+    test = outcome.selftest
+    assert outcome.single.options["delay"] == delay
+    np.testing.assert_allclose(test.x, outcome.single.x[1], rtol=1e-5, atol=1e-6)
+    assert test.crc == zlib.crc32(test.u.astype("<f4").tobytes())
+    np.testing.assert_allclose(test.u, outcome.board.u_cmd[0], rtol=1e-6)

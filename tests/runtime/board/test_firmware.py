@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mehvar.runtime.board.emulator.machine import EmulatedBoard
 from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources, write_sources
 from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.header import layout
@@ -224,3 +225,22 @@ def test_a_program_is_compiled_once():
     firmware = program(load("triangle"), "sliding")
     build(firmware, None, host_toolchain())
     assert not build(firmware, None, host_toolchain()).built
+
+
+@pytest.mark.parametrize(("name", "interrupt"), [("stm32f4", 37), ("stm32f4-usart2", 38), ("mps2-m3", 0)])
+def test_the_line_wakes_the_board_by_the_interrupt_of_its_port(name, interrupt):
+    """ARMv7-M manual, B3.4: a bit each to set enabled, 0x100, and to clear pending, 0x280; RM0090, table 62; AN385."""
+    place, bit = 4 * (interrupt // 32), 1 << interrupt % 32
+    platform, written = board(name), []
+
+    class Watched(EmulatedBoard):
+        def _write_system(self, offset, value):
+            written.append((offset, value))
+            super()._write_system(offset, value)
+
+    chosen = toolchain("gcc" if shutil.which("arm-none-eabi-gcc") else "zig")
+    machine = Watched(read_elf(build(program(load("triangle"), "path"), platform, chosen).path), platform)
+    machine.write(bytes(2))
+    machine.read()
+    assert [row for row in written if 0x100 <= row[0] < 0x180] == [(0x100 + place, bit)]
+    assert {row for row in written if 0x280 <= row[0] < 0x300} == {(0x280 + place, bit)}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
+from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.board.image.header import Layout
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
 from mehvar.runtime.board.line.link import (
@@ -213,3 +215,9 @@ def test_a_memory_of_a_board_that_has_none_is_not_taken() -> None:
     with pytest.raises(RestartError):
         host.get("z")
     assert link(lambda request: iter([reply(request, bytes(4), flags=every - Flags.FRESH)])).get("z").tolist() == [0]
+
+
+def test_both_ends_of_the_line_mean_the_same_by_a_flag():
+    text = (FIRMWARE / "mehvar" / "server.h").read_text(encoding="utf-8").partition("/* flags of a reply */")[2]
+    named = {name: int(number) for name, number in re.findall(r"MV_SERVER_(\w+) = (\d+)", text.partition("}")[0])}
+    assert named == {flag.name: flag.value for flag in Flags}

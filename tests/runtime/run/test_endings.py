@@ -226,3 +226,16 @@ def test_what_ends_a_run_is_a_word_that_is_known():
     wrong = Event("fallen", X.place - P.cliff, "rising", ends="victory")
     with pytest.raises(ModelError, match="ends = 'victory': must be False, True, 'failure' or 'success'"):
         check(dataclasses.replace(system, events=(wrong,), metrics=()))
+
+
+@pytest.mark.parametrize("law", ["free", "steps"])
+def test_a_run_of_a_batch_that_ends_at_a_sample_has_its_row(folder, tmp_path, law):
+    """The goal is a rounding before the sample, so that the step to it ends at the sample itself."""
+    out, settings = tmp_path / "runs.zarr", {"t_end": 1.0, "dt_out": 0.125, "method": "rk4", "step": 0.125}
+    vary = {"goal": f"choice({0.25 - 1e-14!r}, 3)"}
+    mehvar.batch(folder, law, n=4, seed=1, vary=vary, out=out, save=0.125, **settings)
+    store = open_store(out)
+    plan = plan_of(store, folder)
+    runs = [repeat_run(plan, store, number) for number in range(4)]
+    assert {run.t_stop for run in runs} == {0.25, 1.0}
+    assert {difference(run, plan, store, number) for number, run in enumerate(runs)} == {""}

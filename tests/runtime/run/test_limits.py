@@ -110,3 +110,14 @@ def test_an_event_comes_before_a_limit_behind_it_and_moves_the_mass_beyond_one(t
         assert run.t_stop == pytest.approx(math.pi / 3, abs=1e-7)
         run = simulate(moved, "smooth", low=0.4, most=0.5, backend=backend)
         assert (run.status, run.violated) == (Status.LIMIT, 0)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_an_instant_is_as_good_in_a_run_of_milliseconds_as_in_one_of_hours(folder, method, backend):
+    """What counts is the length of the run: a mass that swings so much faster is at its limit so much earlier."""
+    loaded = mehvar.load(folder, backend)
+    for rate in (2.0**-12, 1.0, 2.0**12):
+        run = simulate(loaded, "smooth", w=rate, a_0=2.0, low=1.0, method=method, t_end=10 / rate, dt_out=0.5 / rate)
+        assert (run.status, run.violated) == (Status.LIMIT, 0)
+        assert run.t_stop * rate == pytest.approx(math.pi / 3, abs=2e-8)

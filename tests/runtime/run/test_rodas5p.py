@@ -111,3 +111,21 @@ def test_a_loop_that_drives_itself_follows_the_tolerance(tmp_path: Path) -> None
 def test_a_variant_without_a_jacobian_is_refused() -> None:
     with pytest.raises(InputError, match=r"method = 'rodas5p'.*must be rk4, dopri5, dop853 or rock4: slosh has no Jac"):
         simulate(load("slosh"), "lyapunov-v2", method="rodas5p", t_end=1.0, attitude="euler")
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-9])
+def test_steps_follow_errors_as_those_of_scipy(tolerance: float) -> None:
+    """Nine tenths of what would just be good, at most ten times the last one, no longer one after a refusal."""
+    solver = Rodas5P(slope, 0.0, START, 10.0, rtol=tolerance, atol=tolerance, first_step=1e-9, jac=jacobian)
+    factors = []
+    while solver.h_abs < 10.0 - solver.t:
+        asked = solver.h_abs
+        solver.step()
+        _, before, h, stages = solver._last
+        assert h <= asked
+        scale = tolerance * (1 + np.maximum(np.abs(before), np.abs(solver.y)))
+        error = np.sqrt(np.mean((stages[-1] / scale) ** 2))
+        factors.append(min(1.0 if h < asked else 10.0, 0.9 * max(error, 1e-10) ** -0.2))
+        assert solver.h_abs == pytest.approx(h * factors[-1], rel=1e-12)
+    assert max(factors) == 10.0
+    assert min(factors) < 5.0

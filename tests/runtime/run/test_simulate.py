@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import dop853_coefficients
 
 from mehvar import runtime
-from mehvar.manifest import FILE
+from mehvar.manifest import FILE, Output
 from mehvar.runtime import InputError, Model, Status, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.library import load_native
@@ -29,6 +29,25 @@ from mehvar.runtime.run.options import OPTIONS, RunOptions
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
+
+
+def test_what_a_law_reports_above_its_most_is_told_from_the_first_sample_to_the_last(pendulum):
+    report = Output("strain", "N", "strain", at_most=2.0)
+    run = simulate(pendulum, "pd", t_end=1.0, dt_out=0.1)
+    for above in ([3, 4, 8], [5], [0, 9], [], list(range(11))):
+        strain = np.full((11, 1), 2.0)
+        strain[above, 0] += 1.0 + np.arange(len(above))
+        law = replace(run.controller, outputs=(report,))
+        texts = replace(run, controller=law, w=strain).exceeded()
+        if not above:
+            assert texts == []
+            continue
+        first, last = run.t[above[0]], run.t[above[-1]]
+        assert texts == [
+            f"strain is above 2 N at {len(above)} of 11 samples from t = {first:.6g} s to {last:.6g} s, "
+            f"most at t = {last:.6g} s: {2 + len(above)} N"
+        ]
+        assert run.options["t_end"] == run.t[-1]
 
 
 @pytest.fixture(params=["c", "python"])

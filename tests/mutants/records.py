@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is mutated, what a mutant is, and the files of what became of them, which are committed."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+RESULTS = Path(__file__).parent / "results.jsonl"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Modules that are mutated alike: how many mutants are drawn, the tests that concern them, those that do not."""
+
+    area: str
+    modules: tuple[str, ...]
+    draw: int
+    tests: tuple[str, ...]
+    without: tuple[str, ...] = ()
+    limit: float = 0.0
+    """Seconds of processor time after which a mutant lives; by default twice what its tests take kill it."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One replacement in one module, with the line before and after it, which name it in lists."""
+
+    module: str
+    line: int
+    before: str
+    after: str
+    start: int
+    end: int
+    replacement: str
+
+    @property
+    def key(self) -> str:
+        """Say which mutant it is; it stays while the text around it does."""
+        return f"{self.module}: {self.before} -> {self.after}"
+
+
+@dataclass(frozen=True)
+class Result:
+    """What the tests said: killed, timeout (which also kills), refused (it does not compile) or survived.
+
+    `seconds` are of processor time.
+    """
+
+    area: str
+    module: str
+    line: int
+    before: str
+    after: str
+    outcome: str
+    killer: str
+    seconds: float
+
+    @property
+    def key(self) -> str:
+        """Say which mutant it is of, as the mutant does."""
+        return f"{self.module}: {self.before} -> {self.after}"
+
+
+def subjects() -> list[Subject]:
+    """Read subjects.toml."""
+    rows = tomllib.loads((Path(__file__).parent / "subjects.toml").read_text(encoding="utf-8"))["subject"]
+    return [Subject(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()}) for row in rows]
+
+
+def sample_file(seed: int) -> Path:
+    """Return where the results of a seed stand."""
+    return Path(__file__).parent / f"sample-{seed}.jsonl"
+
+
+def line_of(result: Result) -> str:
+    """Return the line of a file of results."""
+    return json.dumps(dataclasses.asdict(result)) + "\n"
+
+
+def read(path: Path) -> list[Result]:
+    """Read a file of results: the last of each mutant."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    results = [Result(**json.loads(line)) for line in lines]
+    return list({result.key: result for result in results}.values())
