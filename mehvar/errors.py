@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 import re
 import reprlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import PurePath
 
 _LONGEST = 200
@@ -49,6 +49,29 @@ class BuildError(MehvarError, RuntimeError):
     exit_status = 3
 
 
+class Origin(str):
+    """Where values came from, and by name where some of them came from instead.
+
+    Parameters
+    ----------
+    rest : str
+        Of every value that `names` does not have; an `Origin` keeps its own names.
+    names : mapping of str to str
+        Origin of single values.
+    """
+
+    names: Mapping[str, str]
+
+    def __new__(cls, rest: str, names: Mapping[str, str]) -> Origin:
+        """Return the text `rest`, with the names."""
+        origin = super().__new__(cls, rest)
+        origin.names = {**(rest.names if isinstance(rest, Origin) else {}), **names}
+        return origin
+
+    def __getnewargs__(self) -> tuple[str, Mapping[str, str]]:  # type: ignore[override]  # a text has one argument
+        return str(self), self.names
+
+
 def is_shortage(error: BaseException) -> bool:
     """Whether an error says that memory is short: Python has another one where a thread gets none."""
     return isinstance(error, MemoryError) or (
@@ -70,7 +93,7 @@ def bad_value(field: str, value: object, allowed: str, origin: str = "") -> Inpu
     origin : str, optional
         Where the value came from, as in "--set" or "scenario paper".
     """
-    return InputError(f"{field} = {shown(value)}{_from(origin)}: must be {allowed}")
+    return InputError(f"{field} = {shown(value)}{whence(origin, field)}: must be {allowed}")
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
@@ -91,7 +114,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     listed = ", ".join(names) if names else "none"
-    return InputError(f"unknown {kind} {shown(name)}{_from(origin)}: {hint}known: {listed}")
+    return InputError(f"unknown {kind} {shown(name)}{whence(origin)}: {hint}known: {listed}")
 
 
 def together(*checks: Callable[[], object]) -> None:
@@ -136,5 +159,7 @@ def printable(text: str) -> str:
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def _from(origin: str) -> str:
-    return f" (from {origin})" if origin else ""
+def whence(origin: str, name: str = "") -> str:
+    """Return what a message says of where the value of that name came from."""
+    source = origin.names.get(name, origin) if isinstance(origin, Origin) else origin
+    return f" (from {source})" if source else ""

@@ -56,7 +56,9 @@ def commit() -> str:
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
-    return git("rev-parse", "--short", "HEAD") + (" with changes" if git("status", "--porcelain") else "")
+    own = [f":(exclude,glob)**/{path.name}" for path in (RECORDS, PAGE)]  # of which the campaign before wrote its row
+    changed = git("status", "--porcelain", "--", ".", *own)
+    return git("rev-parse", "--short", "HEAD") + (" with changes" if changed else "")
 
 
 def page(text: str) -> str:

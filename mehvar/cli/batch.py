@@ -16,7 +16,7 @@ import typer
 
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.stats import print_statistics
-from mehvar.errors import InputError, MehvarError, bad_value, together
+from mehvar.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
@@ -98,6 +98,7 @@ def command(
         vary=_dispersions(vary or ()),
     )  # fmt: skip
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
+    origin = origin if t_end is None else Origin(origin, {"t_end": "--t-end"})
     if batch.out is None:
         raise InputError("a batch needs a store: --out STORE.zarr")
     if batch.out.suffix.lower() in RESULT_ENDINGS:

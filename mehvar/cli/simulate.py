@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import InputError, bad_value, together, unknown_name
+from mehvar.errors import InputError, Origin, bad_value, together, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.files import check_file
@@ -103,7 +103,7 @@ def command(
     values = read_values(settings, find_model(model)) | end_time(t_end)
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
     _check_inputs(find_model(model), scenario, values, opened, "--input" if inputs is None else f"--inputs {inputs}")
-    origin = "--set" if t_end is None else "--t-end and --set" if settings else "--t-end"
+    origin = "--set" if t_end is None else Origin("--set", {"t_end": "--t-end"})
     return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json, origin)
 
 

@@ -22,7 +22,7 @@ from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
-from ..run.problem import consistent, misses, variant_suffix
+from ..run.problem import consistent, misses, of_scenario, variant_suffix
 from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
@@ -124,6 +124,7 @@ class Plan:
         if own is not None:
             campaign = self._held(campaign, own)
         self.options, choices = read_options(campaign.options, "batch", origin)
+        self.origin = of_scenario(self.options, self.scenario, origin)
         self.choices: Mapping[str, Any] = choices
         self.campaign = campaign = self._checked(campaign)
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)

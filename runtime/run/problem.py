@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.errors import InputError, Origin, bad_value, unknown_name
 from mehvar.manifest import Controller, Event, Manifest, Scenario
 from mehvar.names import identifier
 
@@ -195,6 +195,7 @@ def pose(
 
     `given` are the options that somebody gave, for which each must have an effect; `own` is the law if it is in Python.
     """
+    origin = of_scenario(options, scenario, origin)
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
@@ -245,6 +246,11 @@ def pose(
         law=None if own is None or hold_every is None else own.at(ticks[::hold_every]),
         own=own,
     )
+
+
+def of_scenario(options: RunOptions, scenario: Scenario, origin: str) -> Origin:
+    """Return the origin of options, of which those that nobody gave are the scenario's."""
+    return Origin(origin, {n: f"scenario {scenario.name}" for n in ("t_end", "dt_out") if getattr(options, n) is None})
 
 
 def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: str) -> str:

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, bad_value, whence
 
 from ..model.functions import FloatArray
 
@@ -88,7 +88,8 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
     record_every, hold_every = times_in(dt, shortest), None if hold is None else times_in(hold, shortest)
     if record_every is None or (hold is not None and hold_every is None):
         raise InputError(
-            f"hold = {hold:g} s and dt_out = {dt:g} s (from {origin}): one must be an integer multiple of the other"
+            f"hold = {hold:g} s{whence(origin, 'hold')} and dt_out = {dt:g} s{whence(origin, 'dt_out')}: "
+            "one must be an integer multiple of the other"
         )
     tick = fraction(dt) / record_every
     ticks, last = grid(end, tick), fraction(end)

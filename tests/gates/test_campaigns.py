@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -40,3 +41,18 @@ def test_a_campaign_that_fails_is_recorded_too(tmp_path: Path, monkeypatch: pyte
     assert "| failed, exit 3 | 0 |" in (tmp_path / "PAGE").read_text()
     assert campaigns.main("peers", sys.executable, "-c", "") == 0
     assert "| passed | 0 |" in (tmp_path / "PAGE").read_text()
+
+
+def test_the_row_of_another_campaign_is_no_change_of_the_commit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("campaigns.json", "campaigns.md", "other.py"):
+        (tmp_path / name).touch()
+    git = ("git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a")
+    for words in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
+        subprocess.run([*git, *words], check=True)
+    monkeypatch.setattr(campaigns, "ROOT", tmp_path)
+    (tmp_path / "campaigns.json").write_text("{}")
+    assert "with changes" not in campaigns.commit()
+    (tmp_path / "other.py").write_text("1")
+    assert campaigns.commit().endswith("with changes")

@@ -28,14 +28,16 @@ LOOPS = {"triangle": "path", "slosh": "lyapunov-v1"}
 @pytest.mark.parametrize("name", LOOPS)
 def test_one_tick_is_one_step_of_scipy(name: str) -> None:
     model, law = mehvar.load(name), LOOPS[name]
-    run = simulate(model, law, t_end=0.4, dt_out=0.01, method="dop853", rtol=1e-2, atol=0.9)
-    assert run.statistics["steps"] == len(run.t) - 1
-    slope, q, errors = slopes(model, run), coordinates(model, run.x[0]), []
-    for start, end, x in zip(run.t, run.t[1:], run.x[1:], strict=False):
-        solver = DOP853(slope, start, q, end)
-        q, _ = rk_step(slope, start, q, slope(start, q), end - start, solver.A, solver.B, solver.C, solver.K)
+    errors = []
+    for x0 in simulate(model, law, t_end=0.4, dt_out=0.01).x[:-1]:  # a run with one tick: samples between are dense
+        initial = dict(zip(model.state_names, x0, strict=True))
+        run = simulate(model, law, initial=initial, t_end=0.01, dt_out=0.01, method="dop853", rtol=1e-2, atol=0.9)
+        assert run.statistics["steps"] == 1
+        slope, q, end = slopes(model, run), coordinates(model, run.x[0]), run.t[-1]
+        solver = DOP853(slope, 0.0, q, end)
+        q, _ = rk_step(slope, 0.0, q, slope(0.0, q), end, solver.A, solver.B, solver.C, solver.K)
         expected = from_coordinates(model, q)
-        errors.append((x - expected) / np.maximum(1.0, np.abs(expected)))
+        errors.append((run.x[-1] - expected) / np.maximum(1.0, np.abs(expected)))
     record(
         f"{name}: {len(errors)} steps of dop853 under {law}, values",
         "SciPy DOP853",
@@ -55,7 +57,7 @@ def test_the_sequence_of_steps_is_that_of_scipys_estimates(name: str, law: str) 
         run = simulate(model, law, t_end=5.0, dt_out=5.0, method="dop853", rtol=tolerance, atol=tolerance)
         start = coordinates(model, run.x[0])
         starts = [start, *(start * (1 + EPS * random.integers(-1, 2, len(start))) for _ in range(8))]
-        first, *others = (steps("dop853", slopes(model, run), q, run.t, (tolerance,) * 2)[1:] for q in starts)
+        first, *others = (steps("dop853", slopes(model, run), q, run.t, (tolerance,) * 2)[1:3] for q in starts)
         errors.append(np.subtract((run.statistics["steps"], run.statistics["rejected"]), first))
         moves += [np.abs(np.subtract(other, first)).max() for other in others]
     record(

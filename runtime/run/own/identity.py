@@ -48,6 +48,11 @@ _OPEN: tuple[object, ...] = (
 )
 """What gives a text anything under a name that is computed, or what the process was started with."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
+_MOVING: tuple[object, ...] = (open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap)
+_MOVING_MODULES = {"time", "datetime", "random", "_random", "secrets", "uuid", "numpy.random", "os", "posix", "nt"} | {
+    *("io", "_io", "pathlib", "tempfile", "socket", "subprocess", "threading", "multiprocessing", "platform", "psutil"),
+}
+"""What gives other numbers at another time or in another process: clocks, generators, files and the machine."""
 _OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
     *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
 }
@@ -111,6 +116,7 @@ class _Walk:
             raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
         if any(value is open_ for open_ in _OPEN):
             raise UntoldError(f"{name} is read, from which a text can get anything: give what it reads a name")
+        _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
             return
@@ -193,7 +199,7 @@ class _Walk:
             value, name = cells[first].cell_contents, f"{where}: {first}"
         elif first in function.__globals__:
             value, name = function.__globals__[first], f"{function.__module__}.{first}"
-        elif any(getattr(builtins, first, None) is open_ for open_ in _OPEN):
+        elif any(getattr(builtins, first, None) is open_ for open_ in (*_OPEN, *_MOVING)):
             value, name = getattr(builtins, first), f"{where}: {first}"
         else:
             return  # of Python itself, or a name that the text has for itself
@@ -201,11 +207,25 @@ class _Walk:
         while isinstance(value, ModuleType) and rest:
             module, name, value = value, f"{value.__name__}.{rest[0]}", getattr(value, rest.pop(0), None)
         if isinstance(value, ModuleType) and _is_installed_module(value) and value.__name__ not in _OPEN_MODULES:
+            _refuse_moving(name, value)
             self._lines[value.__name__] = _version(value)
         elif module is not None and _is_installed_module(module) and _comes_with_python(value):
+            _refuse_moving(name, value)
             self._lines[name] = _version(module)
         else:
             self.value(name, value)
+
+
+def _refuse_moving(name: str, value: object) -> None:
+    owner = getattr(value, "__self__", None)
+    module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
+    if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
+        raise UntoldError(f"{name} gives other numbers at another time or in another process: read t and x")
+
+
+def _is_moving(module: str) -> bool:
+    parts = module.split(".")
+    return any(".".join(parts[: i + 1]) in _MOVING_MODULES for i in range(len(parts)))
 
 
 _OF_EACH_CLASS = frozenset(
@@ -311,7 +331,7 @@ def _is_installed_module(module: ModuleType) -> bool:
 
 def _imports_installed(name: str) -> bool:
     module = sys.modules.get(name)
-    if name.partition(".")[0] in _OPEN_MODULES:
+    if name.partition(".")[0] in _OPEN_MODULES or _is_moving(name):
         return False
     return name in sys.stdlib_module_names or (module is not None and _is_installed_module(module))
 

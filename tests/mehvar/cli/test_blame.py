@@ -44,3 +44,22 @@ def test_a_wrong_value_is_blamed_on_its_own_flag(
         _, text = in_process(*line[:place], wrong, *line[place + 1 :])
         about = [part for part in text.splitlines() if f"'{wrong}'" in part or f"= {wrong} (" in part]
         assert {flag for part in about for flag in re.findall(r"\(from (-[^ )]+)", part)} <= {line[place - 1]}, text
+
+
+LATE = [
+    (("--set", "theta_0=1", "--t-end", "1e9"), "t_end = 1000000000.0 (from --t-end)"),
+    (("--set", "dt_out=1e-7", "--t-end", "1"), "dt_out = 1e-07 (from --set)"),
+    (("--set", "theta_0=1", "--t-end", "1e5"), "dt_out = 0.01 (from scenario paper)"),
+    (("--set", "hold=0.003", "--t-end", "1"), "hold = 0.003 s (from --set) and dt_out = 0.01 s (from scenario paper)"),
+]
+
+
+@pytest.mark.parametrize(("flags", "blame"), LATE, ids=[blame for _, blame in LATE])
+@pytest.mark.parametrize("command", [("simulate",), ("batch", "-n", "2", "--out", "runs.zarr")], ids=lambda c: c[0])
+def test_a_value_that_a_run_refuses_is_blamed_on_where_it_came_from(
+    command: tuple[str, ...], flags: tuple[str, ...], blame: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, text = in_process(command[0], "triangle", "--controller", "path", *command[1:], *flags)
+    assert status == 2
+    assert blame.replace("--set", "--set" if command == ("simulate",) else "the command line") in text

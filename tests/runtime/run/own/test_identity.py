@@ -3,13 +3,19 @@
 
 from __future__ import annotations
 
+import datetime
 import importlib
+import os
+import random
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from time import perf_counter
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 from mehvar import runtime
@@ -259,3 +265,68 @@ def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, pr
         batch(laws(project, "gains", "K = 2.0", "K = 3.0"), "module", resume=True)
     with pytest.raises(InputError, match=r"cannot be told: the module laws.gains is used as a whole"):
         batch(laws(project), "dynamic", resume=True)
+
+
+def _clock(t, x):
+    return -x[:1] * time.time()
+
+
+def _clock_by_name(t, x):
+    return -x[:1] * perf_counter()
+
+
+def _clock_within(t, x):
+    from time import monotonic
+
+    return -x[:1] * monotonic()
+
+
+def _module_kept(t, x):
+    clock = time
+    return -x[:1] * clock.time()
+
+
+def _date(t, x):
+    return -x[:1] * datetime.datetime.now(datetime.UTC).second
+
+
+def _unseeded(t, x):
+    return -x[:1] * random.random()
+
+
+def _numpys(t, x):
+    return -x[:1] + np.random.normal()  # noqa: NPY002
+
+
+def _numpys_own(t, x):
+    return -x[:1] + np.random.default_rng().normal()
+
+
+def _system(t, x):
+    return -x[:1] * os.urandom(1)[0]
+
+
+def _file(t, x):
+    with open("gain.txt") as file:  # noqa: PTH123
+        return -x[:1] * float(file.read())
+
+
+def _table(t, x):
+    return -x[:1] * np.loadtxt("gain.txt")
+
+
+def _place(t, x):
+    return -x[:1] * id(x)
+
+
+MOVING = (
+    *(_clock, _clock_by_name, _clock_within, _module_kept, _date, _unseeded, _numpys, _numpys_own, _system, _file),
+    *(_table, _place),
+)
+
+
+@pytest.mark.parametrize("law", MOVING, ids=lambda law: law.__name__)
+def test_a_law_that_reads_a_clock_a_generator_or_a_file_is_never_the_same(law: Callable[..., Any]) -> None:
+    text, why = told(law)
+    assert text == ""
+    assert "gives other numbers at another time or in another process" in why or "while it runs" in why
