@@ -14,7 +14,7 @@ from ...tables import suggestion
 from ..frame import ZERO
 from ..part import Craft, Part
 from ..sensors import Gyro, Instrument, StarTracker
-from ..values import SOURCE, Parameters, Value
+from ..values import Parameters, Value
 from .allocation import allocated, check_effects, effects
 
 Commands = Mapping[str, Expr | Sequence[Expr]]
@@ -65,7 +65,7 @@ class Law:
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
-        source: str = SOURCE,
+        source: str = "",
     ) -> sp.Symbol:  # fmt: skip
         """Declare a parameter of the law and return its symbol."""
         return self._own.add(name, Value(default, bounds, source), unit, meaning or name, bounds)

@@ -103,7 +103,7 @@ class Tank(Part):
         if v.damping is not None:
             damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
         values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=None)
-        return bob, Mounted(bob.name, values, at.frame)
+        return bob, Mounted(bob.name, values, at.craft)
 
     def _lumps(self, at: Mounted) -> list[_Lump]:
         v, swinging = at.values, self._swinging(at)
