@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from mehvar.runtime import InputError, Status, load, simulate
+from mehvar.runtime.run import solvers
 from mehvar.runtime.run.solvers import Rodas5P
 from tests.models.test_clock import shaken, written
 
@@ -129,3 +130,22 @@ def test_steps_follow_errors_as_those_of_scipy(tolerance: float) -> None:
         assert solver.h_abs == pytest.approx(h * factors[-1], rel=1e-12)
     assert max(factors) == 10.0
     assert min(factors) < 5.0
+
+
+@pytest.mark.parametrize("hold", [None, 0.02])
+@pytest.mark.parametrize("name", ["Rock4", "Rodas5P"])
+def test_a_solver_has_the_tolerances_of_the_run(monkeypatch: pytest.MonkeyPatch, name: str, hold: float | None) -> None:
+    """An explicit one has a hundredth where dense output, whose error nobody estimates, is looked at."""
+    original, seen = getattr(solvers, name), set()
+
+    class Noted(original):  # type: ignore[misc, valid-type]
+        def __init__(self, *arguments: Any, rtol: float, atol: float, **more: Any) -> None:
+            seen.add((rtol, atol))
+            super().__init__(*arguments, rtol=rtol, atol=atol, **more)
+
+    monkeypatch.setattr(solvers, name, Noted)
+    options = {} if hold is None else {"hold": hold}
+    triangle = load("triangle", backend="python")
+    simulate(triangle, "path", method=name.lower(), rtol=1e-5, atol=1e-6, t_end=0.04, dt_out=0.02, **options)
+    part = 0.01 if hold is None and name == "Rock4" else 1.0
+    assert seen == {(1e-5 * part, 1e-6 * part)}
