@@ -1,5 +1,6 @@
 # make run : set up .venv and reproduce the papers' figures and claims into report/
 # make test: set up .venv and run every check and test
+# make test-quick: a minute of tests near the files that changed since main
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
 # make soak: the long campaigns, hours; make matrix: other Pythons and libraries, make sceptic: the claims of speed, minutes;
@@ -10,13 +11,16 @@ BIN := $(VENV)/bin
 
 CAMPAIGNS := validate mutants soak matrix peers compare sceptic
 
-.PHONY: run test docs lint setup clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
+.PHONY: run test test-quick docs lint setup clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
 test: setup lint
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
+
+test-quick: setup
+	$(BIN)/python -m tests.quick
 
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict

@@ -6,16 +6,20 @@ from __future__ import annotations
 import builtins
 import contextlib
 import os
+import re
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mehvar.versions import installed
 
 from .watch import is_copy, is_library, is_ours, is_written, watching
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
 """For each module that was executed under `tracing`, those that it imports: it is executed once in a process."""
@@ -109,8 +113,6 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
     """Return the distributions that modules below `root`, this program's own and copies aside, import by name."""
-    from importlib.metadata import packages_distributions
-
     root, named = root.resolve(), set()
     for name in modules:
         file = getattr(sys.modules.get(name), "__file__", None)
@@ -120,5 +122,22 @@ def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
         if not is_copy(path, root):
             named |= {imported.partition(".")[0] for imported in _IMPORTS.get(name, ())}
     named -= {*sys.stdlib_module_names, "mehvar"}
-    distributions = packages_distributions() if named else {}
-    return installed(*sorted({owner for name in named for owner in distributions.get(name, ())}))
+    return installed(*sorted(_owners(named) if named else ()))
+
+
+def _owners(modules: set[str]) -> set[str]:
+    """Return the distributions that have one of some modules at their top.
+
+    `importlib.metadata.packages_distributions` makes a path of each of 60 000 installed files: a second of a processor.
+    """
+    from importlib.metadata import distributions
+
+    top = re.compile(rf"^(?:{'|'.join(map(re.escape, modules))})(?:/[^,\n]*)?\.py,", re.MULTILINE)
+
+    def has(distribution: Distribution) -> bool:
+        listed, record = distribution.read_text("top_level.txt"), distribution.read_text("RECORD")
+        if listed:
+            return not modules.isdisjoint(listed.split())
+        return bool(top.search(record or "".join(f"{file},\n" for file in distribution.files or ())))
+
+    return {distribution.name for distribution in distributions() if has(distribution)}

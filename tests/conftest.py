@@ -25,6 +25,9 @@ LONG = (
     "tests/codegen/test_oracle.py",
     "tests/models/slosh/",
     "tests/runtime/board/",
+    "tests/examples/",
+    "tests/mehvar/cli/test_batch.py",
+    "tests/codegen/diff/",
     "tests/gates/",
     PAGES,
 )

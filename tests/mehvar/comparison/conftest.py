@@ -19,11 +19,6 @@ def committed(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def project(committed, tmp_path) -> Project:
-    """A copy that a test may change; what is derived is kept in a cache of its own."""
+    """A copy that a test may change; what one test derives the next one finds."""
     shutil.copytree(committed, tmp_path / "tree")
     return Project(tmp_path / "tree")
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("MEHVAR_CACHE", str(tmp_path / "cache"))

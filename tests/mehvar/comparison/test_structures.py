@@ -44,17 +44,6 @@ def structured(committed, tmp_path_factory):
     return root
 
 
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """What one test has derived the next one finds."""
-    return tmp_path_factory.mktemp("kept")
-
-
-@pytest.fixture(autouse=True)
-def cache(kept, monkeypatch):
-    monkeypatch.setenv("MEHVAR_CACHE", str(kept))
-
-
 @pytest.fixture
 def project(structured, tmp_path):
     """A copy that a test may change."""
