@@ -353,15 +353,18 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
     for name, quantities in own.items():
         kinds.setdefault((type(names[name]), tuple(q.removeprefix(name) for q in quantities)), []).append(name)
     member = {
-        f"{name}{suffix}": {"family": f"{kind.__name__}{number}{suffix}", "index": k}
+        f"{name}{suffix}": (f"{kind.__name__}{number}{suffix}", k)
         for number, ((kind, suffixes), equal) in enumerate(kinds.items())
         if len(equal) > 1
         for k, name in enumerate(equal, 1)
         for suffix in suffixes
     }
-    return tuple(
-        replace(group, quantities=tuple(replace(q, **member.get(q.name, {})) for q in group)) for group in groups
-    )
+
+    def told(q: Quantity) -> Quantity:
+        family, index = member.get(q.name, ("", 0))
+        return replace(q, family=family, index=index)
+
+    return tuple(replace(group, quantities=tuple(map(told, group))) for group in groups)
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Annotated
+from typing import Annotated, TypeGuard
 
 import sympy as sp
 
@@ -91,7 +91,7 @@ class UnbalancedWheel(Wheel):
         return min(range(3), key=given.__getitem__)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float)
 
 
@@ -221,10 +221,9 @@ class ControlMomentGyro(Part):
 
 def parallel(first: Vector, second: Vector) -> bool:
     """Tell whether two directions are parallel as far as their numbers tell; expressions are taken not to be."""
-    pairs = [(a, b) for a, b in zip(first, second, strict=True)]
-    if not all(_is_number(value) for pair in pairs for value in pair):
+    one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in (first, second))
+    if len(one) < 3 or len(other) < 3:
         return False
-    one, other = (sp.Matrix([float(value) for value in v]) for v in (first, second))
     return bool(one.cross(other).norm() <= _FLAT * one.norm() * other.norm())
 
 

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an assembly costs: operations of a call that depend on state or input, and lines of C."""
+
+from __future__ import annotations
+
+import pytest
+
+from mehvar.codegen.code.files import PrintedFunction, printed
+from mehvar.codegen.functions.graphs import generate_functions
+from mehvar.models.parts import Bob, Hub, Mode, Modes, Part, Spacecraft, SprungMass, Tank, Wheel
+
+from .table import FULL, MODES
+
+
+def rhs(*parts: Part) -> PrintedFunction:
+    craft = Spacecraft("craft")
+    craft.add(Hub("hub", mass=100.0, inertia=FULL, centre=(0.01, 0, 0.1)))
+    for part in parts:
+        craft.add(part)
+    functions = [f for f in generate_functions(craft.system()) if f.name == "rhs"]
+    return next(f for f in printed(functions) if f.name == "rhs_prepared")
+
+
+def test_a_craft_of_sixteen_degrees_of_freedom_takes_740_operations():
+    pyramid = enumerate([(1, 1, 1), (1, -1, 1), (-1, 1, 1), (-1, -1, 1)], 1)
+    wheels = [Wheel(f"wheel{k}", axis=axis, inertia=0.1) for k, axis in pyramid]
+    panels = [Modes(name, modes=MODES) for name in ("left", "right")]
+    craft = rhs(*wheels, *panels, Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.2, 0.5), damping=0.1))
+    assert craft.operations <= 740
+
+
+MODE = [Mode(frequency=2.0, damping=0.01, linear=(0.1, 0.2, 1.0), angular=(1.0, 0.2, 0.1))]
+KINDS = {
+    "wheel": (lambda k: Wheel(f"a{k}", axis=(0.3, 0.1 * k, 0.7), inertia=0.1), 20),
+    "mode": (lambda k: Modes(f"a{k}", modes=MODE), 50),
+    "bob": (lambda k: Bob(f"a{k}", mass=2.0, length=0.3, at=(0.1 * k, 0.2, 0.5), damping=0.1), 200),
+    "sprung mass": (
+        lambda k: SprungMass(f"a{k}", mass=2.0, axis=(0.3, 0.1, 0.7), at=(0.1 * k, 0.2, 0.5), stiffness=1.0), 120,
+    ),
+    "tank": (
+        lambda k: Tank(f"a{k}", 2.0, nozzle=(-1, 0, 0), thrust=(1, 0, 0), exhaust=100.0, at=(0.1 * k, 0.2, 0.5)), 50,
+    ),
+}  # fmt: skip
+"""Makers of parts, and the operations that one more may cost."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_operations_are_linear_in_the_number_of_parts_and_the_text_does_not_grow(kind):
+    make, most = KINDS[kind]
+    crafts = [rhs(*(make(k) for k in range(1, count + 1))) for count in (8, 9, 10)]
+    few, more, many = (craft.operations for craft in crafts)
+    assert more - few == many - more <= most
+    assert len(crafts[0].c_lines) == len(crafts[2].c_lines)
