@@ -16,7 +16,6 @@ import sympy as sp
 from ..quantities import ModelError, place
 from ..system import Expr
 
-
 _BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.")
 """Packages that ask for the form of an expression: an assembly leaves out terms that are zero by structure."""
 
