@@ -24,6 +24,8 @@ from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
 from mehvar.versions import project_root
 
+PARTS = "parts"
+"""What `--from` takes in place of a plant."""
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
@@ -45,21 +47,24 @@ def command(
     plant: Annotated[
         str | None,
         typer.Option(
-            "--from", metavar="MODEL", help="Only a law of your own on this plant.", autocompletion=complete_models
+            "--from",
+            metavar="MODEL",
+            help="Only a law of your own on this plant; parts: a spacecraft assembled from parts.",
+            autocompletion=complete_models,
         ),
     ] = None,
 ) -> None:
     """Write the folder and say what to do next."""
-    if plant is not None:
+    if plant not in (None, PARTS):
         folder = scaffold_law(name, plant, Path.cwd())
         typer.echo(f"wrote {folder}; the law is in {folder / 'models' / name / 'law.py'}")
         typer.echo(f"in {folder}: mehvar generate, then mehvar simulate {name} --controller {name}")
         return
-    folder = scaffold(name, Path.cwd())
+    folder = scaffold(name, Path.cwd(), "system" if plant is None else "craft")
     typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
 
 
-def scaffold(name: str, into: Path) -> Path:
+def scaffold(name: str, into: Path, kind: str = "system") -> Path:
     """Write a new system and generate it; the folder is complete or absent.
 
     Parameters
@@ -68,6 +73,8 @@ def scaffold(name: str, into: Path) -> Path:
         Of the system: lower-case letters, digits and underscores.
     into : Path
         The folder NAME is made in this folder.
+    kind : {"system", "craft"}
+        Derived step by step, or assembled from parts.
 
     Returns
     -------
@@ -83,7 +90,7 @@ def scaffold(name: str, into: Path) -> Path:
     with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
         whole = Path(scratch) / name
         (whole / "generated").mkdir(parents=True)
-        _write(whole, name, "system", title=name.replace("_", " "))
+        _write(whole, name, kind, title=name.replace("_", " "))
         _generate(whole, name)
         whole.rename(target)
     return target

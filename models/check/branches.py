@@ -16,6 +16,9 @@ import sympy as sp
 from ..quantities import ModelError, place
 from ..system import Expr
 
+_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.")
+"""Packages that ask for the form of an expression: an assembly leaves out terms that are zero by structure."""
+
 
 @contextlib.contextmanager
 def no_branching() -> Iterator[None]:
@@ -65,7 +68,8 @@ def _refuse(expr: Expr, what: str, other: object = None) -> None:
     frame = sys._getframe(2)
     while frame.f_globals.get("__name__") == __name__ and frame.f_back:
         frame = frame.f_back
-    if frame.f_globals.get("__name__", "").partition(".")[0] in ("sympy", "mpmath") or not expr.free_symbols:
+    module = f"{frame.f_globals.get('__name__', '')}."
+    if module.startswith(_BY_FORM) or not expr.free_symbols:
         return
     zero = isinstance(other, int | float | sp.Number) and sp.sympify(other).is_zero
     if zero and (expr.is_zero is False or _is_entry_with_zero(frame)):

@@ -230,8 +230,10 @@ class Spacecraft:
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
         frame = mounted[0].frame
-        derivation.section("Parts")
-        added = [_loaded(part, at) for part, at in zip(self.parts, mounted, strict=True)]
+        added = []
+        for part, at in zip(self.parts, mounted, strict=True):
+            derivation.section(f"Part {part.name}")
+            added.append(_loaded(part, at))
         if all(c.mass == 0 for c in added):
             raise ModelError(f"{self.name} has no mass: add a Hub")
         derivation.section("Accelerations")

@@ -41,8 +41,7 @@ def make(tolerance):
     options = {"rtol": tolerance, "atol": tolerance, "threads": 1, "t_end": task.SAMPLES * task.PERIOD, "vx_0": task.VX}
 
     def fly(starts):
-        many = mehvar.batch(model, law, len(starts), period=task.PERIOD, vary=vary, seed=1, **options)
-        return many["final"].values
+        return mehvar.batch(model, law, len(starts), period=task.PERIOD, vary=vary, seed=1, **options)["final"].values
 
     return fly
 

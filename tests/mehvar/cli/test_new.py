@@ -54,6 +54,13 @@ def test_the_commands_of_its_readme_work(project):
     assert "end time reached" in done.stdout
 
 
+def test_a_craft_from_parts_is_whole_and_its_own_tests_pass(tmp_path):
+    project = scaffold("scout", tmp_path, "craft")
+    assert check(Tree(project), "scout").reasons == ()
+    done = run(project, "pytest", "-q", "-p", "no:cacheprovider", "tests")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_a_wrong_sign_is_compared_and_breaks_a_gate(tmp_path):
     project = scaffold("wrong", tmp_path)
     path = project / "models" / "wrong" / "system.py"

@@ -67,3 +67,13 @@ def test_what_a_motion_does_not_need_is_no_parameter():
         check(system)
     assert "hub_m" not in [q.name for q in attitude.parameters]
     assert [q.name for q in plane.states] == ["vx", "vy", "wz", "theta"]
+
+
+def test_the_derivation_has_a_section_for_each_part():
+    """Before the sums over the parts, and their solution."""
+    tank = Bob("tank", mass=2.0, length=0.3, damping=0.1)
+    jet = Thruster("jet", direction=(1, 1, 0))
+    system = assembled(Hub("hub", mass=10.0, inertia=BALL, centre=(0, 0.1, 0)), tank, jet)
+    sections = list(dict.fromkeys(step.section for step in system.steps))
+    assert sections == ["Mounts", "Part tank", "Accelerations", "Rates"]
+    assert {s.symbol.name for s in system.steps if s.section == "Part tank"} >= {"tank_k", "tank_uu", "tank_dex"}

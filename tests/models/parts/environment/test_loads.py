@@ -188,7 +188,7 @@ def test_gravity_gradient_of_a_ball_vanishes():
         assert abs(flight.moment(x)).max() < 1e-19
 
 
-def test_angular_momentum_about_the_earth_is_kept():
+def test_angular_momentum_about_the_earth_and_energy_are_kept():
     """Of orbit and craft together: the force of the gradient takes what its torque gives; with two-body gravity."""
     craft = Spacecraft("craft", orbit=Orbit())
     for part in (HUB, Wheel("wheel", axis=(1, 2, 1), inertia=0.2), GravityGradient()):
@@ -204,15 +204,22 @@ def test_angular_momentum_about_the_earth_is_kept():
     own = graphs["momentum"](x, p)[3:]
     turned = own + 2 * ca.cross(vector, ca.cross(vector, own) + q * own)
     whole = 100.0 * ca.cross(place, velocity) + turned
+    axis = np.array([1.0, 2.0, 1.0]) / np.sqrt(6)
+    inertia = TENSOR + 0.2 * np.outer(axis, axis)
+    r = ca.norm_2(place)
+    up = (place + 2 * ca.cross(-vector, ca.cross(-vector, place) + q * place)) / r
+    tide = -(np.trace(inertia) - 3 * ca.dot(up, inertia @ up)) / r**3
+    energy = 50.0 * ca.dot(velocity, velocity) + graphs["energy"](x, p) - 200.0 / r + tide
     rates = graphs["rhs"](x, u, p)
-    change = ca.Function("change", [x], [ca.jtimes(whole, x, rates), ca.jtimes(turned, x, rates)])
+    kept = ca.vertcat(whole, energy)
+    change = ca.Function("change", [x], [ca.jtimes(kept, x, rates), ca.vertcat(turned, tide)])
     rng, names = np.random.default_rng(7), [q.name for q in ready.states]
     for _ in range(4):
         state = rng.normal(size=len(names))
         q = [names.index(f"q{k}") for k in range(4)]
         state[q] /= np.linalg.norm(state[q])
-        total, turn = (np.array(v).ravel() for v in change(state))
-        assert abs(total).max() < 1e-12 * abs(turn).max()
+        total, size = (np.array(v).ravel() for v in change(state))
+        assert abs(total).max() < 1e-12 * abs(size).max()
 
 
 def test_balances_with_all_loads():
