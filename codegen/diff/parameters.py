@@ -47,7 +47,7 @@ _ROLES = {
     "delays": "delay",
 }  # fmt: skip
 """What a field of a manifest is called where its entries are named; as the roles of symbols."""
-_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output", "events": "law event"}
+_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
 """What a law's own quantities are called; as the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
@@ -208,8 +208,10 @@ def _record(record: object, role: str, name: str, skipped: Collection[str]) -> I
     for key, value in _fields(record, skipped):
         if isinstance(value, Mapping):
             yield from (((f"{role} {name}", n, "value"), text) for n, text in _numbers(key, value))
-        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter | Event):
+        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter):
             yield from _rows(value, f"{_OWN.get(key, role)} {name}", skipped)
+        elif isinstance(value, tuple) and value and isinstance(value[0], Event):
+            yield from _rows(value, f"law event {name}", skipped)
         elif key not in _OWN:
             yield (f"{role} {name}", key, "value"), _text(value)
 

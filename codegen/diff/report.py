@@ -213,7 +213,7 @@ class ParameterChange:
     role : str
         "state", "input", "parameter", "law ...", "scenario", ...
     what : str
-        "value", "unit", "bounds", "source", "sign", "added", "removed" or "renamed".
+        "value", "unit", "bounds", "source", "sign", "direction", "ends", "added", "removed" or "renamed".
     old, new : str
         Before and after; empty where there is nothing.
     """

@@ -642,7 +642,9 @@ class Cells:
     def _is_edge(self, world: RealWorld) -> bool:
         """Whether a point is one where a step is taken, which alone is no difference; of equations it may be one."""
         steps = (k for k in self._units if self.pool.nodes[k][0] in _JUMPS and world.memo.get(k) is not None)
-        return any(world.defined(atom) == 0 for k in steps for atom in atoms(self.pool, k))
+        cuts = (self.pool.operands(k)[0] for k in self._nodes if self.pool.nodes[k][0] == "atan2")
+        edges = itertools.chain((atom for k in steps for atom in atoms(self.pool, k)), cuts)
+        return any(world.defined(edge) == 0 for edge in edges)
 
     def _is_clear(self, world: RealWorld, node: int) -> bool:
         """Whether the way of a node is not one of rounding."""

@@ -330,6 +330,10 @@ class Judge:
         simple = self._shared.united(old, new)
         if simple[0] == simple[1]:
             return Verdict(True, "the same text with shared parts as one")
+        united = self._cells(*simple)
+        if united.open_states() == []:
+            outcome = united.settle([])
+            return Verdict(outcome.equal, outcome.how)
         *simpler, points = self._shared.freed(*simple)
         if simpler != [old, new] and (verdict := self._by_cells(*simpler)).equal:
             return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
@@ -368,14 +372,15 @@ class Judge:
         )  # fmt: skip
 
     def _settled(self, cells: Any, old: int, new: int) -> Verdict:
-        """Decide what no point of a walk told apart."""
-        if (states := cells.open_states()) is not None:
-            outcome = cells.settle(states)
-        else:
+        """Decide what no point of a walk told apart: by joint states, and by those that the field with signs leaves."""
+        states = cells.open_states()
+        outcome = None if states is None else cells.settle(states)
+        if outcome is None or outcome.equal is None:
             doubtful, count = self._doubtful(old, new)
             if count and not doubtful:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
-            outcome = cells.decide(doubtful, bool(count))
+            if count or outcome is None:
+                outcome = cells.decide(doubtful, bool(count))
         return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
 
     def never_zero(self, expression: Expression) -> bool:

@@ -118,19 +118,25 @@ class Shared:
             others[self._look(node)].append(node)
         points, left = list[int](), _MOST
         for node in sorted(first - second):
-            for other in others[self._look(node)]:
-                sides = replaced_nodes(self.pool, node, free), replaced_nodes(self.pool, other, free)
+            for other, factor in [(k, f) for f in (1, -1) for k in others[self._look(self._times(node, f))]]:
+                sides = (
+                    replaced_nodes(self.pool, node, free),
+                    self._times(replaced_nodes(self.pool, other, free), factor),
+                )
                 if other in free or left == 0 or len({*self.united(*sides)}) == 1:
                     continue
                 left -= 1
                 if (count := self._same(*sides)) is not None:
-                    free[node] = free[other] = self._free(
-                        node, min(map(self._range, sides), key=lambda values: len(values) or _FEW)
-                    )
+                    values = min(map(self._range, sides), key=lambda values: len(values) or _FEW)
+                    free[node] = self._free(node, values)
+                    free[other] = self._times(free[node], factor)
                     points.append(count)
                     break
         ends = self.united(*(replaced_nodes(self.pool, root, free) for root in (old, new)))
         return ends[0], ends[1], min(filter(None, points), default=0)
+
+    def _times(self, node: int, factor: int) -> int:
+        return node if factor == 1 else self.pool.many("mul", [node, self.pool.number(factor)])
 
     def _parts(self, root: int) -> set[int]:
         """Return the parts of an expression that the field cannot look into and that have a number as their value."""
