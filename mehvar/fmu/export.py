@@ -20,7 +20,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
 from mehvar.runtime.compiling.library import ENDING, FLAGS
 from mehvar.runtime.files import check_file, write_atomic
-from mehvar.runtime.model.model import load
+from mehvar.runtime.model.model import Model, load
 
 from .description import Interface, Version, description
 from .sources import UNITS, c_sources
@@ -31,7 +31,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def export_fmu(
-    model: str | os.PathLike[str],
+    model: Model | str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
     controller: str | None = None,
@@ -43,8 +43,8 @@ def export_fmu(
 
     Parameters
     ----------
-    model : str or path
-        A name or a generated folder.
+    model : Model, str or path
+        A loaded or built model, a name or a generated folder.
     out : path
         The file, whose name ends in `.fmu`.
     controller : str, optional
@@ -74,7 +74,7 @@ def export_fmu(
     if out is None or Path(out).suffix.lower() != ".fmu":
         raise bad_value("out", out, "a file name that ends in .fmu")
     check_file(out)
-    what = subject(load(model), controller, scenario)
+    what = subject(model if isinstance(model, Model) else load(model), controller, scenario)
     what.model.manifest.check_rates("a functional mock-up unit")
     name = identifier("_".join(filter(None, (what.model.name, controller))))
     draft = c_sources(what, fmi, "")

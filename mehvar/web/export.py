@@ -19,7 +19,7 @@ from mehvar.manifest import Controller, Manifest, Parameter, Quantity, Shape
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.model import load
+from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
 from mehvar.schema import plain
@@ -31,13 +31,13 @@ _TEMPLATES = Path(html.__file__).parent / "templates"
 _UPLOT = "report/uplot"
 
 
-def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
+def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
     """Write a page on which a model runs: sliders, plots, its geometry in motion, a checksum of every number.
 
     Parameters
     ----------
-    model : str or path
-        A name or a generated folder.
+    model : Model, str or path
+        A loaded or built model, a name or a generated folder.
     out : path
         The folder of the page, which is called `MODEL.html`; made if necessary.
 
@@ -60,7 +60,7 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
     """
     check_arguments("path", "the call", out=out)
     check_folder(out)
-    loaded = load(model)
+    loaded = model if isinstance(model, Model) else load(model)
     loaded.manifest.check_rates("a page")
     loaded.manifest.refuse_events("a page")
     zig_toolchain()  # before the runs, which take longer

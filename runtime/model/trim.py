@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,9 @@ _STEADY = 1e-8
 some 1e-16, and of a double zero half of the digits. Own; a tenth or ten times changes nothing here."""
 _ROUNDING = 1e-12
 """Of rates that no unknown changes: what rounding leaves of them."""
+_PROBE = 6e-6
+"""Of a coordinate, for slopes of the projection: the cube root of a double's rounding, where central differences are
+best. They lead the search only; ten times more or less costs it a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +105,10 @@ def trim(
     Raises
     ------
     InputError
-        For an unknown name, a name that is fixed and free, no unknowns, or bounds that are none.
+        For an unknown name, a name that is fixed and free, no unknowns, bounds that are none, or a start that is no
+        state, as a quaternion of zeros.
     TrimError
-        If the rates do not vanish where the search ends; its `point` says where that is, and what is left of them.
+        If the rates do not vanish where the search ends, or that is no state; its `point` says where that is.
 
     Examples
     --------
@@ -160,9 +164,21 @@ def trim(
     if not np.isfinite(rates(inside)).all():
         start = dict(zip(starts, inside.tolist(), strict=True))
         raise bad_value("free", start, "a start at which the rates are finite")
-    result = least_squares(
-        rates, inside, slopes, bounds=(lower, upper), x_scale="jac", xtol=_TOLERANCE, ftol=_TOLERANCE, gtol=_TOLERANCE
-    )
+    gap = _gap(loaded, parameters)
+    if nowhere := [n for n, g in zip(loaded.state_names, gap(at(inside)[0]), strict=False) if not np.isfinite(g)]:
+        allowed = f"fixed, or free with a start, at which they are a state of {loaded.name}"
+        raise bad_value(", ".join(nowhere), 0.0, allowed)
+
+    def misses(unknown: FloatArray) -> FloatArray:
+        return np.concatenate([rates(unknown), gap(at(unknown)[0])])
+
+    def gradients(unknown: FloatArray) -> FloatArray:
+        probes = _PROBE * np.eye(len(unknown))
+        columns = [gap(at(unknown + d)[0]) - gap(at(unknown - d)[0]) for d in probes]
+        return np.vstack([slopes(unknown), np.column_stack(columns) / (2 * _PROBE)])
+
+    tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), _TOLERANCE)
+    result = least_squares(misses, inside, gradients, bounds=(lower, upper), x_scale="jac", **tolerances)
     x, u = at(result.x)
     point = Trim(
         x=x,
@@ -174,7 +190,22 @@ def trim(
         evaluations=int(result.nfev),
     )
     _check_steady(point, slopes(result.x), result.x)
+    if np.abs(gap(x)).max(initial=0.0) > _STEADY:
+        raise TrimError(f"no state of {loaded.name}: where all rates are least, {_off(loaded, gap(x))}", point)
     return point
+
+
+def _gap(model: Model, p: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return the way from a state to its projection, for coordinates that are states; empty without a projection."""
+    if "project" not in model.manifest.functions or "to_coordinates" in model.manifest.functions:
+        return lambda _: np.empty(0)
+    project, more = model.functions["project"], (p,) if model.manifest.projects_by_parameters else ()
+    return lambda x: np.asarray(project(x, *more)) - x
+
+
+def _off(model: Model, gap: FloatArray) -> str:
+    worst = int(np.argmax(np.abs(gap)))
+    return f"{model.state_names[worst]} is off its manifold by {gap[worst]:.3g}"
 
 
 def _check_steady(point: Trim, slopes: FloatArray, unknowns: FloatArray) -> None:

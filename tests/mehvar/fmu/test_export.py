@@ -10,6 +10,7 @@ import pytest
 
 import mehvar
 from mehvar.errors import InputError
+from mehvar.parts import Hub, Spacecraft
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +62,17 @@ def test_what_is_not_there_is_refused(arguments, message, tmp_path):
     with pytest.raises(InputError, match=message):
         mehvar.export_fmu("triangle", tmp_path / given.pop("out"), **given)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_loaded_model_is_exported_as_one_by_name(tmp_path):
+    for path, model in (("name.fmu", "triangle"), ("loaded.fmu", mehvar.load("triangle"))):
+        mehvar.export_fmu(model, tmp_path / path)
+    assert (tmp_path / "name.fmu").read_bytes() == (tmp_path / "loaded.fmu").read_bytes()
+
+
+def test_a_craft_without_a_law_is_refused_in_words(tmp_path):
+    craft = Spacecraft("exported", "a hub alone")
+    craft.add(Hub("hub", mass=120.0, inertia=(12.0, 14.0, 10.0)))
+    built = mehvar.build(craft)
+    with pytest.raises(InputError, match="'exported': must be a model with a law, whose scenarios"):
+        mehvar.export_fmu(built, tmp_path / "hub.fmu")

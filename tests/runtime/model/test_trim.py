@@ -8,6 +8,7 @@ import pytest
 
 import mehvar
 from mehvar.errors import InputError
+from mehvar.parts import Hub, Spacecraft, Wheel
 
 
 def test_a_satellite_that_turns_with_its_orbit():
@@ -62,3 +63,30 @@ def test_what_is_not_steady_is_no_result():
 def test_what_cannot_be_meant_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         mehvar.trim("triangle", **arguments)
+
+
+@pytest.fixture(scope="module")
+def free_hub():
+    craft = Spacecraft("freehub", "a hub with a wheel")
+    craft.add(Hub("hub", mass=120.0, inertia=(12.0, 14.0, 10.0)))
+    craft.add(Wheel("wheel", axis=(0, 0, 1), inertia=0.02, torque_limit=0.1))
+    return mehvar.build(craft)
+
+
+def test_a_trim_of_a_craft_keeps_its_quaternion_a_unit(free_hub):
+    begin = {"q0": 2.0, "q1": 1.0, "q2": 0.3, "q3": 0.0}
+    point = mehvar.trim(free_hub, free=begin)
+    found = np.array([point.values[name] for name in begin])
+    assert abs(np.linalg.norm(found) - 1) < 1e-12
+    assert np.allclose(found * np.linalg.norm([*begin.values()]), [*begin.values()])
+
+
+@pytest.mark.parametrize("free", [["q0", "q1", "q2", "q3"], ["wheel_speed"]])
+def test_a_quaternion_of_zeros_is_no_start_of_a_trim(free_hub, free):
+    with pytest.raises(InputError, match=r"q0, q1, q2, q3 = 0\.0: must be fixed, or free with a start"):
+        mehvar.trim(free_hub, free=free)
+
+
+def test_a_quaternion_that_is_fixed_at_another_length_is_no_trim(free_hub):
+    with pytest.raises(mehvar.TrimError, match="q0 is off its manifold by -1"):
+        mehvar.trim(free_hub, fix={"q0": 2.0}, free=["wheel_speed"])
