@@ -151,7 +151,7 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
     attributes, those that say which run it is.
     """
     block = number // store.chunk
-    if block not in store.stored():
+    if not store.has(block):
         return None
     row = number - store.runs(block).start
     numbers = _numbers(run, plan, number)

@@ -124,7 +124,17 @@ class Store:
         """
         if self._chunks is None:
             return sorted(self._memory)
-        return [block for block in range(self.blocks()) if self._chunks.block(block) is not None]
+        return [block for block in range(self.blocks()) if self.has(block)]
+
+    def has(self, block: int) -> bool:
+        """Whether a block is stored, whatever became of the others.
+
+        Raises
+        ------
+        DamageError
+            If its record is not whole, or of another block or batch.
+        """
+        return block in self._memory if self._chunks is None else self._chunks.block(block) is not None
 
     def about(self, block: int) -> Mapping[str, Any]:
         """Return what was said when a stored block was written."""

@@ -15,6 +15,7 @@ import pytest
 
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.records import END, STORE, DamageError, read_record
 from mehvar.runtime.batch.store.store import open_store
@@ -152,6 +153,18 @@ def test_an_unfinished_store_says_what_is_missing(store: Path) -> None:
 def test_a_record_that_is_gone_after_the_end_is_damage(store: Path) -> None:
     (store / "records/1.json").unlink()
     assert [damage.block for damage in verify(store).damaged] == [1]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_run_is_repeated_whatever_became_of_other_blocks(store: Path, damage: Callable[[Path], None]) -> None:
+    for place in ("records/1.json", "t_stop/c/1"):
+        damage(store / place)
+    opened = open_store(store)
+    plan = plan_of(opened, PENDULUM)
+    here, there = (next(run for run in range(first, 40) if not plan.refusal(run)) for first in (0, CHUNK))
+    assert difference(repeat_run(plan, opened, here), plan, opened, here) == ""
+    with pytest.raises(DamageError, match=r"records/1\.json"):
+        difference(repeat_run(plan, opened, there), plan, opened, there)
 
 
 def test_a_store_that_lost_all_it_says_of_itself_is_not_continued(store: Path) -> None:
