@@ -282,6 +282,19 @@ def test_an_unbalanced_wheel_without_imbalance_is_a_balanced_one():
     assert apart({n: shaken.rates(x, u)[n] for n in expected}, expected) < 1e-11  # the inertia 1e-12 of the rest
 
 
+def test_an_unbalanced_wheel_is_a_body_on_a_hinge():
+    """Whose centre of mass and products of inertia are those of its imbalances."""
+    given = {"axis": (0, 0, 1), "at": (0.1, 0, 0.3), "mass": 3.0}
+    wheel = UnbalancedWheel("a", **given, inertia=0.2, across=0.12, static=0.06, dynamic=0.03)
+    inertia = ((0.12, 0, 0), (0, 0.12, 0.03), (0, 0.03, 0.2))
+    body = Hinge("a", **given, inertia=inertia, centre=(0.02, 0, 0), motor=True)
+    shaken, turning = assembled((HUB, PUSH, TURN, wheel)), assembled((HUB, PUSH, TURN, body))
+    x, u = shaken.sample(np.random.default_rng(15))
+    expected = turning.rates(x | {"a_rate": x["a_speed"]}, u)
+    expected["a_speed"] = expected.pop("a_rate")
+    assert apart(shaken.rates(x, u), expected) < ROUNDING
+
+
 def test_bodies_on_lines_are_free_where_these_are_slack():
     slack, rng = craft("tether"), np.random.default_rng(14)
     x, u = slack.sample(rng)
