@@ -5,15 +5,18 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from mehvar.models.parts import (
+    Aggregates,
     Bob,
     Chain,
+    Coordinate,
     Hinge,
     Hub,
     Link,
@@ -26,8 +29,10 @@ from mehvar.models.parts import (
     SprungMass,
     UnbalancedWheel,
     Wheel,
+    point_inertia,
 )
-from mehvar.models.parts.values import kinds
+from mehvar.models.parts.values import Number, kinds, scalar
+from mehvar.models.system import Quantity
 from mehvar.units import dimension
 
 from .balances import Balances, assembled
@@ -167,6 +172,38 @@ def test_a_constant_velocity_changes_nothing(case):
     results = craft(case).rates(faster, u)
     results |= {f"v{a}": results[f"v{a}"] + more for a, more in zip("xyz", np.cross(w, boost), strict=True)}
     assert apart(results, craft(case).rates(x, u)) < ROUNDING
+
+
+@dataclass(frozen=True)
+class Driven(Part):
+    """A point mass on two axes that are not across each other: an input prescribes the motion along the first."""
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+
+    def inputs(self):
+        return (Quantity(f"{self.name}_input", "m/s^2", "acceleration"),)
+
+    def coordinates(self):
+        return tuple(
+            Coordinate(Quantity(f"{self.name}_v{k}", "m/s", "speed"), Quantity(f"{self.name}_d{k}", "m", "place"))
+            for k in "12"
+        )
+
+    def aggregates(self, at):
+        axes = sp.Matrix([1, 0, 0]), sp.Matrix([1, 2, 0])
+        places, speeds = zip(*((c.place.symbol, c.speed.symbol) for c in self.coordinates()), strict=True)
+        place, velocity = (of[0] * axes[0] + of[1] * axes[1] for of in (places, speeds))
+        m = at.values.mass
+        return Aggregates(
+            m, m * place, point_inertia(m, place), m * velocity, m * place.cross(velocity),
+            m * velocity.dot(velocity) / 2, prescribed=(self.inputs()[0].symbol, None),
+        )  # fmt: skip
+
+
+def test_what_is_prescribed_moves_what_is_free():
+    balances, rng = assembled((HUB, PUSH, TURN, Driven("a", 3.0))), np.random.default_rng(16)
+    for _ in range(4):
+        assert balances.residual(balances.state(rng), rng.normal(size=7)) < 1e-13
 
 
 def body_at(part: Hinge | Slider, place: float) -> Hub:
