@@ -172,14 +172,17 @@ class Tank(Part):
         return (-self.inputs()[0].symbol, *(swinging[0].rates(swinging[1], motion) if swinging else ()))
 
     def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
-        flow, w = self.inputs()[0].symbol, at.frame.rate
+        flow, w, nozzle = self.inputs()[0].symbol, at.frame.rate, at.values.nozzle
         force, couple, power = ZERO, ZERO, sp.S.Zero
-        for lump, line in zip(self._lumps(at), self._lines(at), strict=True):
-            leaving = velocity + w.cross(lump.at) + lump.velocity
-            lost = -flow * lump.share * leaving
-            moment = line.at.cross(line.force)
-            force, couple = force + lost + line.force, couple + lump.at.cross(lost) + moment
-            power += lost.dot(leaving) / 2 + velocity.dot(line.force) + w.dot(moment)
+        for lump in self._lumps(at):  # by a balance over a volume that ends at the nozzle, with steady lines in it
+            out, leaving = flow * lump.share, velocity + w.cross(lump.at) + lump.velocity
+            held, turning = out * (nozzle - lump.at), out * lump.at.cross(nozzle)
+            gone = out * (velocity + w.cross(nozzle))
+            push = out * lump.velocity - gone - w.cross(held)
+            twist = -nozzle.cross(gone) - w.cross(turning) - velocity.cross(held) - out * lump.velocity.cross(nozzle)
+            force, couple = force + push, couple + twist
+            lost = -out * leaving
+            power += lost.dot(leaving) / 2 + velocity.dot(push - lost) + w.dot(twist - lump.at.cross(lost))
         return Load(force, ZERO, couple), power
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:

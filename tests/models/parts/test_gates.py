@@ -5,15 +5,18 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from mehvar.models.parts import (
+    Aggregates,
     Bob,
     Chain,
+    Coordinate,
     Hinge,
     Hub,
     Link,
@@ -26,8 +29,10 @@ from mehvar.models.parts import (
     SprungMass,
     UnbalancedWheel,
     Wheel,
+    point_inertia,
 )
-from mehvar.models.parts.values import kinds
+from mehvar.models.parts.values import Number, kinds, scalar
+from mehvar.models.system import Quantity
 from mehvar.units import dimension
 
 from .balances import Balances, assembled
@@ -169,6 +174,38 @@ def test_a_constant_velocity_changes_nothing(case):
     assert apart(results, craft(case).rates(x, u)) < ROUNDING
 
 
+@dataclass(frozen=True)
+class Driven(Part):
+    """A point mass on two axes that are not across each other: an input prescribes the motion along the first."""
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")]
+
+    def inputs(self):
+        return (Quantity(f"{self.name}_input", "m/s^2", "acceleration"),)
+
+    def coordinates(self):
+        return tuple(
+            Coordinate(Quantity(f"{self.name}_v{k}", "m/s", "speed"), Quantity(f"{self.name}_d{k}", "m", "place"))
+            for k in "12"
+        )
+
+    def aggregates(self, at):
+        axes = sp.Matrix([1, 0, 0]), sp.Matrix([1, 2, 0])
+        places, speeds = zip(*((c.place.symbol, c.speed.symbol) for c in self.coordinates()), strict=True)
+        place, velocity = (of[0] * axes[0] + of[1] * axes[1] for of in (places, speeds))
+        m = at.values.mass
+        return Aggregates(
+            m, m * place, point_inertia(m, place), m * velocity, m * place.cross(velocity),
+            m * velocity.dot(velocity) / 2, prescribed=(self.inputs()[0].symbol, None),
+        )  # fmt: skip
+
+
+def test_what_is_prescribed_moves_what_is_free():
+    balances, rng = assembled((HUB, PUSH, TURN, Driven("a", 3.0))), np.random.default_rng(16)
+    for _ in range(4):
+        assert balances.residual(balances.state(rng), rng.normal(size=7)) < 1e-13
+
+
 def body_at(part: Hinge | Slider, place: float) -> Hub:
     """Return the body of a joint at an angle or a place, as a hub of its own."""
     axis, at, centre = (np.array(v, dtype=float) for v in (part.axis, part.at, part.centre))
@@ -280,6 +317,19 @@ def test_an_unbalanced_wheel_without_imbalance_is_a_balanced_one():
     x, u = shaken.sample(np.random.default_rng(13))
     expected = even.rates(x, u)
     assert apart({n: shaken.rates(x, u)[n] for n in expected}, expected) < 1e-11  # the inertia 1e-12 of the rest
+
+
+def test_an_unbalanced_wheel_is_a_body_on_a_hinge():
+    """Whose centre of mass and products of inertia are those of its imbalances."""
+    given = {"axis": (0, 0, 1), "at": (0.1, 0, 0.3), "mass": 3.0}
+    wheel = UnbalancedWheel("a", **given, inertia=0.2, across=0.12, static=0.06, dynamic=0.03)
+    inertia = ((0.12, 0, 0), (0, 0.12, 0.03), (0, 0.03, 0.2))
+    body = Hinge("a", **given, inertia=inertia, centre=(0.02, 0, 0), motor=True)
+    shaken, turning = assembled((HUB, PUSH, TURN, wheel)), assembled((HUB, PUSH, TURN, body))
+    x, u = shaken.sample(np.random.default_rng(15))
+    expected = turning.rates(x | {"a_rate": x["a_speed"]}, u)
+    expected["a_speed"] = expected.pop("a_rate")
+    assert apart(shaken.rates(x, u), expected) < ROUNDING
 
 
 def test_bodies_on_lines_are_free_where_these_are_slack():

@@ -5,7 +5,20 @@ import pytest
 
 from mehvar.errors import MehvarError
 from mehvar.models.check import check
-from mehvar.models.parts import Bob, Hub, Spacecraft, Thruster, Value, Wheel
+from mehvar.models.parts import (
+    Bob,
+    Chain,
+    ControlMomentGyro,
+    Hinge,
+    Hub,
+    Link,
+    Pendulum,
+    Spacecraft,
+    Tank,
+    Thruster,
+    Value,
+    Wheel,
+)
 
 BALL = (1.0, 1.0, 1.0)
 
@@ -32,6 +45,24 @@ def assembled(*parts, **options):
         (lambda: assembled("hub"), "'hub' is no part"),
         (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
         (lambda: Bob("tank", mass=1.0, length=1.0, rest=(0, 0, -2)), r"tank.rest = \(0, 0, -2\): must be an axis"),
+        (
+            lambda: Hinge("h", 1.0, BALL, axis=(1, 0, 0), motion="free-wheeling"),
+            "h.motion = 'free-wheeling': must be one",
+        ),
+        (lambda: Hinge("h", 1.0, BALL, axis=(1, 0, 0), motion="locked", damping=1.0), "h.damping: motion is locked"),
+        (lambda: Link(1.0, BALL, joint="ball", axis=(1, 0, 0)), "a ball joint has none"),
+        (lambda: Link(1.0, BALL, joint="ball", stiffness=1.0), "a ball joint has neither motor nor stiffness"),
+        (lambda: Link(1.0, BALL, joint="screw", axis=(1, 0, 0)), "joint = 'screw': must be one of hinge"),
+        (lambda: Chain("arm"), "arm.links: must have one link at least"),
+        (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
+        (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
+        (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
+        (
+            lambda: ControlMomentGyro("g", (1, 0, 0), (0, 1, 0), 1.0, 1.0, speed=1.0, friction=1.0),
+            "g.friction: a motor",
+        ),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob has share and length"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping: nothing swings"),
         (lambda: Spacecraft("craft", attitude="euler angles"), "attitude = 'euler angles': must be one of quaternion"),
         (lambda: Spacecraft("craft", motion="orbit"), "motion = 'orbit': must be one of free"),
     ],
