@@ -217,7 +217,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
 
 def _kept(old: Path, new: Path) -> ModelDiff:
     """Compare two folders, unless this version of mehvar has compared the same texts before."""
-    engine = sorted(path for room in ("equal", "diff") for path in (_CODEGEN / room).rglob("*.py"))
+    engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
     texts = [
         path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
     ]
