@@ -42,13 +42,11 @@ def holder(manifest: Manifest, name: str) -> Manifest:
     present = name in manifest.files_sha256 if manifest.files_sha256 else (manifest.folder / name).is_file()
     if present or name not in made_when_asked(manifest.model):
         return manifest
-    root, what = _root(manifest, name), f"{name} of {manifest.model} is made when it is first used"
-    for package in _NEEDED:
-        if not installed(package):
-            raise InputError(f"{what}, which needs {package}: pip install {package}")
+    what = f"{name} of {manifest.model} is made when it is first used"
     versions = sorted(installed(*_NEEDED, "mehvar", "python").items())
     entry = f"{manifest.model}-{cache.key(manifest.text, repr(versions))}"
-    made = read_manifest(cache.entry("derived", entry, lambda folder: _fill(root, manifest.model, folder, what)))
+    folder = None if _tree(manifest) else cache.find("derived", entry)  # a copy away from its sources, made before
+    made = read_manifest(folder or _made(manifest, name, entry, what))
     signatures, own = ({(f.name, f.arguments, f.results) for f in one.functions.values()} for one in (made, manifest))
     if not own <= signatures:
         raise InputError(
@@ -56,6 +54,21 @@ def holder(manifest: Manifest, name: str) -> Manifest:
             f"generate the model again (mehvar generate {manifest.model})"
         )
     return made
+
+
+def _made(manifest: Manifest, name: str, entry: str, what: str) -> Path:
+    """Return the folder of an entry of the cache, derived now if there is none."""
+    root = _root(manifest, name)
+    for package in _NEEDED:
+        if not installed(package):
+            raise InputError(f"{what}, which needs {package}: pip install {package}")
+    return cache.entry("derived", entry, lambda folder: _fill(root, manifest.model, folder, what))
+
+
+def _tree(manifest: Manifest) -> bool:
+    """Whether a folder stands in a tree, with its sources beside it."""
+    own = manifest.folder.absolute()
+    return own.parent.name == "generated" and (own.parent.parent / "models" / manifest.model).is_dir()
 
 
 def _root(manifest: Manifest, name: str) -> Path:
