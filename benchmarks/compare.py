@@ -27,6 +27,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "compare.md"
 BEGIN, END = "<!-- table: written by python -m benchmarks.compare -->", "<!-- end of table -->"
 TOOLS = {
     "mehvar": "mehvar",
+    "parts": "mehvar",
     "own": "mehvar",
     "heyoka": "heyoka",
     "Drake": "drake",
@@ -34,8 +35,9 @@ TOOLS = {
     "Basilisk": "bsk",
     "python-control": "control",
 }
-"""To the package; ours first, for it draws the starts of all. `own` is mehvar with the model written by the user."""
-MODELS = {"mehvar": "its model", "own": "own model"}
+"""To the package; ours first, for it draws the starts of all. `parts` is mehvar with a craft from parts, `own` with the
+model written by the user."""
+MODELS = {"mehvar": "its model", "parts": "from parts", "own": "own model"}
 TURNS = 3
 """The first with nothing compiled or kept, the others with what the first left; the tools take turns."""
 REFERENCE = 1e-13

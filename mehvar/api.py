@@ -4,21 +4,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.model.parameters import all_parameters, elements
+from mehvar.runtime.model.parameters import all_parameters, elements, number
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
@@ -142,7 +144,7 @@ def batch(
     interpolation: Interpolation | None = None,
     period: float | None = None,
     memory: ArrayLike | None = None,
-    vary: Mapping[str, str] | None = None,
+    vary: Mapping[str, str | Sequence[float]] | None = None,
     seed: int | None = None,
     sampling: Design | None = None,
     save: float | None = None,
@@ -175,7 +177,7 @@ def batch(
         As in `simulate`; the same in all runs. What is not held needs a period.
     vary : mapping of str to str, optional
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
-        `"uniform(10 deg, 20 deg)"`.
+        `"uniform(10 deg, 20 deg)"`; or to a list of values, one for each run, which also says how many runs there are.
     seed : int, optional
         What all random numbers start from; 0 unless given. Run i of a seed is the same run wherever and with whatever
         it is computed.
@@ -233,9 +235,11 @@ def batch(
         out = file.out if out is None else out
         success = file.success if success is None else success
         until = file.until if until is None else until
-    elif (controller is None and inputs is None) or n is None:
-        raise InputError("a batch needs controller and n; or inputs and n, for an open loop")
     else:
+        dispersed = {names: _listed(text) for names, text in (vary or {}).items()}
+        n = _runs(dispersed) if n is None else n
+        if (controller is None and inputs is None) or n is None:
+            raise InputError("a batch needs controller and n; or inputs and n, for an open loop")
         origin, source = "the call", model
         manifest = model.manifest if isinstance(model, Model) else find_model(model)
         shared, settings = split_settings(options, manifest.choices, "batch", origin)
@@ -248,7 +252,7 @@ def batch(
             n=n,
             scenario=case.name,
             seed=Campaign.seed if seed is None else seed,
-            vary=_in_units(vary or {}, manifest, origin),
+            vary=_in_units(dispersed, manifest, origin),
             parameters=elements(merged(parameters or {}, shared, origin), known, origin),
             initial=dict(initial or {}),
             sampling=Campaign.sampling if sampling is None else sampling,
@@ -271,6 +275,19 @@ def batch(
             origin=origin,
         )
         return store.dataset()
+
+
+def _listed(values: Any) -> str:
+    """Return an array of values as the text of a dispersion; anything else is refused where it is read."""
+    if isinstance(values, str) or np.ndim(values) != 1:
+        return cast(str, values)
+    return f"values({', '.join(repr(number('vary', value)) for value in values)})"
+
+
+def _runs(vary: Mapping[str, str]) -> int | None:
+    """Return how many runs listed values are for; None where nothing is listed."""
+    counts = (d.listed for d in read_dispersions(vary, "the call"))
+    return next(filter(None, counts), None)
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:

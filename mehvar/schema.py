@@ -22,7 +22,7 @@ import re
 import tomllib
 import types
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
 from mehvar.errors import MehvarError, printable
@@ -57,6 +57,12 @@ class SchemaError(MehvarError, ValueError):
 def json_key(key: str | None) -> dict[str, str | None]:
     """Return the metadata of a field whose key in JSON is not its name; with None JSON does not hold it."""
     return {_KEY: key}
+
+
+def key_of(field: Field[Any]) -> str | None:
+    """Return the key of a field in JSON; None for one that JSON does not hold."""
+    key: str | None = field.metadata.get(_KEY, field.name)
+    return key
 
 
 def parse(text: str) -> Any:
@@ -306,7 +312,7 @@ def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
 
 def _rows(kind: Any) -> list[tuple[str, str, Any]]:
     """Return name, key and hint of each field that JSON holds."""
-    keys = [(f, f.metadata.get(_KEY, f.name)) for f in fields(kind)]
+    keys = [(f, key_of(f)) for f in fields(kind)]
     return [(f.name, key, f.type) for f, key in keys if key is not None]
 
 

@@ -44,8 +44,11 @@ def literals_are_numbers(tree: ast.AST, text: str) -> bool:
     text : str
         What was parsed.
     """
+    lines = text.encode().splitlines()  # once: ast.get_source_segment splits the text for each node
     literals = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and type(node.value) in (int, float))
-    return all(number(ast.get_source_segment(text, node) or "") is not None for node in literals)
+    return all(
+        number(lines[node.lineno - 1][node.col_offset : node.end_col_offset].decode()) is not None for node in literals
+    )
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:

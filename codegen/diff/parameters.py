@@ -8,6 +8,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from mehvar.manifest import Choice, Controller, Event, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
+from mehvar.schema import key_of
 
 from ..equations.document import Document, Symbol
 from .report import ParameterChange
@@ -183,7 +184,7 @@ def _unsaid(manifest: Manifest) -> set[str]:
     """Return the fields that manifests have not always had and that this one lacks: it does not say what they were."""
     kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
     late = ((kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING))
-    return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{f.name}"' not in manifest.text}
+    return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{key_of(f)}"' not in manifest.text}
 
 
 def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:

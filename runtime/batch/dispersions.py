@@ -26,11 +26,24 @@ Quantile = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class Dispersion:
-    """Names and the distribution that they are drawn from together."""
+    """Names and the distribution that they are drawn from together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Parameters or initial states.
+    quantile : callable
+        The quantile of the distribution.
+    text : str
+        The distribution as it was written.
+    listed : int
+        Number of listed values, one for each run; 0 for a distribution.
+    """
 
     names: tuple[str, ...]
     quantile: Quantile
     text: str
+    listed: int = 0
 
     def centre(self) -> dict[str, float]:
         """Return the values at the middle of the unit cube; a vector points along its last axis."""
@@ -47,8 +60,8 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     ----------
     vary : mapping of str to str
         A name, or several names with commas between them, to a text: normal(mean, sd), uniform(low, high),
-        lognormal(mu, sigma), triangular(low, mode, high), choice(value, ...); for several names
-        normal([means], [rows of the covariance matrix]) or sphere(radius).
+        lognormal(mu, sigma), triangular(low, mode, high), choice(value, ...), or values(value, ...) with one value for
+        each run; for several names normal([means], [rows of the covariance matrix]) or sphere(radius).
     origin : str
         How messages call the texts.
 
@@ -168,6 +181,7 @@ _KINDS: Mapping[str, tuple[Callable[..., Quantile], str]] = {
     "lognormal": (_lognormal, "lognormal(mu, sigma) of the logarithm with sigma > 0, for one name"),
     "triangular": (_triangular, "triangular(low, mode, high) with low <= mode <= high, low < high, for one name"),
     "choice": (_choice, "choice(value, ...), for one name"),
+    "values": (_choice, "values(value, ...), for one name, one value for each run"),
     "sphere": (_sphere, "sphere(radius) with radius > 0, for the two or more components of a vector"),
 }
 _MULTIVARIATE = "normal([means], [rows of a positive definite covariance matrix]), as many as there are names"
@@ -186,7 +200,7 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
         quantile = make(len(targets), *arguments, **keywords)
     except (TypeError, _RefusedError):
         raise bad_value(names, text, f"{usage}", origin) from None
-    return Dispersion(targets, quantile, text.strip())
+    return Dispersion(targets, quantile, text.strip(), len(arguments) if kind == "values" else 0)
 
 
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:

@@ -134,6 +134,7 @@ class Plan:
         self._states = {q.name: i for i, q in enumerate(manifest.states)}
         self._check_names()
         self._initial = named_values(model.state_names, f"state of {model.name} in initial", campaign.initial, origin)
+        self._check_listed()
         self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, campaign.seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
@@ -241,11 +242,22 @@ class Plan:
             **numbers,
         )
 
+    def _check_listed(self) -> None:
+        """Refuse listed values that are not one for each run, or that a design of points would have to mix."""
+        for dispersion in self.dispersions:
+            if dispersion.listed and dispersion.listed != self.campaign.n:
+                allowed = f"{dispersion.listed}, as {', '.join(dispersion.names)} lists as many values"
+                raise bad_value("n", self.campaign.n, allowed, self.origin)
+            if dispersion.listed and self.campaign.sampling == "saltelli":
+                raise bad_value("sampling", "saltelli", "another design: it mixes the values of runs", self.origin)
+
     def _values(self, first: int, count: int) -> FloatArray:
         points = self._sampler.points(first, count)
         values, place = np.empty_like(points), 0
         for dispersion in self.dispersions:
             columns = slice(place, place + len(dispersion.names))
+            if dispersion.listed:  # the quantile of these points is the value of the run
+                points[:, columns] = ((np.arange(first, first + count) + 0.5) / dispersion.listed)[:, None]
             values[:, columns] = dispersion.quantile(points[:, columns])
             place = columns.stop
         return values

@@ -37,11 +37,12 @@ def law(t, x):
 def make(tolerance):
     """Build, and return the batch of the first runs."""
     model = mehvar.build(assembled())
-    vary = {f"{STARTS.get(name[:-2], name[:-2])}_0": draw for name, draw in task.VARY.items()}
+    names = [f"{STARTS.get(name[:-2], name[:-2])}_0" for name in task.VARY]
     options = {"rtol": tolerance, "atol": tolerance, "threads": 1, "t_end": task.SAMPLES * task.PERIOD, "vx_0": task.VX}
 
     def fly(starts):
-        return mehvar.batch(model, law, len(starts), period=task.PERIOD, vary=vary, seed=1, **options)["final"].values
+        vary = dict(zip(names, starts.T, strict=True))
+        return mehvar.batch(model, law, period=task.PERIOD, vary=vary, **options)["final"].values
 
     return fly
 

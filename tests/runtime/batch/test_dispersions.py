@@ -13,9 +13,12 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.special import ndtri
 
+import mehvar
 from mehvar.errors import InputError
 from mehvar.runtime.batch.dispersions import read_dispersions, split
+from mehvar.runtime.batch.repeat import plan_of, repeat_run
 from mehvar.runtime.batch.sampling import DESIGNS, Sampler, exponential, normal_quantile, permuted, stream, uniforms
+from mehvar.runtime.batch.store.store import open_store
 
 FACTORS = [("a",), ("b", "c"), ("d",)]
 RUNS = 5 * 256
@@ -34,6 +37,38 @@ def test_a_run_is_the_same_point_in_every_piece(first: int, count: int, design: 
     whole = sampler.points(0, RUNS)
     assert np.array_equal(sampler.points(first, count), whole[first : first + count])
     assert ((whole > 0) & (whole < 1)).all()
+
+
+def test_listed_values_are_those_of_the_runs(tmp_path) -> None:
+    """Of more runs than a block, beside what is drawn, in every design; a run is repeated from its store alone."""
+    angles = np.linspace(-1, 1, 301)
+    options = {"controller": "path", "t_end": 0.02, "vary": {"theta_0": angles, "rho": "uniform(0.2, 0.4)"}}
+    drawn = mehvar.batch("triangle", "path", 301, t_end=0.02, vary={"rho": "uniform(0.2, 0.4)"})
+    for design in ("random", "latin", "sobol"):
+        runs = mehvar.batch("triangle", sampling=design, out=tmp_path / design, **options)
+        assert runs.sizes["run"] == 301
+        np.testing.assert_array_equal(runs["theta_0"], angles)
+        if design == "random":
+            np.testing.assert_array_equal(runs["initial_rho"], drawn["initial_rho"])
+    plan = plan_of(open_store(tmp_path / "random"), "triangle")
+    assert repeat_run(plan, open_store(tmp_path / "random"), 300).parameters.values["theta_0"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("vary", "given", "message"),
+    [
+        ({"theta_0": [0.1, 0.2]}, {"n": 3}, "n = 3 .*: must be 2, as theta_0 lists as many values"),
+        ({"theta_0": [0.1, 0.2], "rho": [0.3]}, {}, "must be 1, as rho lists as many values"),
+        ({"theta_0": [0.1, 0.2]}, {"sampling": "saltelli"}, "sampling = 'saltelli'"),
+        ({"theta_0": [[0.1], [0.2]]}, {"n": 2}, "theta_0 = .*: must be a text"),
+        ({"theta_0": [0.1, "x"]}, {}, "'x': must be a number"),
+        ({"theta_0": [0.1, float("nan")]}, {}, "must be a finite number"),
+        ({"theta_0": []}, {"n": 1}, "one value for each run"),
+    ],
+)
+def test_listed_values_that_do_not_fit_are_refused(vary, given, message) -> None:
+    with pytest.raises(InputError, match=message):
+        mehvar.batch("triangle", "path", t_end=0.02, vary=vary, **given)
 
 
 def test_another_seed_gives_other_points_and_another_dispersion_does_not() -> None:
