@@ -9,12 +9,7 @@ import task
 import mehvar
 from mehvar.parts import Bob, ExternalForce, Hub, Spacecraft, Torquer
 
-STARTS = {
-    "att1": "roll",
-    "att2": "pitch",
-    "att3": "yaw",
-    **{f"{a}{k}": f"bob{k}_{a}" for a in ("phi", "theta") for k in (1, 2)},
-}
+STARTS = ("vy", "vz", "roll", "pitch", "yaw", "bob1_phi", "bob1_theta", "bob2_phi", "bob2_theta")
 
 
 def assembled():
@@ -37,11 +32,10 @@ def law(t, x):
 def make(tolerance):
     """Build, and return the batch of the first runs."""
     model = mehvar.build(assembled())
-    names = [f"{STARTS.get(name[:-2], name[:-2])}_0" for name in task.VARY]
     options = {"rtol": tolerance, "atol": tolerance, "threads": 1, "t_end": task.SAMPLES * task.PERIOD, "vx_0": task.VX}
 
     def fly(starts):
-        vary = dict(zip(names, starts.T, strict=True))
+        vary = {f"{name}_0": column for name, column in zip(STARTS, starts.T, strict=True)}
         return mehvar.batch(model, law, period=task.PERIOD, vary=vary, **options)["final"].values
 
     return fly
