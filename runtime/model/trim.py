@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a plant stays as it is: states and inputs at which rates vanish."""
+"""Trim points of a plant: states and inputs at which rates vanish."""
 
 from __future__ import annotations
 
