@@ -19,7 +19,7 @@ class Vector:
     title : str
         What it is, in words.
     prefix, constant : str
-        How the constants of its elements begin in C, and what the tuple of their names is called in Python.
+        Prefix of its elements' constants in C, and Python name of the tuple with their names.
     quantities : sequence of Quantity or Parameter
         Its elements.
     """

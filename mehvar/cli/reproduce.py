@@ -149,7 +149,7 @@ def _claims_text(decided: Iterable[tuple[Manifest, Sequence[Claim]]]) -> str:
 
 
 def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
-    """Return what ran everything, and how long it took."""
+    """Return the software that computed everything, and the time it took."""
     compiler, code = find_compiler(), reports[0].model.backend
     backend = {"c": "generated C", "python": "generated NumPy modules"}[code]
     versions = {**installed(*_PACKAGES), **reports[0].manifest.versions}

@@ -28,8 +28,8 @@ _LARGE = np.array([10.0, 0.03, 0.02, 0.3, 0.5, 0.3, 0.5, 0.3])
 _EFFORT = np.array([1000.0, 0.3])
 """Moment, N m, and gimbal angle, rad, of equal weight: about two thirds and half of the values of the paper's laws."""
 BURNT = 300.0
-"""Fuel burnt at the linearisation, kg. Poles of the loop, 1/s, with full tanks and with 400 and 475 kg burnt: for 300 kg
--0.011, -0.031, -0.046; for full tanks -0.017, +0.44, +0.79, as the pendulums of low tanks are longer than assumed."""
+"""Fuel burnt at the linearisation, kg. Poles of the loop, 1/s, full and with 400 and 475 kg burnt: for 300 kg -0.011,
+-0.031, -0.046; for full tanks -0.017, +0.44, +0.79, as the pendulums of low tanks are longer than assumed."""
 _DISTURBANCE = np.array([0.01, 1e-4, 1e-3, 0.01, 0.01, 0.02, 0.02, 1e-3])
 """Standard deviations of unmodelled disturbances to the states per sample of 0.1 s."""
 _NOISE = np.array([0.05, 5e-4, 5e-4])
