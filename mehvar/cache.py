@@ -74,10 +74,10 @@ def discard(folder: Path) -> None:
 
 
 def cache_folder() -> Path:
-    """Return the folder that new entries go to, made if necessary; it is this user's, and nobody else can write it.
+    """Return the folder for new entries, made if necessary; only this user can write it.
 
-    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a new one with a name that nobody can
-    guess, which is removed at the end of the process.
+    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a new one with a random name, which is
+    removed at the end of the process.
 
     Raises
     ------

@@ -17,7 +17,7 @@ class Vector:
     Attributes
     ----------
     title : str
-        What it is, in words.
+        Its title in words.
     prefix, constant : str
         Prefix of its elements' constants in C, and Python name of the tuple with their names.
     quantities : sequence of Quantity or Parameter

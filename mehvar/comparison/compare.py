@@ -71,8 +71,8 @@ def diff(
     Parameters
     ----------
     model : str, System or Spacecraft
-        Its name. Or what Python code has made, first the older and then the newer one: `diff(before, after)`; of two
-        spacecraft `notes` says part by part what changed.
+        Its name. Or two systems made in Python, the older one first: `diff(before, after)`; for two spacecraft, `notes`
+        lists the changes part by part.
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work": the current derivation of models/.
     structures : str or sequence of str

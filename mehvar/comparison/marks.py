@@ -18,7 +18,7 @@ _ALIKE = Fraction(1, 2)
 
 
 class Alignment:
-    """Two graphs with one numbering of contents: equal numbers mean equal text, operands in whatever order.
+    """Two graphs with common numbers for contents: equal numbers mean equal text, with operands in any order.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ def judge(statements: Statements, claims: Sequence[Claim], equations: Mapping[st
     Parameters
     ----------
     statements : Statements
-        Of the paper.
+        The paper's statements.
     claims : sequence of Claim
         The decided claims.
     equations : mapping of str to str

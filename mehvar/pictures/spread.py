@@ -33,7 +33,7 @@ _POINTS = 200
 
 _PER_CELL = 10
 """Average runs in a cell of a map: its success rate is then known to 0.3 or so. With half as many, a map of noise looks
-like a region; with twice as many, a border is drawn half as sharply."""
+like a region; with twice as many, borders become half as sharp again."""
 _FEWEST_CELLS = 4
 """Fewest cells per side, for a batch so small that a cell has few runs: with fewer cells no border is visible."""
 

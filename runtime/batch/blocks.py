@@ -86,7 +86,7 @@ class Blocks:
 
     @property
     def samples(self) -> int:
-        """Number of samples of a run."""
+        """Number of sampling steps of a run."""
         return math.ceil(self._t_end / self._dt)
 
     def variables(self) -> list[Variable]:

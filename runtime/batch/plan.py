@@ -40,10 +40,10 @@ class Campaign:
     ----------
     controller, scenario : str
         The law and the scenario; the model's first scenario for None.
-    Number of runs; seed of all random numbers.
-        Number of runs; what all random numbers start from.
-    Distributions by name of a parameter or state, as `read_dispersions` takes them. A state varies at t = 0.
-        Names of parameters or states to distributions, as `read_dispersions` takes them. A state is varied at t = 0.
+    n, seed : int
+        Number of runs; seed of all random numbers.
+    vary : mapping of str to str
+        Distributions by name of a parameter or state, as `read_dispersions` takes them. A state varies at t = 0.
     parameters, initial : mapping
         Parameters and initial states that all runs share.
     sampling : str

@@ -40,7 +40,7 @@ STAGES = 16  # the most that a method has, and the length of a row of its coeffi
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in native/step/schedule.h; batches use 5 for runs that never began."""
+    """End of a run, numbered as in native/step/schedule.h; batches use 5 for runs that never began."""
 
     DONE = 0
     NOT_FINITE = 1
@@ -105,8 +105,8 @@ class Problem:
         One of `METHODS`.
     rtol, atol : float
         Tolerances of the adaptive methods.
-    Largest step of a method with a fixed step, s.
-        Largest step of a method with a fixed one, s.
+    step : float
+        Largest step of a method with a fixed step, s.
     max_steps : int
         Trial steps between two ticks after which the run ends.
     progress : callable, optional

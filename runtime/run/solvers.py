@@ -55,7 +55,7 @@ class StiffTest:
         self._stiff = self._smooth = 0
 
     def is_stiff_after(self, solver: Any) -> bool:
-        """Return True if the steps up to the last one are stiff."""
+        """Check the last step; return True if enough steps so far were limited by stability."""
         h, slopes, last = solver.h_previous, solver.K, solver.n_stages - 1
         place = solver.y_old + h * (solver.A[last, :last] @ slopes[:last])
         if h * norm(slopes[-1] - slopes[last]) > self._STABLE_PIECE * norm(solver.y - place):

@@ -53,10 +53,10 @@ class Layout:
 
     Attributes
     ----------
-    Runs in total and in one block.
-        Runs in all and in one block.
-    Variables of each run; `status` is one of them.
-        What is held for each run; `status` is one of them.
+    n, chunk : int
+        Runs in total and in one block.
+    variables : sequence of Variable
+        Variables of each run; `status` is one of them.
     coordinates : mapping
         Names and instants along second dimensions, by dimension.
     identity : mapping of str to str

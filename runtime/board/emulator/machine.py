@@ -38,8 +38,8 @@ _IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
 _IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
-"""The counter's flag tells of one wrap, so the program must run at least once between two: 2^24 ticks are 99.9 ms at
-the 168 MHz of the fastest board."""
+"""The counter's flag shows only one overflow, so the program must run at least once between two: 2^24 ticks are
+99.9 ms at the 168 MHz of the fastest board."""
 
 Hook = Callable[[int, int], None]
 """Called with address and size of each block of instructions before it runs."""

@@ -24,8 +24,8 @@ class Board:
 
     Attributes
     ----------
-    Identifier, and name for people.
-        As asked for, and for people.
+    name, title : str
+        Identifier, and name for people.
     source : str
         Its file in firmware/boards.
     cpu : {"m3", "m4f", "m7"}
@@ -36,8 +36,8 @@ class Board:
         QEMU's name of it.
     hertz : int
         Clock of the processor.
-    Macros that its file needs.
-        Macros that its file wants.
+    defines : mapping
+        Macros that its file needs.
     """
 
     name: str
