@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What people call from Python, with results as xarray datasets."""
+"""Python interface: the functions for users, with results as xarray datasets."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def build(system: System | Spacecraft, backend: BackendName | None = None) -> Model:
-    """Generate a system that Python code has made, and load it; the cache keeps what was generated before.
+    """Generate a system made in Python, and load it; the cache keeps earlier results.
 
     Parameters
     ----------
@@ -81,22 +81,22 @@ def simulate(
         Name of a model, a generated folder, or a loaded model.
     controller : str or callable
         A law of the model by name; or a function law(t, x) -> u, or law(t, x, z) -> (u, z_next) with `memory`. `x` is
-        an array that answers to names too, `x.roll`, also to those of the references; it is what the sensor shows of
-        the state, where the model has one and there is a period. None for an open loop.
+        an array with named elements, as in `x.roll`, and named references; it is the sensor's measurement where the
+        model has a sensor and there is a period. None for an open loop.
     scenario : str, optional
         The model's first scenario unless given.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name; an array for a vector or a matrix of parameters.
     initial : mapping, optional
-        States that start elsewhere than the scenario says.
+        States with another start than the scenario's.
     inputs : mapping or xarray.Dataset, optional
         For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t, zero unless
         named; or the result of an earlier run, whose commands are given again.
     interpolation : {"hold", "linear"}, optional
         What an array means between its instants; "hold" unless given.
     period : float, optional
-        Time in s after which a function, of the state or of time, is evaluated again; what it gave is held in between.
-        Without it a function is continuous, and the run is on the Python backend, as its attribute `backend` says.
+        Time in s between evaluations of a function of state or time, whose result is held in between. Without it, a
+        function is continuous, and the run uses the Python backend, as its attribute `backend` shows.
     memory : array_like, optional
         What a function keeps, before the first sample.
     **options
@@ -115,7 +115,7 @@ def simulate(
     InputError
         For anything unknown, out of bounds or infeasible.
     LawError
-        If a function fails, or returns what is no input; the message says when, and what it returned.
+        If a function fails, or returns an invalid input; the message has the instant and the value.
     """
     run = simulate_run(
         model,
@@ -166,9 +166,9 @@ def batch(
         Name of a model, a generated folder, a loaded model, or a campaign file that ends in `.toml`; besides such a
         file only `out` and what follows it may be given.
     controller, n : str or callable, int
-        The law, and how many runs. A function as in `simulate` is called once a period for a block of runs, with `x` of
-        shape (nx, runs), memory (nz, runs), and returns inputs (nu, runs): the same text serves where it computes with
-        NumPy and decides by `numpy.where`. A run for which it returns what is not finite ends.
+        The law, and the number of runs. A function as in `simulate` is called once a period for a block of runs, with
+        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function serves for both
+        if it computes with NumPy and branches by `numpy.where`. A run ends when its input is not finite.
     scenario : str, optional
         The model's first scenario unless given.
     parameters, initial : mapping, optional
@@ -179,8 +179,7 @@ def batch(
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`; or to a list of values, one for each run, which also says how many runs there are.
     seed : int, optional
-        What all random numbers start from; 0 unless given. Run i of a seed is the same run wherever and with whatever
-        it is computed.
+        Seed of all random numbers; 0 unless given. Run i of a seed is the same run wherever and however it is computed.
     sampling : str, optional
         Design of the drawn points: "random" unless given, "latin", "sobol" or "saltelli".
     save : float, optional
@@ -213,7 +212,7 @@ def batch(
     InputError
         For anything unknown, out of bounds or infeasible.
     OSError
-        If the store cannot be written; `resume=True` goes on from what it has.
+        If the store cannot be written; `resume=True` continues from its blocks.
     """
     check_arguments("text", "the call", scenario=scenario)
     check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary)
@@ -291,7 +290,7 @@ def _runs(vary: Mapping[str, str]) -> int | None:
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions in the units of what is drawn; what is no text is refused where it is read."""
+    """Return distributions in the units of their variables; values that are not texts are refused later."""
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
     return {
         names: distribution(names, text, units, origin) if isinstance(text, str) else text

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was made once and need not be made again: folders named after the contents that they follow from.
+"""Cache of derived models and compiled libraries: folders named after the contents that they depend on.
 
-An entry is complete or absent: it is filled under another name and then renamed. The digests of its files stand in it,
-so that a damaged one is told from a good one and made again.
+An entry is complete or absent: it is filled under another name and then renamed. It holds the digests of its files, so
+that a damaged entry is detected and made again.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from mehvar.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022
-"""Mode of what is made here; bits of a mode by which group or others write."""
+"""Mode of new entries; mode bits that let group or others write."""
 _OWN: list[Path] = []
-"""The folder of this process alone, once it has one."""
+"""The temporary folder of this process, once it exists."""
 _TRIES = 3
-"""Somebody who empties the cache while something is made does so once; three times in a row is something else."""
+"""Attempts to make an entry: a user may empty the cache once meanwhile; three failures have another cause."""
 
 
 def key(*parts: str) -> str:
@@ -38,7 +38,7 @@ def key(*parts: str) -> str:
 
 
 def find(kind: str, name: str) -> Path | None:
-    """Return the folder of an undamaged entry that nobody else can have written; None if there is none."""
+    """Return the folder of an undamaged entry that only this user can have written; None if there is none."""
     for root in _roots():
         entry = root / kind / name
         if is_private(root) and is_private(root / kind) and _is_ours(entry):
@@ -47,7 +47,7 @@ def find(kind: str, name: str) -> Path | None:
 
 
 def entry(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
-    """Return the folder of an entry, made now if there is none or it is damaged.
+    """Return the folder of an entry, made now if it is missing or damaged.
 
     Parameters
     ----------
@@ -74,10 +74,10 @@ def discard(folder: Path) -> None:
 
 
 def cache_folder() -> Path:
-    """Return the folder that new entries go to, made if necessary; it is this user's, and nobody else can write it.
+    """Return the folder for new entries, made if necessary; only this user can write it.
 
-    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a new one with a name that nobody can
-    guess, which is removed at the end of the process.
+    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a new one with a random name, which is
+    removed at the end of the process.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def cache_folder() -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Whether a folder is this user's, and nobody else can put a file into it."""
+    """Return True for a folder of this user into which nobody else can put a file."""
     try:
         return not _exposure(folder)
     except OSError:
@@ -188,7 +188,7 @@ def _home_cache() -> list[Path]:
 
 
 def _own_temporary() -> Path:
-    """Return a folder of this process alone."""
+    """Return a temporary folder of this process."""
     if not _OWN or not _OWN[0].is_dir():
         _OWN[:] = [Path(tempfile.mkdtemp(prefix="mehvar-"))]
         atexit.register(shutil.rmtree, _OWN[0], ignore_errors=True)
@@ -196,13 +196,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Say why somebody else could have put a library into a folder; nothing when nobody could."""
+    """Return the reason why others could have put a library into a folder; empty if nobody could."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Say who else may write a file or a folder; nothing when nobody may."""
+    """Return who else may write a file or a folder; empty if nobody may."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

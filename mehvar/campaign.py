@@ -20,21 +20,21 @@ from mehvar.schema import parse_toml
 
 
 class _Table(BaseModel):
-    # Strict, so that a truth value is no number; the rows of the options say what a number may be.
+    # Strict, so that booleans are not numbers; the rows of the options define their numbers.
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Save(_Table):
-    """Which series are stored: one sample every `every` seconds."""
+    """The stored series: one sample every `every` seconds."""
 
     every: Any
 
 
 class CampaignFile(_Table):
-    """The contents of a campaign file, with the command line over it; `Campaign` and its options say what is allowed.
+    """The contents of a campaign file, overridden by the command line; `Campaign` and its options define valid values.
 
     `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
-    states; a text may be a number with a unit, those of `t_end` and `save` too.
+    states. A text may be a number with a unit; this also holds for `t_end` and `save`.
     """
 
     model: str
@@ -58,12 +58,12 @@ class CampaignFile(_Table):
         return self.model_copy(update={**flags, **tables})
 
     def campaign(self, origin: str) -> Campaign:
-        """Return what decides the numbers of the batch.
+        """Return the settings that decide the numbers of the batch.
 
         Raises
         ------
         InputError
-            For a model, a scenario or an option that is none; the message says where it came from.
+            For an unknown model, scenario or option; the message has the origin of the value.
         """
         manifest = find_model(self.model)
         if self.t_end is not None and "t_end" in self.set:
@@ -88,12 +88,12 @@ class CampaignFile(_Table):
 
 
 def _number(value: Any, units: Mapping[str, str], name: str, origin: str) -> Any:
-    """Return the number that a text with a unit is; any other value as it is."""
+    """Return the number in a text with a unit; other values unchanged."""
     return read_value(value, units.get(name), name, origin) if isinstance(value, str) else value
 
 
 def read_campaign(path: Path) -> CampaignFile:
-    """Read a campaign file, which means the same wherever one stands.
+    """Read a campaign file; its meaning does not depend on the current folder.
 
     `model` is a name that comes with mehvar or is of the project that the file is in, or else a folder; a relative one
     counts from the file's folder, and so does `out`. What is called like a known model is reached as "./NAME".
@@ -123,11 +123,11 @@ _KINDS = {
     **dict.fromkeys(("string_type", "path_type"), "a text"),
     "literal_error": either(DESIGNS),
 }
-"""What pydantic's kinds of errors mean to who writes TOML; the only literal is the design of the points."""
+"""pydantic's kinds of errors in words for a TOML file; the only literal is the sampling design."""
 
 
 def _sentence(item: dict[str, object]) -> str:
-    """Say field, value and what is allowed from one of pydantic's errors."""
+    """Return field, value and allowed values for one of pydantic's errors."""
     place = item["loc"]
     field = ".".join(map(str, place)) if isinstance(place, tuple) else ""
     if item["type"] == "missing":

@@ -17,9 +17,9 @@ class Vector:
     Attributes
     ----------
     title : str
-        What it is, in words.
+        Its title in words.
     prefix, constant : str
-        How the constants of its elements begin in C, and what the tuple of their names is called in Python.
+        Prefix of its elements' constants in C, and Python name of the tuple with their names.
     quantities : sequence of Quantity or Parameter
         Its elements.
     """

@@ -21,7 +21,7 @@ class MehvarError(Exception):
     exit_status : int
         What the command line ends with: 2 for bad usage or input, 3 when the run itself failed.
     resumable : bool
-        Whether what was computed so far is kept, and the same command goes on from there.
+        True where results so far are kept, and the same command continues from them.
     """
 
     exit_status = 2
@@ -29,11 +29,11 @@ class MehvarError(Exception):
 
 
 class InputError(MehvarError, ValueError):
-    """A value given by the user is wrong; the message names it, what is allowed and where it came from."""
+    """A value given by the user is wrong; the message has its name, its origin and the allowed values."""
 
 
 class MissingError(InputError):
-    """A compiler, an emulator or a package that is needed is not installed; the message says how to install it."""
+    """A needed compiler, emulator or package is not installed; the message has the install command."""
 
 
 class FunctionNameError(MehvarError, KeyError):
@@ -44,18 +44,18 @@ class FunctionNameError(MehvarError, KeyError):
 
 
 class BuildError(MehvarError, RuntimeError):
-    """The C compiler failed on a generated file; the message holds the command and what it printed."""
+    """The C compiler failed on a generated file; the message has the command and its output."""
 
     exit_status = 3
 
 
 class Origin(str):
-    """Where values came from, and by name where some of them came from instead.
+    """Origin of values, with exceptions by name.
 
     Parameters
     ----------
     rest : str
-        Of every value that `names` does not have; an `Origin` keeps its own names.
+        Origin of every value that `names` does not have; an `Origin` keeps its own names.
     names : mapping of str to str
         Origin of single values.
     """
@@ -73,7 +73,7 @@ class Origin(str):
 
 
 def is_shortage(error: BaseException) -> bool:
-    """Whether an error says that memory is short: Python has another one where a thread gets none."""
+    """Return True if an error means a lack of memory; for a thread without memory, Python raises another type."""
     return isinstance(error, MemoryError) or (
         isinstance(error, RuntimeError) and "can't start new thread" in str(error)
     )
@@ -118,12 +118,12 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
 
 
 def together(*checks: Callable[[], object]) -> None:
-    """Run checks, and refuse what any of them refuses in one message, a line for each.
+    """Run checks, and collect all refusals in one message, a line for each.
 
     Raises
     ------
     InputError
-        If a check raises it; the others run all the same.
+        If any check raises it; the other checks run anyway.
     """
     errors = []
     for check in checks:
@@ -151,15 +151,15 @@ def shown(value: object) -> str:
 
 
 _CONTROL = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
-"""What neither HTML nor XML may hold, and what a terminal takes for a command; lines and tabs are left."""
+"""Characters that HTML and XML do not allow and terminals take for commands, without line ends and tabs."""
 
 
 def printable(text: str) -> str:
-    """Return a text of whomever with a mark in place of each character that controls who shows it."""
+    """Return an untrusted text with a replacement mark for each control character."""
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def whence(origin: str, name: str = "") -> str:
-    """Return what a message says of where the value of that name came from."""
+    """Return the part of a message that names the origin of a value."""
     source = origin.names.get(name, origin) if isinstance(origin, Origin) else origin
     return f" (from {source})" if source else ""

@@ -29,7 +29,7 @@ def typeset_within(text: str) -> Markup:
 
 
 def _shown(value: object) -> object:
-    """Return what a template shows of a value: texts without what controls who shows them."""
+    """Return a value for a template, its text without control characters."""
     if not isinstance(value, str):
         return value
     return Markup(printable(value)) if isinstance(value, Markup) else printable(value)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model is to whoever runs it: the schema of manifest.json.
+"""Schema of manifest.json: the description of a generated model.
 
-Generation writes these classes and the runtime reads them, by `mehvar.schema`; neither knows the other's room. A field
-that manifests have not always had carries a default, which is what an older one means when revisions are compared; a
-run refuses the older one.
+Generation writes these classes and the runtime reads them, through `mehvar.schema`; neither depends on the other. A
+field that older manifests lack has a default, which stands for the older meaning when revisions are compared. A run
+refuses older manifests.
 """
 
 import hashlib
@@ -24,31 +24,31 @@ from mehvar.schema import Lower, SchemaError, Upper, json_key, json_text, parse,
 FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
-"""What a run without a law is called, where a law has its name; no law can have it."""
+"""Name of a run without a law, in place of the law's name; no law can have it."""
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
-"""Which of a model's C files a function is in."""
+"""The C file of a model that holds a function."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
-"""Where the two parts of a function are, by the file of the whole one."""
+"""Files with the two parts of a function, by the file of the whole function."""
 METRIC_KINDS = (
     "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
 )  # fmt: skip
-"""What a metric may be, numbered as in the C text of batches."""
+"""Kinds of metrics, numbered as in the C code of batches."""
 
 OF_SECONDS = ("settling", "settling_about_end")
-"""Kinds of metrics that say when something comes to stay."""
+"""Kinds of metrics that measure when a signal settles."""
 
 DIRECTIONS = ("either", "rising", "falling")
-"""Which crossings of its guard an event is about."""
+"""Directions of a guard's crossing that trigger an event."""
 
 ENDS = ("", "run", "failure", "success")
-"""What an event ends: nothing, the run, or the run as one of these; numbered as in native/step/schedule.h."""
+"""Ends of a run by an event: none, the run, or the run as failure or success; as in native/step/schedule.h."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
 }  # fmt: skip
-"""What a shape of a picture may be, and how many points it has at least and at most."""
+"""Kinds of shapes of a picture, with their smallest and largest number of points."""
 SHAPE_COLORS = ("blue", "vermillion", "green", "purple", "orange", "sky", "black", "grey")
-"""What a shape may be coloured: names of the palette, which has a value of each for light and for dark."""
+"""Colours of a shape: names of the palette, which has a value of each for light and for dark."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Parameter:
     readers: tuple[str, ...] = ()
 
     def allows(self, value: float) -> bool:
-        """Return whether a value is within the bounds; never true for NaN."""
+        """Return True for a value within the bounds; NaN never is."""
         above = value > self.lower if self.lower_open else value >= self.lower
         below = value < self.upper if self.upper_open else value <= self.upper
         return above and below
@@ -125,7 +125,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Advice:
-    """What a law says of parameters that it accepts but should not have; `shown` values go into the message."""
+    """A law's warning about parameters that it accepts but does not recommend; its message shows `shown` values."""
 
     message: str
     shown: int
@@ -133,14 +133,14 @@ class Advice:
 
 @dataclass(frozen=True)
 class Output(Quantity):
-    """What a law reports along a run; a run in which it is above `at_most` is not as it should be."""
+    """A report of a law along a run; above `at_most` it needs attention."""
 
     at_most: Upper
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happens where a guard crosses zero; `resets` says whether it assigns states, `ends` is one of `ENDS`."""
+    """A zero crossing of a guard; `resets` is True where it assigns states, `ends` is one of `ENDS`."""
 
     name: str
     direction: str
@@ -150,7 +150,7 @@ class Event:
 
     @property
     def numbers(self) -> tuple[int, int, int]:
-        """Direction, resets and ends as native/step/state.h has them."""
+        """Direction, resets and ends, numbered as in native/step/state.h."""
         return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), ENDS.index(self.ends)
 
 
@@ -173,7 +173,7 @@ class Controller:
     parameters : tuple of Parameter
         The vector c.
     constraints, warnings
-        What parameters must satisfy, in words, and what they should.
+        Conditions that parameters must satisfy, and those they should satisfy, in words.
     outputs : tuple of Output
         What the law reports.
     events : tuple of Event
@@ -276,7 +276,7 @@ class Array(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many numbers it holds."""
+        """Number of its elements."""
         return 1 if self.length is None else self.length
 
     @property
@@ -298,7 +298,7 @@ class Function:
 
     @property
     def internal(self) -> bool:
-        """Whether it is one of the two parts of another function, split so that a run computes the first part once."""
+        """True for one of the two parts of another function, split so that a run computes the first part only once."""
         return self.file.endswith("_prepared.c")
 
     @cached_property
@@ -341,13 +341,13 @@ class Manifest:
     structure : mapping of str to str
         The structural choices it was derived with.
     hash : str
-        SHA-256 of what the functions compute and of the names and units of their vectors.
+        SHA-256 of the computations of the functions, and of the names and units of their vectors.
     states, inputs, references, outputs, coordinates, noise : tuple of Quantity
         x, u, r, y, the regular coordinates q, and the random numbers of a measurement.
     parameters, scenario_parameters : tuple of Parameter
         p and s.
     controllers, scenarios, metrics, choices, functions : mapping by name
-        Laws, runs, what runs are judged by, options with named values, and the generated functions.
+        Laws, runs, criteria for runs, options with named values, and the generated functions.
     measured : tuple of Quantity
         What laws receive in place of the state; none where they receive the state.
     wiener, random_step : tuple of Quantity
@@ -359,9 +359,9 @@ class Manifest:
     events : tuple of Event
         What happens where guards cross zero.
     constraints, limits, reference_constant
-        What parameters and runs must satisfy, in words; whether r does not depend on time.
+        Conditions on parameters and runs, in words; True where r does not depend on time.
     limits_of_state : bool
-        Whether limits read no input, in a system whose continuous loops integrate the state itself.
+        True where limits do not depend on the input, in a system whose continuous loops integrate the state itself.
     versions : mapping of str to str
         Of the libraries that derived it.
     inputs_sha256, files_sha256 : mapping of str to str
@@ -369,9 +369,9 @@ class Manifest:
     shapes_sha256 : mapping of str to str
         SHA-256 of each table with every number taken as zero; empty where new numbers need a new derivation.
     digest : str
-        SHA-256 of the text of the file but for itself.
+        SHA-256 of the file without this entry.
     folder, text
-        Where it was read from, and the text of the file.
+        Its folder, and the text of the file.
     """
 
     schema: int = SCHEMA
@@ -413,28 +413,28 @@ class Manifest:
 
     @property
     def seen(self) -> tuple[Quantity, ...]:
-        """What laws receive: the state, or what is measured in its place."""
+        """The vector that laws receive: the state, or the measurements in its place."""
         return self.measured or self.states
 
     def random(self, sampled: bool) -> bool:
-        """Tell whether runs depend on a seed."""
+        """Return True if runs depend on a seed."""
         return bool(self.wiener) or (sampled and bool(self.noise or self.random_step))
 
     def controller(self, name: str) -> Controller:
-        """Return a control law by name, or raise InputError with the names that there are."""
+        """Return a control law by name, or raise InputError with the known names."""
         if not isinstance(name, str) or name not in self.controllers:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
 
     def refuse_events(self, what: str) -> None:
-        """Raise InputError if the system has events, which `what` would pass over."""
+        """Raise InputError if the system has events, which `what` does not support."""
         events = [*self.events, *(event for law in self.controllers.values() for event in law.events)]
         if events:
             names = ", ".join(event.name for event in events)
             raise InputError(f"{self.model} has events ({names}), and {what} has none: not built")
 
     def scenario(self, name: str | None) -> Scenario:
-        """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
+        """Return a scenario by name (the first one for None), or raise InputError with the known names."""
         if name is None and self.scenarios:
             return next(iter(self.scenarios.values()))
         if not isinstance(name, str) or name not in self.scenarios:
@@ -443,12 +443,12 @@ class Manifest:
 
     @property
     def algebraic(self) -> bool:
-        """Whether there are algebraic states, whose row of `rhs` is no rate but zero along a run."""
+        """True where there are algebraic states, whose row of `rhs` is not a rate but zero along a run."""
         return "mass_diagonal" in self.functions
 
     @property
     def projects_by_parameters(self) -> bool:
-        """Whether the manifold of the coordinates depends on parameters, such as lengths."""
+        """True where the manifold of the coordinates depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
     def module_of(self, function: Function) -> str:
@@ -463,7 +463,7 @@ class Manifest:
         return replace(self, functions=functions)
 
     def check_rates(self, what: str) -> None:
-        """Refuse what takes every row of `rhs` for a rate where there are algebraic states."""
+        """Refuse algebraic states for `what`, which needs a rate in every row of `rhs`."""
         if self.algebraic:
             raise InputError(f"{self.model} has algebraic states, which {what} cannot have")
 
@@ -496,7 +496,7 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
 
 
 def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
-    """Return the manifest that a text holds; `path` is where it is or will be. Raises as `read_manifest` does."""
+    """Return the manifest in a text; `path` is its present or future file. Raises as `read_manifest` does."""
     try:
         data = parse(text)
     except SchemaError as error:
@@ -519,12 +519,12 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
 
 
 def check_manifest(manifest: Manifest) -> None:
-    """Refuse a manifest whose parts do not fit together: a run makes its arrays by it.
+    """Refuse a manifest whose parts contradict each other: a run allocates its arrays by it.
 
     Raises
     ------
     SchemaError
-        Naming the place and what would be right.
+        With the place and the correct value.
     """
     _check_words(manifest)
     _check_vectors(manifest)
@@ -561,7 +561,7 @@ def made_when_asked(model: str) -> frozenset[str]:
 
 
 def _check_words(manifest: Manifest) -> None:
-    """Refuse names that are no names in C: they become its text, and names of files."""
+    """Refuse names that are not C names: they appear in the code, and in names of files."""
     words = [("model", manifest.model)]
     for f in manifest.functions.values():
         words += [
@@ -642,7 +642,7 @@ def _check_functions(manifest: Manifest) -> None:
 
 
 def law_signature(manifest: Manifest, law: Controller) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of what a law's function receives and returns."""
+    """Return the names of the arguments and results of a law's function."""
     x = "seen" if manifest.measured else "x"
     if not law.memory:
         return (x, "r", "p", "c"), ("u",)
@@ -652,7 +652,7 @@ def law_signature(manifest: Manifest, law: Controller) -> tuple[tuple[str, ...],
 
 
 def reads_memory(outputs: Function) -> bool:
-    """Tell whether what a law reports is a function of its memory."""
+    """Return True if the reports of a law depend on its memory."""
     return any(array.name == "z" for array in outputs.arguments)
 
 
@@ -731,7 +731,7 @@ def _check_parameter(parameter: Parameter, place: str) -> None:
 
 
 def _check_scenarios(manifest: Manifest) -> None:
-    """Refuse scenarios that no run can have, and metrics of another kind than there are."""
+    """Refuse scenarios that no run can have, and metrics of an unknown kind."""
     shared = {q.name for q in (*manifest.parameters, *manifest.scenario_parameters)}
     for scenario in manifest.scenarios.values():
         place = f"scenarios.{scenario.name}"
@@ -761,14 +761,14 @@ def manifest_text(manifest: Manifest) -> str:
 
 
 def sealed(text: str) -> str:
-    """Return the text of a manifest.json with the digest of all else in it.
+    """Return the text of a manifest.json with the digest of everything else in it.
 
-    A run believes its manifest: which law's outputs are which, what a parameter may be, in which unit it is. Code and
-    header vouch for names and sizes only.
+    A run trusts its manifest for the order of a law's outputs, the bounds of parameters, and units. Code and header
+    confirm only names and sizes.
     """
     blank = _DIGEST.sub(_NO_DIGEST, text)
     return blank.replace(_NO_DIGEST, f'\n "digest": "{hashlib.sha256(blank.encode()).hexdigest()}"')
 
 
 _DIGEST, _NO_DIGEST = re.compile(r'\n "digest": "[^"]*"'), '\n "digest": ""'
-"""Of the file's own table: what is deeper in it is indented by more than one space."""
+"""The digest of the file's top level: deeper entries are indented by more than one space."""

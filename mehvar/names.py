@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a name such as `lyapunov-v1` stands in code."""
+"""Conversion of names such as `lyapunov-v1` into identifiers, and reserved names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RESULT_NAMES = frozenset(
     t run state variable event final minimum maximum events t_stop error steps violated status
     """.split()  # noqa: SIM905
 )
-"""What results and stores call their own variables and axes; no variable of a model has such a name."""
+"""Names of variables and axes of results and stores, which no variable of a model may have."""
 
 ARGUMENTS = frozenset(
     """
@@ -20,14 +20,14 @@ ARGUMENTS = frozenset(
     t_end dt_out hold delay run real method rtol atol step max_steps backend profile
     """.split()  # noqa: SIM905
 )
-"""What runs and batches call their own arguments and options; no parameter and no choice of a model has such a name,
-for whoever gives it by name would set the other."""
+"""Names of arguments and options of runs and batches, which no parameter and no choice of a model may have: given by
+name, they would be ambiguous."""
 
 WORK = "work"
-"""What stands in place of a revision for what `models/` derives now; no model has this name."""
+"""Name, in place of a revision, for the current derivation of `models/`; no model may have it."""
 
 CLOCK = "clock"
-"""What the last state of a plant of time is called: it is time, and has the rate one."""
+"""Name of the last state of a time-varying plant: it is time, and its rate is one."""
 
 
 _GREEK = frozenset(
@@ -58,5 +58,5 @@ def _typeset_word(word: str) -> str:
 
 @functools.lru_cache(maxsize=4096)  # of a few hundred names a model
 def identifier(name: str) -> str:
-    """Return the C and Python identifier of a name: what is neither letter, digit nor underscore becomes one."""
+    """Return the C and Python identifier of a name, with underscores for all but letters, digits and underscores."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)

@@ -55,7 +55,7 @@ class SchemaError(MehvarError, ValueError):
 
 
 def json_key(key: str | None) -> dict[str, str | None]:
-    """Return the metadata of a field whose key in JSON is not its name; with None JSON does not hold it."""
+    """Return the metadata of a field whose key in JSON differs from its name; None omits the field from JSON."""
     return {_KEY: key}
 
 
@@ -66,13 +66,13 @@ def key_of(field: Field[Any]) -> str | None:
 
 
 def parse(text: str) -> Any:
-    """Return what a JSON text says.
+    """Return the value of a JSON text.
 
     Raises
     ------
     SchemaError
-        If it is no JSON, is nested too deeply, says a key twice, of which JSON readers keep one without a word, or has
-        a text with control characters.
+        If it is not JSON, is nested too deeply, repeats a key (of which JSON readers silently keep one), or has a text
+        with control characters.
     """
     try:
         data = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
@@ -88,12 +88,12 @@ def parse(text: str) -> Any:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return what a TOML text says.
+    """Return the value of a TOML text.
 
     Raises
     ------
     tomllib.TOMLDecodeError
-        If it is no TOML, or is nested too deeply.
+        If it is not TOML, or is nested too deeply.
     """
     try:
         return tomllib.loads(text)
@@ -102,9 +102,9 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def json_text(table: Mapping[str, Any]) -> str:
-    """Return JSON for people and for diffs: an entry of the table a line, and so on in what is too long for one.
+    """Return JSON for people and for diffs: one line per entry of the table, and recursively for long entries.
 
-    A list of texts or numbers is one line however long it is.
+    A list of texts or numbers is one line of any length.
     """
     return _json_lines(table, "\n") + "\n"
 
@@ -126,7 +126,7 @@ def _json_lines(value: Any, start: str) -> str:
 
 
 def _check_texts(data: object, place: str) -> None:
-    """Refuse a text with characters that control who shows it: it comes to terminals, pages and pictures."""
+    """Refuse a text with control characters, since texts appear on terminals, pages and pictures."""
     if isinstance(data, str) and printable(data) != data:
         raise SchemaError(_wrong(data, "a text without control characters").problem, place)
     if isinstance(data, dict):
@@ -161,8 +161,7 @@ def read(schema: type[T], data: object, any_age: bool = False, **others: object)
     data : object
         What `json.loads` returns.
     any_age : bool
-        Accept what another version wrote: keys that this one does not know are passed over, fields that the data
-        lacks have their defaults.
+        Accept data of another version: unknown keys are ignored, and missing fields have their defaults.
     **others : object
         Values of the fields that JSON does not hold.
 
@@ -292,7 +291,7 @@ def _record_reader(kind: Any, any_age: bool) -> _Convert:
 
 
 def _exact(hint: Any) -> frozenset[type]:
-    """Return the types whose values are taken as they are."""
+    """Return the types whose values need no conversion."""
     if get_origin(hint) is types.UnionType:
         return frozenset((*_exact(get_args(hint)[0]), type(None)))
     if get_origin(hint) is Annotated:

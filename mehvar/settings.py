@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a command line takes: names of models, laws and scenarios, which complete, and settings NAME=VALUE."""
+"""Arguments of the command line: completed names of models, laws and scenarios, and settings NAME=VALUE."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")
 
 
 def complete_models(incomplete: str) -> list[str]:
-    """Return the models that a text may become: those of mehvar and of the project that one stands in."""
+    """Return the models that complete a text: those of mehvar and of the project in the current folder."""
     return [name for name in list_models() if name.startswith(incomplete)]
 
 
 def complete_controllers(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Return the laws that a text may become, of the model that the command line has so far."""
+    """Return the laws that complete a text, of the model on the command line so far."""
     return _of_model(ctx, "controllers", incomplete)
 
 
 def complete_scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Return the scenarios that a text may become."""
+    """Return the scenarios that complete a text."""
     return _of_model(ctx, "scenarios", incomplete)
 
 
 def complete_settings(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Return `NAME=` of what can be set in a run: options, choices, parameters of plant, law and scenario."""
+    """Return `NAME=` for the settings of a run: options, choices, parameters of plant, law and scenario."""
     manifest = _manifest(ctx)
     if manifest is None:
         return []
@@ -55,7 +55,7 @@ def complete_settings(ctx: typer.Context, incomplete: str) -> list[tuple[str, st
 
 
 def complete_varied(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Return `NAME=` of what a batch can draw: parameters and states."""
+    """Return `NAME=` for the names that a batch can draw: parameters and states."""
     manifest = _manifest(ctx)
     if manifest is None:
         return []
@@ -89,9 +89,9 @@ def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
 
 
 def _manifest(ctx: typer.Context) -> Manifest | None:
-    """Return what the command line has for a model so far; a shell that completes shows no messages.
+    """Return the manifest of the model on the command line so far; None on errors, since completion shows no messages.
 
-    Where the option that is to be completed has no value yet, click leaves what stands before it in `ctx.args`.
+    While the option to complete has no value yet, click leaves the preceding arguments in `ctx.args`.
     """
     try:
         return find_model(ctx.params.get("model") or next(iter(ctx.args), ""))
@@ -136,7 +136,7 @@ def check_names(names: Iterable[str], manifest: Manifest) -> None:
 
 
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
-    """Return texts of values by name; raise InputError for a text of another form, or a name that comes twice.
+    """Return texts of values by name; raise InputError for a text of another form, or a name given twice.
 
     Parameters
     ----------
@@ -157,12 +157,12 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str,
 
 
 def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, float | str]:
-    """Return what `--set` gives a run of a model, by name, each as `read_value` does.
+    """Return the `--set` values for a run of a model by name, each as `read_value` does.
 
     Raises
     ------
     InputError
-        For a text of another form than NAME=VALUE, a name that comes twice, or a unit of another kind.
+        For a text of another form than NAME=VALUE, a name given twice, or a unit of another kind.
     """
     units = setting_units(manifest)
     values: dict[str, float | str] = {}

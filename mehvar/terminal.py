@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The terminal: tables, progress that is quiet when nobody looks, the message at a command's end, readers that leave.
+"""Terminal output: tables, progress bars, final messages, and readers that close early.
 
-Rich is imported when something is printed with it; `mehvar --version` needs none.
+Rich is imported at the first print with it; `mehvar --version` does not need it.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ Line = tuple[int, "Text"]
 """A line with its indentation."""
 
 _ENDLESS = re.compile(r"(\S{200})\S{600,}(\S{200})")
-"""Longer than any name that is meant: a path may have 4096 characters, one that people type has a few dozen."""
+"""Longer than any intended name: a path may have 4096 characters, but users type a few dozen."""
 _NARROWEST = 40
-"""Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
+"""Columns kept for a line's text on any terminal: below this, words are cut."""
 
 PAGE = 80
-"""Columns of what is read like a page: the width of a terminal that nobody has changed."""
+"""Columns of long texts: the default width of a terminal."""
 _GAP = 2
 """Columns between two cells."""
 _INDENT = 4
-"""Columns by which text stands in below its cells."""
+"""Columns of indentation of a text below its cells."""
 _TEXT = 36
-"""Columns in which text still reads well: half as many give three words a line, twice as many are never there."""
+"""Columns of readable text: half as many give three words a line; twice as many are never available."""
 
 
 class Advance(Protocol):
-    """Called with what is done, the total, and what is being done now."""
+    """Called with the finished amount, the total, and the current work."""
 
     def __call__(self, done: float, total: float, what: str = "") -> None:
         """Show it."""
@@ -85,7 +85,7 @@ def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table that fits a page, on a terminal or not: the last cell of a row is text, which wraps.
 
-    The text stands beside the other cells, or below them where they leave it too little room.
+    The text is beside the other cells, or below them if the remaining width is too small.
     """
     widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)][:-1]
     place = sum(widths) + _GAP * len(widths)
@@ -102,7 +102,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
 
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
-    """Return cells under each other; what comes after the last width is as wide as it is."""
+    """Return cells in columns; a cell after the last width keeps its own."""
     return (" " * _GAP).join(cell.ljust(width) for cell, width in zip(cells, [*widths, 0], strict=False))
 
 
@@ -133,9 +133,9 @@ def plain_text(lines: Iterable[Line]) -> str:
 
 @contextmanager
 def progress(title: str) -> Iterator[Advance]:
-    """Show a bar on a terminal's standard error; call what is yielded with (done, total, what).
+    """Show a bar on a terminal's standard error; call the yielded function with (done, total, what).
 
-    Until that is called nobody knows how long it takes: the bar says that something is under way, and for how long.
+    Until the first call the duration is unknown: the bar shows activity and the elapsed time.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -165,7 +165,7 @@ def progress(title: str) -> Iterator[Advance]:
         task = bar.add_task(title, total=None)
 
         def advance(done: float, total: float, what: str = "") -> None:
-            if bar.tasks[0].total is None:  # what was done before, and the time until now, are not part of the rate
+            if bar.tasks[0].total is None:  # earlier work, and the time until now, are not part of the rate
                 bar.reset(task, total=total, completed=int(done))
             bar.update(task, completed=done, total=total, description=f"{title} {what}".strip())
 
@@ -180,16 +180,16 @@ def working(what: str) -> Iterator[None]:
 
 
 class _Screen(io.StringIO):
-    """What a terminal would show: text with its colours."""
+    """Output as a terminal would show it: text with its colours."""
 
     def isatty(self) -> bool:
-        """Say that it is one, so that colours are kept."""
+        """Return True, as a terminal does, so that colours are kept."""
         return True
 
 
 @contextmanager
 def pages() -> Iterator[None]:
-    """Show what the block prints through $PAGER, or less, where it is longer than the terminal."""
+    """Show the output of the block through $PAGER, or less, if it is longer than the terminal."""
     if not sys.stdout.isatty():
         yield
         return
@@ -211,7 +211,7 @@ def print_json(facts: object) -> None:
 
 
 def finite(value: object) -> object:
-    """Return facts with infinity and NaN, which JSON does not know, as texts."""
+    """Return facts with infinity and NaN as texts, as JSON does not support them."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
@@ -222,7 +222,7 @@ def finite(value: object) -> object:
 
 
 def print_version() -> None:
-    """Print what `mehvar --version` does."""
+    """Print the version, as `mehvar --version` does."""
     from mehvar.versions import installed
 
     print(f"mehvar {installed('mehvar')['mehvar']}")
@@ -245,12 +245,12 @@ def interruptible() -> Iterator[None]:
 
 
 def warn_in_a_line() -> None:
-    """Show a warning as its message alone: the line of our code that gave it means nothing to who types a command."""
+    """Show a warning as its message only: the line of our code is of no use on the command line."""
     warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
 
 
 def let_readers_leave() -> None:
-    """Go on without a word when the reader of the output has seen enough, as in `mehvar show slosh | head -3`."""
+    """Continue silently when the reader closes the output early, as in `mehvar show slosh | head -3`."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _Output(sys.stdout)
     if isinstance(sys.stderr, io.TextIOWrapper):
@@ -271,7 +271,7 @@ class _Output(io.TextIOWrapper):
         )
 
     def write(self, text: str) -> int:
-        """Write, or drop what nobody reads."""
+        """Write, or drop the text if the reader has closed the output."""
         try:
             return super().write(text)
         except BrokenPipeError:
@@ -279,7 +279,7 @@ class _Output(io.TextIOWrapper):
             return len(text)
 
     def flush(self) -> None:
-        """Flush, or drop what nobody reads."""
+        """Flush, or drop the text if the reader has closed the output."""
         try:
             super().flush()
         except BrokenPipeError:

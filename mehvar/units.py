@@ -36,7 +36,7 @@ def dimension(unit: str) -> Dimension:
     Raises
     ------
     ValueError
-        If the text is no unit, or names one that is not of the SI.
+        If the text is not a unit, or contains a unit outside the SI.
     """
     above, *below = _SLASH.split(unit)
     total: dict[str, Fraction] = {}
@@ -55,7 +55,7 @@ def dimension(unit: str) -> Dimension:
 
 
 def has_radians(unit: str) -> bool:
-    """Whether radians are in a unit: to its dimension they are numbers, so that rad/s and Hz are alike there."""
+    """Return True if a unit contains radians; its dimension treats them as numbers, as for rad/s and Hz."""
     return "rad" in re.findall("[A-Za-z]+", unit)
 
 

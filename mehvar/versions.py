@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is around us: packages that are installed, and the project that one stands in."""
+"""The environment: installed packages, and the project around the current folder."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The types of what Python callers give; what a value may be beyond its type is said where it is used."""
+"""Types of arguments from Python callers; further conditions are checked where a value is used."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ _TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
 
 
 def number(text: str) -> int | float | None:
-    """Return the number that a text is, or None; Python's own readers take `1_0` and digits of every script besides."""
+    """Return the number in a text, or None; Python's own readers also accept `1_0` and digits of any script."""
     if text.isascii() and "_" not in text:
-        for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
+        for kind in (int, float):  # a whole number exactly; as a float above 2^53 it would lose digits
             with contextlib.suppress(ValueError):
                 return kind(text)
     return None
 
 
 def literals_are_numbers(tree: ast.AST, text: str) -> bool:
-    """Tell whether `number` reads each number of an expression, of which Python's parser takes `1_0` and `0x10` too.
+    """Return True if `number` reads each number of an expression; Python's parser also accepts `1_0` and `0x10`.
 
     Parameters
     ----------
     tree : ast.AST
         The parsed expression.
     text : str
-        What was parsed.
+        The text of the expression.
     """
     lines = text.encode().splitlines()  # once: ast.get_source_segment splits the text for each node
     literals = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and type(node.value) in (int, float))
@@ -57,7 +57,7 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
     Parameters
     ----------
     kind : {"text", "path", "mapping", "truth", "function"}
-        What each must be.
+        Expected type of each argument.
     origin : str
         How error messages call the arguments.
     **arguments

@@ -54,14 +54,14 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def check_folder(folder: str | os.PathLike[str], maker: str = "", names: Iterable[str] = ()) -> None:
-    """Refuse before the work a folder that could not be written after it.
+    """Refuse, before the work, a folder that could not be written afterwards.
 
     Parameters
     ----------
     folder : path
         Made later if it does not exist.
     maker, names : str
-        The command with what it is about, as `filling` records it, and what it writes there.
+        The command with its subject, as `filling` records it, and the names that it writes there.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def _check_maker(folder: Path, maker: str, names: Iterable[str]) -> None:
 
 
 def _makers(folder: Path) -> dict[str, str]:
-    """Return by name what filled a folder; nothing of one whose record cannot be read."""
+    """Return the makers of a folder's contents by name; empty if the record cannot be read."""
     with suppress(OSError, ValueError):
         record = json.loads((folder / _MAKERS).read_text(encoding="utf-8"))
         return {str(name): str(maker) for name, maker in record.items()} if isinstance(record, dict) else {}
@@ -110,19 +110,19 @@ def check_file(path: str | os.PathLike[str]) -> None:
 
 
 _MAKERS = ".mehvar"
-"""File that says which command wrote what in a folder: the same one may replace it."""
+"""File that records the command behind each entry of a folder: the same command may replace it."""
 
 
 @contextmanager
 def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
-    """Give a temporary folder, and move what was written there into `folder` when the block ends well.
+    """Yield a temporary folder, and move its contents into `folder` when the block succeeds.
 
     Parameters
     ----------
     folder : path
-        Made if it does not exist; what else it holds stays.
+        Made if it does not exist; its other contents stay.
     maker : str
-        The command with what it is about; what another one wrote, or somebody else, is not replaced.
+        The command with its subject; entries of another command, or of the user, are not replaced.
 
     Yields
     ------
@@ -156,7 +156,7 @@ def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
 
 
 def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write a whole file; on failure the old one is as it was.
+    """Write a complete file; on failure the old one stays unchanged.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a signal's handler raises, Ctrl-C among it, where Python cannot pass it on."""
+"""Exceptions of signal handlers, such as Ctrl-C, at points where Python would drop them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 
 def is_of_handler(error: BaseException) -> bool:
-    """Whether a signal's handler raised an error, which is then nobody's fault in the code that the signal came to."""
+    """Return True if a signal handler raised an error; the interrupted code is then not at fault."""
     codes = {getattr(signal.getsignal(number), "__code__", None) for number in signal.valid_signals()}
     return isinstance(error, KeyboardInterrupt) or any(
         frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__)
@@ -20,10 +20,10 @@ def is_of_handler(error: BaseException) -> bool:
 
 
 class KeptInterrupts:
-    """Keeps what handlers raise in callbacks of C and of weak references, which Python drops, and raises it later.
+    """Keeps exceptions of handlers in callbacks of C and of weak references, which Python drops; raises them later.
 
-    It leaves its block with that error, whatever else the block ends with; `check` raises it before. Handlers run in
-    the main thread: elsewhere it does nothing.
+    The block ends with that exception, whatever else it raises; `check` raises it earlier. Handlers run in the main
+    thread: in other threads this does nothing.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class KeptInterrupts:
         self.check()
 
     def check(self) -> None:
-        """Raise what was kept."""
+        """Raise the kept exception."""
         if self._lost is not None:
             raise self._lost
 

@@ -57,7 +57,7 @@ EXPORT = {
 class _Commands(TyperGroup):
     """Commands by name: listed from the tables above, imported when called.
 
-    What a command returns is the exit status. An interrupted one says so, where typer would only exit.
+    The result of a command is the exit status. An interrupted command reports it, where typer would only exit.
     """
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:

@@ -39,7 +39,7 @@ from mehvar.settings import (
 from mehvar.terminal import Advance, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
-"""Options of a campaign that have a flag of their own."""
+"""Options of a campaign with a flag of their own."""
 
 
 def command(
@@ -134,7 +134,7 @@ def command(
 
 
 def _campaign(model: str, **fields: Any) -> CampaignFile:
-    """Return the campaign of a file with the command line over it, or of the command line alone."""
+    """Return the campaign of a file overridden by the command line, or of the command line alone."""
     flags = {name: value for name, value in fields.items() if value is not None}
     for name in flags.keys() & _FLAGS.keys():
         CAMPAIGN_OPTIONS[name].check(flags[name], _FLAGS[name])
@@ -178,14 +178,14 @@ def _client(scheduler: str | None) -> Any:
     from mehvar.runtime.batch.workers import connect
 
     client = connect(scheduler)
-    # what dask logs of a lost scheduler is a page of tracebacks; what is to be done stands in our message
+    # dask logs a page of tracebacks for a lost scheduler; our message has the advice
     for name in ("tornado.application", *(name for name in logging.root.manager.loggerDict if "distributed" in name)):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     return client
 
 
 def _stopped(why: str, out: Path, status: int) -> int:
-    """Say what is kept and how to go on."""
+    """Report which runs the store keeps, and the command to continue."""
     extent = ""
     try:
         store = open_store(out)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `mehvar diff` does with its options: which comparison, which format, where to."""
+"""Options of `mehvar diff`: kind of comparison, output format, destination."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def command(
 
 
 def _draw(diff: Diff, path: Path) -> None:
-    """Save the picture of the model whose run differs most, and say so where there is none."""
+    """Save the picture of the model whose run differs most, and report if there is none."""
     parts = [part for model in diff.models for part in model]
     moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
     figure = moved.overlay.picture(moved.name) if moved.overlay else None
@@ -99,7 +99,7 @@ def _draw(diff: Diff, path: Path) -> None:
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
-    """Judge what the papers print."""
+    """Judge the printed equations of the papers."""
     from mehvar.ledger.judging import judged
     from mehvar.ledger.text import counted, holds, lines
 
@@ -151,7 +151,7 @@ def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
 
 
 def _format(form: str | None, out: Path | None) -> str:
-    """Return the format: what is asked for, and what the file's name says; text when neither says anything."""
+    """Return the format of the option and of the file's ending; text if neither is given."""
     if form is not None and form not in FORMATS:
         raise bad_value("--format", form, " or ".join(FORMATS))
     implied = None if out is None else _ENDINGS.get(out.suffix.lower())

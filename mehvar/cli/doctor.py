@@ -75,7 +75,7 @@ def command(as_json: AsJson = False) -> int:
 
 
 def _print_summary(rows: Sequence[Sequence[str]]) -> None:
-    """Say what works, and in one line for each installer how the rest would."""
+    """Print what works, and one line for each installer that would enable the rest."""
     uses = {name: row[2] for row in rows if (name := row[0]) in (*_PACKAGES, *_PROGRAMS) and not row[3]}
     typer.echo(f"\nworks: {'; '.join(dict.fromkeys(uses.values()))}")
     extras = {match[1] for row in rows if (match := _EXTRA.fullmatch(row[3]))}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar generate`: which models, where, and what to say about it."""
+"""`mehvar generate`: choice of the models and of the destination, and the report."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def check_models(models: Sequence[str]) -> int:
 
 
 def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Path | None, emit: str | None) -> None:
-    """Derive what is not up to date and say what was written.
+    """Derive stale models and report the files written.
 
     Raises
     ------

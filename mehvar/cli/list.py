@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar list`: what models there are, in mehvar and in the project one stands in, read from manifests."""
+"""`mehvar list`: the available models, of mehvar and of the project in the current folder, from their manifests."""
 
 from __future__ import annotations
 

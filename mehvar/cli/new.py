@@ -25,11 +25,11 @@ from mehvar.settings import complete_models
 from mehvar.versions import project_root
 
 PARTS = "parts"
-"""What `--from` takes in place of a plant."""
+"""Argument of `--from` in place of a plant."""
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
-"""Characters: names of functions in the generated C begin with the name, and C promises to tell 63 apart."""
+"""Characters of a name: C guarantees 63 distinct characters of functions in the generated code, which begin with it."""
 _ROOMS = ("models", "codegen", "generated", "runtime", "tests")
 _WRITTEN = {"calls", "kernel"}  # C files that the runtime writes beside a model's
 _C_HEADERS = frozenset(
@@ -146,7 +146,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 
 def _example(manifest: Manifest) -> dict[str, object]:
-    """Return what the example law on a plant is made of: for each input a gain on a state, while there are states."""
+    """Return the parts of the example law on a plant: a gain on a state for each input, as long as there are states."""
     from mehvar.units import dimension, product, unit_text
 
     gains = []
@@ -179,7 +179,7 @@ def _free(name: str, into: Path) -> Path:
 
 
 def _holder(name: str) -> str | None:
-    """Return what a name belongs to already, so that a system called so would hide it or be hidden by it."""
+    """Return the existing owner of a name, which a system of that name would conflict with."""
     if name in shipped_models():
         return "a model that comes with mehvar"
     if name in project_models():

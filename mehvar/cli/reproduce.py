@@ -48,7 +48,7 @@ def command(
 
 
 def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], list[str]]:
-    """Compute every figure and claim of every paper and beyond it, a batch and boards of each system; write the report.
+    """Compute all figures and claims of all papers and beyond, a batch and boards for each system; write the report.
 
     Everything is computed before anything is written.
 
@@ -56,18 +56,18 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     ----------
     out : Path
         Folder of the report, made if it does not exist: index.html and a page for each paper, which need nothing
-        else; claims.json and beyond.json, what became of the papers' claims and of those beyond them; figures/; with
+        else; claims.json and beyond.json with the verdicts on the papers' claims and on those beyond; figures/; with
         zig, live/, the pages on which each system runs.
     advance : callable, optional
-        Called with what is done, the total, both in papers, and what is being done.
+        Called with the finished amount, the total, both in papers, and the current work.
 
     Returns
     -------
     list of str
-        How many claims of the papers hold, and apart how many rows of our own; a line for each.
+        Number of the papers' claims that hold, and number of our own rows that hold; a line for each.
     list of str
-        What fails, a line for each kind: claims that do not hold and are not refuted as documented, laws whose bits on
-        the board are not the host's, functions that CasADi's own C computes otherwise. Empty where nothing does.
+        Failures, a line for each kind: claims that do not hold and are not refuted as documented, laws that are not
+        bit-identical on the board and the host, functions that CasADi's own C computes differently. Empty if none.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def _claims_text(decided: Iterable[tuple[Manifest, Sequence[Claim]]]) -> str:
 
 
 def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
-    """Return what ran everything, and how long it took."""
+    """Return the software that computed everything, and the time it took."""
     compiler, code = find_compiler(), reports[0].model.backend
     backend = {"c": "generated C", "python": "generated NumPy modules"}[code]
     versions = {**installed(*_PACKAGES), **reports[0].manifest.versions}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar show`: what a model has, read from its manifest."""
+"""`mehvar show`: contents of a model, from its manifest."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _scenarios(manifest: Manifest) -> None:
 
 
 def _functions(manifest: Manifest) -> None:
-    """Print what users call; the parts into which C text is split for speed are for the integrator alone."""
+    """Print the functions for users; parts into which C code is split for speed are only for the integrator."""
     rows = [
         [
             f.name,

@@ -116,7 +116,7 @@ def _check(
     out: Path | None,
     plot: Path | None,
 ) -> None:
-    """Refuse in one message whatever can be seen before a run."""
+    """Refuse, in one message, every error that can be found before a run."""
 
     def check_settings() -> None:
         values = read_values(texts, manifest)
@@ -208,13 +208,13 @@ def simulate(
 def repeat(
     path: Path, number: int, out: Path | None, plot: Path | None, model: str | None = None, trust: bool = False
 ) -> int:
-    """Repeat one run of a batch with full logging, and say whether it is the same to the last bit.
+    """Repeat one run of a batch with all variables recorded, and report whether it is bit-identical.
 
     Raises
     ------
     InputError
-        For a store that is none, a run that it does not have, one whose drawn values are not allowed, or a model that
-        nobody but the store names.
+        For an invalid store, a run that it does not have, one whose drawn values are not allowed, or a model that only
+        the store names.
     """
     from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
     from mehvar.runtime.batch.store.store import open_store
@@ -248,7 +248,7 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
 
 
 def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False, as_described: bool = False) -> int:
-    """Print and save; a run as the scenario describes it is held against the numbers that the scenario expects."""
+    """Print and save a run; a run of an unchanged scenario is compared with the numbers that the scenario expects."""
     notes = [
         *run.advice,
         *run.stiffness(),

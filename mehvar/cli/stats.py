@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar stats`: what the runs of a store say, for people."""
+"""`mehvar stats`: statistics of a store, for people."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar verify`: whether a store is what was written, and all of it."""
+"""`mehvar verify`: check of a store for damaged and missing blocks."""
 
 from __future__ import annotations
 

@@ -71,10 +71,10 @@ def diff(
     Parameters
     ----------
     model : str, System or Spacecraft
-        Its name. Or what Python code has made, first the older and then the newer one: `diff(before, after)`; of two
-        spacecraft `notes` says part by part what changed.
+        Its name. Or two systems made in Python, the older one first: `diff(before, after)`; for two spacecraft, `notes`
+        lists the changes part by part.
     old, new : str
-        A git revision, a generated folder, a folder with generated/, or "work": what models/ derives now.
+        A git revision, a generated folder, a folder with generated/, or "work": the current derivation of models/.
     structures : str or sequence of str
         Structures to compare beside the default one: "all", or NAME=VALUE with commas between several.
 
@@ -190,7 +190,7 @@ def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str
 
 
 def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
-    """Compare other structures; return those that have something of their own to say, and a note on all the others."""
+    """Compare other structures; return those with changes of their own, and a note on all the others."""
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
@@ -216,7 +216,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
 
 
 def _kept(old: Path, new: Path) -> ModelDiff:
-    """Compare two folders, unless this version of mehvar has compared the same texts before."""
+    """Compare two folders, unless the cache has a comparison of the same files by this version."""
     engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
     texts = [
         path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
@@ -225,7 +225,7 @@ def _kept(old: Path, new: Path) -> ModelDiff:
     def fill(folder: Path) -> None:
         (folder / _KEPT).write_bytes(pickle.dumps(compare_documents(_document(old), _document(new))))
 
-    # read back from a folder that nobody else can write, as compiled libraries are
+    # read back from a folder that only this user can write, like compiled libraries
     folder = cache.entry("comparisons", cache.key(*texts), fill)
     model: ModelDiff = pickle.loads((folder / _KEPT).read_bytes())
     return model
@@ -239,7 +239,7 @@ def _one_sided(model: str, variant: Variant) -> ModelDiff:
 
 
 def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
-    """Return what was edited: two structures with the same edits need them told once."""
+    """Return the edits of a model; structures with the same edits are reported once."""
     equations = {
         (equation.name, equation.verdict.value, *(edit.says for edit in equation.edits))
         for equation in model.comparison
@@ -259,7 +259,7 @@ def _document(folder: Path) -> Document:
     except DocumentError as error:
         raise InputError(str(error)) from None
     if document.manifest is not None:
-        check_unedited(document.manifest)  # equations that are the same say nothing of code that was edited
+        check_unedited(document.manifest)  # equal equations do not rule out edited code
     return document
 
 

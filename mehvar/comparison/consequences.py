@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a changed model does differently, by running both: laws, rates of the state, eigenvalues, operations."""
+"""Effects of a changed model, from running both versions: laws, rates of the state, eigenvalues, operations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .runs import Overlay, Runs, runs
 from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
-"""Enough that the largest difference seen is that of the upper half percent of states; one evaluation of an array."""
+"""Number of random states: the largest difference is that of the upper half percent. They form one array."""
 _SEED = 20250
 _SMALL = 0.1
 """A state that starts at zero is moved by so much, in SI units: a tenth of a radian, of a metre a second."""
@@ -27,7 +27,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Rate:
-    """How far the rate of one state has moved.
+    """Change of the rate of one state.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class Consequences:
-    """What follows from a change, each side with its own default parameters.
+    """Effects of a change, each side with its own default parameters.
 
     Attributes
     ----------
@@ -56,19 +56,19 @@ class Consequences:
     samples : int
         States and inputs at which the rates were compared: random, of the size of the first scenario's start.
     point : tuple of (str, float)
-        Where the old model was linearised: at rest near zero, or near the first scenario's start. Zeros are left out.
+        Linearisation point of the old model: at rest near zero, or near the first scenario's start, without zeros.
     residual : float
-        Largest rate of the old model there; zero at an equilibrium.
+        Largest rate of the old model at that point; zero at an equilibrium.
     eigenvalues : tuple of (complex, complex)
-        Those of the old and of the new Jacobian, matched; only pairs that differ, conjugates left out.
+        Eigenvalues of the old and of the new Jacobian, matched; only pairs that differ, without conjugates.
     loops : tuple of Loop
         Closed loops whose eigenvalues differ.
     operations : tuple of (str, int, int)
         Functions whose number of operations differs.
     runs : Runs
-        What the scenarios do under the laws.
+        Results of the scenarios under the laws.
     note : str
-        Why something is missing.
+        Reason why something is missing.
     """
 
     rates: tuple[Rate, ...] = ()
@@ -83,7 +83,7 @@ class Consequences:
 
 
 def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
-    """Run two folders side by side; return what follows, and the run that differs most.
+    """Run two folders side by side; return the effects, and the run that differs most.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
         return Consequences(
             operations=operations, note="rates, eigenvalues and runs not compared: algebraic states"
         ), None
-    with np.errstate(all="ignore"):  # what goes beyond all bounds is told as such
+    with np.errstate(all="ignore"):  # results without bounds are reported as such
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)
         pairs = moved(_slope(before, old_point), _slope(after, new_point))
@@ -125,7 +125,7 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
 
 
 def _loaded(folder: Path) -> Model:
-    """Load a model whose manifest may be of another version: what is compared here needs none of the newer fields."""
+    """Load a model whose manifest may be of another version: the comparison needs none of the newer fields."""
     manifest = read_manifest(folder, any_age=True)
     return Model(manifest.whole, PythonBackend(manifest))
 

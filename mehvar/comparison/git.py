@@ -39,7 +39,7 @@ class Revision:
         return short if self.commit.startswith(self.name) else f"{self.name} ({short})"
 
     def models(self) -> tuple[str, ...]:
-        """Names of the models that the revision has generated texts or sources of."""
+        """Names of the models with generated files or sources in the revision."""
         folders = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
         rooms = {f"models/{room}" for room in ROOMS}
         names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
@@ -60,14 +60,14 @@ class Revision:
 
 
 def find_revision(root: Path, name: str) -> Revision | None:
-    """Return the commit that `name` means in the repository around `root`; None if there is none.
+    """Return the commit called `name` in the repository around `root`; None if there is none.
 
     Raises
     ------
     InputError
         If git is not installed.
     """
-    if "\0" in name:  # no word of a command line
+    if "\0" in name:  # not possible in a command line
         return None
     try:
         commit = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
@@ -77,7 +77,7 @@ def find_revision(root: Path, name: str) -> Revision | None:
 
 
 def in_repository(root: Path) -> bool:
-    """Return whether a folder is inside a git repository."""
+    """Return True for a folder inside a git repository."""
     try:
         _git(root, "rev-parse", "--git-dir")
     except subprocess.CalledProcessError:

@@ -58,7 +58,7 @@ _FOLDED = (
 
 @dataclass(frozen=True)
 class _Side:
-    """A formula: its left side as MathML, its terms and whether each is marked."""
+    """A formula: its left side as MathML, and its terms, each with its mark."""
 
     left: str
     terms: Sequence[tuple[str, bool]]
@@ -66,7 +66,7 @@ class _Side:
 
 @dataclass(frozen=True)
 class _Card:
-    """What the page says about one equation."""
+    """Content of the page about one equation."""
 
     title: str
     anchor: str
@@ -81,7 +81,7 @@ class _Card:
 
 @dataclass(frozen=True)
 class _Section:
-    """What the page says about one model."""
+    """Content of the page about one model."""
 
     name: str
     anchor: str
@@ -136,7 +136,7 @@ class _Sheet:
         return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
 
     def section(self) -> _Section:
-        """Return what the page says about this model."""
+        """Return the content of the page about this model."""
         comparison, status = self._comparison, self._model.status
         apart = {equation for equation, _ in one_by_one(comparison)}
         folded = [
@@ -161,7 +161,7 @@ class _Sheet:
 
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
-        """Whether an equation has no card above; one of a family has, that of the family's first."""
+        """Return True for an equation without a card of its own; a family has the card of its first equation."""
         return equation not in apart and (
             equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
@@ -182,12 +182,12 @@ class _Sheet:
         )
 
     def _is_by_length(self, equation: EquationChange) -> bool:
-        """Whether a family's length explains all: the form is known, and its formulas, twice over, are megabytes."""
+        """Return True where a longer family explains all; the form is known, and its formulas, twice, are megabytes."""
         longer = bool(self._comparison.extended())
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
-        """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
+        """Print both forms with edits marked: those of the comparison, else the textual differences."""
         comparison, old, new = self._comparison, equation.old_node, equation.new_node
         old_marks, new_marks = self._marks(equation)
         before = after = None
@@ -222,13 +222,13 @@ class _Sheet:
 
 
 def _picture(model: ModelDiff) -> str:
-    """Return the overlay of the run that differs most, as an address that holds it; empty where there is none."""
+    """Return the overlay of the run that differs most as a data URL; empty if there is none."""
     figure = model.overlay.picture(model.name) if model.overlay else None
     return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
-    """Return the terms of a formula, each an element of its own: a long line breaks there, MathML itself does not."""
+    """Return the terms of a formula as separate elements: a long line breaks between them, but not inside MathML."""
     printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
     return [(element(text), marked) for text, marked in printer.parts(root)]
 

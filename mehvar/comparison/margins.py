@@ -14,8 +14,8 @@ from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import LinearSystem
 
 _MARGINAL = 1e-6
-"""Of the largest eigenvalue: an integrator that the law leaves alone has an eigenvalue of zero up to rounding, which of
-a double one is 1e-8. With ten times more, slow instabilities pass for integrators; with a tenth, triple integrators
+"""Relative to the largest eigenvalue: an integrator outside the law has an eigenvalue of zero up to rounding, which is
+1e-8 for a double one. With ten times more, slow instabilities pass as integrators; with a tenth, triple integrators
 fail."""
 _POINTS = 1000
 """Frequencies between which a crossing is looked for, beside those of the eigenvalues, where a response is steepest.
@@ -25,18 +25,18 @@ _DECADES = 2
 
 
 _ROUNDING = 1e-6
-"""Of a phase, rad, and of a size's logarithm: below the slowest pole a response lies on the real axis up to rounding of
-1e-9 or so, and crosses it as chance has it. A true crossing has telling values on either side."""
+"""Tolerance of a phase, rad, and of a logarithmic size: below the slowest pole a response is real up to rounding of
+1e-9 or so, and crosses the axis at random. A true crossing has clear values on either side."""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How much one input's loop may change before the closed loop is unstable, all other loops closed.
+    """Stability margins of one input's loop, with all other loops closed.
 
     Attributes
     ----------
     input : str
-        Where the loop is cut.
+        The input at which the loop is opened.
     gain : float
         The factor nearest to one by which the loop's gain may change; infinite if no factor does.
     phase : float

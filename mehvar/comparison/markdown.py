@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as Markdown for a comment on a pull request: what it does in tables, edits as diffs, the rest folded."""
+"""A comparison as Markdown for a pull request: effects in tables, edits as diffs, the rest folded."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .text import (
 )
 
 _LONGEST = 60_000
-"""Characters: a forge refuses a comment of more than 65 536, and whoever posts it adds a line or two of their own."""
+"""Characters of a comment: forges refuse more than 65 536, and the sender may add a line or two."""
 _WHOLE = 20
 """Sources of change that get their edits shown; a comment with more is not read to its end."""
 
@@ -144,5 +144,5 @@ def _code(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Keep a text from being taken for Markdown or HTML."""
+    """Escape a text, so that it is not read as Markdown or HTML."""
     return "".join(f"\\{letter}" if letter in "\\`*_<>#|[]" else letter for letter in text)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which parts of two forms of an expression differ as written, so that a page can mark them side by side.
+"""Textual differences of two forms of an expression, for marks on a page that shows them side by side.
 
-This looks at the form only; whether and why the value changed is for `mehvar.codegen.diff` to say.
+Only the form is compared; `mehvar.codegen.diff` decides whether and why the value changed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ALIKE = Fraction(1, 2)
 
 
 class Alignment:
-    """Two graphs with one numbering of contents: equal numbers mean equal text, operands in whatever order.
+    """Two graphs with common numbers for contents: equal numbers mean equal text, with operands in any order.
 
     Parameters
     ----------

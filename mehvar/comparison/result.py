@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What changed between two versions, as plain frozen values."""
+"""Results of comparing two versions, as plain frozen values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class ModelDiff:
-    """What changed in one model.
+    """Changes of one model.
 
     Attributes
     ----------
@@ -33,15 +33,15 @@ class ModelDiff:
     comparison : Comparison
         Equation by equation; empty for a model that only one side has.
     consequences : Consequences or None
-        What the change does; None where nothing changed or nothing could be run.
+        Effects of the change; None where nothing changed or nothing could be run.
     overlay : Overlay or None
         The run that differs most, of both versions; None where none does.
     variant : str
         The structural choices that differ from the defaults, as in "inertia=ball"; empty for the default structure.
     notes : tuple of str
-        What else there is to say: folders that are stale, structures that were not compared.
+        Further remarks: stale folders, structures that were not compared.
     structures : tuple of ModelDiff
-        Other structures that were compared and have something of their own to say.
+        Other structures that were compared and have changes of their own.
     """
 
     model: str
@@ -60,7 +60,7 @@ class ModelDiff:
 
     @property
     def differs(self) -> bool:
-        """Whether anything but the form differs: an equation, a parameter, the structure; in any structure compared."""
+        """True where more than the form differs: an equation, a parameter or the structure, in any compared one."""
         return self.status is not ModelStatus.SAME or any(other.differs for other in self.structures)
 
     def __iter__(self) -> Iterator[ModelDiff]:
@@ -69,7 +69,7 @@ class ModelDiff:
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations with another value, by themselves or through what they use, and undecided ones."""
+        """Equations with another value, directly or through other equations, and undecided ones."""
         return self.comparison.changed
 
     @property
@@ -112,7 +112,7 @@ class ModelDiff:
         }
 
     def lines(self) -> Iterator[Line]:
-        """Say what became of the model."""
+        """Yield the report on the model."""
         for part in self:
             yield from lines(part.name, part.status, part.comparison, part.consequences, part.notes)
 
@@ -122,12 +122,12 @@ class ModelDiff:
 
 @dataclass(frozen=True)
 class Diff:
-    """What changed between two versions.
+    """Changes between two versions.
 
     Attributes
     ----------
     old, new : str
-        What the versions are called.
+        Names of the versions.
     models : tuple of ModelDiff
         Every model of either side.
     """
@@ -138,11 +138,11 @@ class Diff:
 
     @property
     def differs(self) -> bool:
-        """Whether any model differs."""
+        """True where any model differs."""
         return any(model.differs for model in self.models)
 
     def lines(self) -> Iterator[Line]:
-        """Say what became of every model."""
+        """Yield the report on every model."""
         yield 0, Text(f"{self.old} -> {self.new}", "dim")
         for model in self.models:
             yield from model.lines()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the laws of two versions do: every scenario is run under every law, once with each version."""
+"""Effects on the laws: every scenario runs under every law, once with each version."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STEPS = 1e-6
-"""Of a metric: two texts of one loop round differently, so that an integrator with the tolerance 1e-9 takes other steps
-and ends 1e-8 apart. With a tenth of it, rearranged equations begin to count; with ten times, changes below 1e-5 go
-unseen."""
+"""Relative tolerance of a metric: two formulations of one loop round differently, so an integrator with the tolerance
+1e-9 takes other steps and ends 1e-8 apart. With a tenth, rearranged equations would count; with ten times, changes
+below 1e-5 would be missed."""
 _VISIBLE = 1e-3
 """Of a margin, which is shown with three digits."""
 
@@ -47,7 +47,7 @@ class MetricChange:
     name, unit : str
         The metric.
     old, new : float
-        Its values; infinite for what does not settle, not a number for a run that ended too soon.
+        Its values; infinite for a signal that does not settle, NaN for a run that ended too soon.
     """
 
     name: str
@@ -58,7 +58,7 @@ class MetricChange:
 
 @dataclass(frozen=True)
 class RunChange:
-    """A scenario under a law that goes on differently.
+    """A scenario under a law with a changed run.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class MarginChange:
     Attributes
     ----------
     law, scenario : str
-        The run at whose end the loop was linearised.
+        The run; the loop is linearised at its end.
     old, new : tuple of Margin
         Of the inputs that the law acts through; none where the closed loop is not stable.
     """
@@ -130,7 +130,7 @@ class Overlay:
 
 @dataclass(frozen=True)
 class Runs:
-    """What every scenario does under every law that both versions have.
+    """Results of every scenario under every law that both versions have.
 
     Attributes
     ----------
@@ -141,9 +141,9 @@ class Runs:
     margins : tuple of MarginChange
         Loops whose margins differ.
     refused : tuple of (str, str, str)
-        Law, scenario and reason of what both versions refuse in the same words: nothing ran.
+        Law, scenario and reason of runs that both versions refuse with the same message.
     note : str
-        Why something is missing.
+        Reason why something is missing.
     """
 
     changed: tuple[RunChange, ...] = ()
@@ -202,9 +202,9 @@ def _cases(before: Model, after: Model) -> Iterator[tuple[str, str]]:
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
-    """Return a run, or why there is none."""
+    """Return a run, or the reason why there is none."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # advice on a law's parameters, which is not about the change
+        warnings.simplefilter("ignore")  # advice on a law's parameters is unrelated to the change
         try:
             return simulate(model, law, scenario)
         except InputError as error:
@@ -224,7 +224,7 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChang
 
 
 def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
-    """Return the metrics of a run with their units; of a model that defines none, what its states reach and end at."""
+    """Return the metrics of a run with their units; for a model without any, the extremes and ends of its states."""
     if isinstance(run, str):
         return {}
     known = run.manifest.metrics

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What OLD and NEW mean: a git revision, a folder, or what models/ derives now; as generated folders to read."""
+"""Versions OLD and NEW of a comparison: a git revision, a folder, or the current derivation, as generated folders."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Version:
     tree : Tree or None
         Where its models/ can be read; None for folders without them.
     stale : mapping
-        For each model whose generated folder does not match its sources, so that it was derived anew: why.
+        Models derived anew because their generated folder does not match their sources, each with the reason.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Version:
 
 
 class Sources:
-    """Resolves versions; what git holds is unpacked below `scratch`, which the caller removes."""
+    """Finds versions; git revisions are unpacked below `scratch`, which the caller removes."""
 
     def __init__(self, scratch: Path, model: str | None = None) -> None:
         self.scratch = scratch
@@ -64,7 +64,7 @@ class Sources:
         self.tree = find_tree(Path.cwd()) or installed_tree()
 
     def version(self, text: str) -> Version:
-        """Return the version that a user calls `text`.
+        """Return the version for a user's text.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Sources:
         return Version(label, chosen | derive(tree, [*stale], label), models, single, tree, stale)
 
     def _of_tree(self, tree: Tree, label: str) -> Version:
-        """Return generated/ where it is up to date, and what models/ derives where it is not."""
+        """Return generated/ where it is up to date, else the current derivation of models/."""
         if not tree.models:
             generated = _generated(tree.root / "generated")
             return Version(label, self._chosen(generated), tuple(generated))
@@ -118,7 +118,7 @@ class Sources:
         return Version(label, folders | derive(tree, old, label), tree.models, tree=tree, stale=stale)
 
     def _of_revision(self, revision: Revision) -> Version:
-        """Return the committed generated/, or what models/ derives where that is not of them or of an older schema."""
+        """Return the committed generated/, or derive models/ where generated/ is stale or of an older schema."""
         root = self.scratch / revision.commit
         models = revision.models()
         folders = self._chosen({name: root / "generated" / name for name in models})
@@ -142,7 +142,7 @@ def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
     """Say why a generated folder is not of the models beside it; nothing of one that has none or cannot be read."""
     try:
         return outdated(tree, model) if _schema(folder) == SCHEMA else ()
-    except InputError:  # who reads it says so
+    except InputError:  # reported by its reader
         return ()
 
 
@@ -165,7 +165,7 @@ def _tree_around(folders: Mapping[str, Path]) -> Tree | None:
 
 
 def _elsewhere(folder: Path) -> list[str]:
-    """Return what a derivation read outside of models/, below the root of its tree."""
+    """Return the files that a derivation read outside of models/, below the root of its tree."""
     try:
         names = read_manifest(folder, any_age=True).inputs_sha256
     except InputError:
@@ -175,12 +175,12 @@ def _elsewhere(folder: Path) -> list[str]:
 
 
 def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
-    """Derive models with this codegen, each in a process of its own; what was derived before is in the cache.
+    """Derive models with this codegen, each in its own process; the cache keeps earlier derivations.
 
     Raises
     ------
     InputError
-        If a model cannot be derived; the message ends with what the derivation said.
+        If a model cannot be derived; the message ends with that of the derivation.
     """
     if not models:
         return {}
@@ -190,7 +190,7 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
 
 
 def derived(tree: Tree, model: str, label: str, structure: Mapping[str, str] | None = None) -> Path:
-    """Return what a model derives now; what it loads is known from the folder that was derived before.
+    """Return the current derivation of a model; the previous folder lists the files it loads.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where two versions of a model are linearised, and which eigenvalues differ there: of the plant and under each law."""
+"""Linearisation points of two versions of a model, and eigenvalues that differ there: of the plant and of each loop."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from mehvar.runtime.model.parameters import vector
 Pairs = tuple[tuple[complex, complex], ...]
 
 _STEPS = 20
-"""Gauss-Newton doubles the right digits with each step near a rest; where it has none, more steps find none either."""
+"""Gauss-Newton doubles the correct digits at each step near an equilibrium; without one, more steps do not help."""
 _ROUNDING = 1e-9
-"""Of a state: what is less is zero in the text."""
+"""Bound relative to a state: smaller values are printed as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
 """Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
 
@@ -88,7 +88,7 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
 
 
 def loops(before: Model, after: Model) -> tuple[Loop, ...]:
-    """Return the loops whose eigenvalues differ, of the laws that both versions have with as many states."""
+    """Return the loops whose eigenvalues differ, for laws that both versions have with the same number of states."""
     changed = []
     for name, law in after.manifest.controllers.items():
         former = before.manifest.controllers.get(name)
@@ -104,12 +104,12 @@ def loops(before: Model, after: Model) -> tuple[Loop, ...]:
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:
-    """Tell whether a version was generated before laws had derivatives."""
+    """Return True if a version was generated before laws had derivatives."""
     return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
 
 
 def differentiable(model: Model, law: Controller) -> bool:
-    """Tell whether a law was generated with derivatives."""
+    """Return True for a law generated with derivatives."""
     return f"{identifier(law.name)}_jvp" in model.functions
 
 

@@ -45,7 +45,7 @@ class Variant:
     name : str
         As in "inertia=ball,attitude=quaternion".
     old, new : Path or str
-        Its generated folder, or why there is none.
+        Its generated folder, or the reason why there is none.
     """
 
     name: str
@@ -54,20 +54,20 @@ class Variant:
 
     @property
     def is_refused(self) -> bool:
-        """Whether neither side has it."""
+        """True where neither side has it."""
         return isinstance(self.old, str) and isinstance(self.new, str)
 
 
 @dataclass(frozen=True)
 class Selection:
-    """The structures of a model that are compared beside the default one, and whether there are no others."""
+    """The structures of a model that are compared besides the default one, and True if there are no others."""
 
     variants: tuple[Variant, ...]
     complete: bool
 
 
 def changed_sources(model: str, old: Version, new: Version) -> tuple[str, ...]:
-    """Return the files by which structures that are not compared may differ: those whose text means something else.
+    """Return the changed files on which structures outside the comparison depend; comments and layout do not count.
 
     Empty for a model without structural choices.
     """
@@ -87,7 +87,7 @@ def _is_own(name: str, trees: Sequence[Tree]) -> bool:
 
 
 def _means_the_same(name: str, old: Tree, new: Tree) -> bool:
-    """Whether two texts differ in nothing but comments, layout and words for people."""
+    """Return True if two files differ only in comments, layout and texts for people."""
     try:
         before, after = (_meaning(tree.root / name) for tree in (old, new))
     except (OSError, ValueError, SyntaxError):
@@ -117,12 +117,12 @@ def _meaning(path: Path) -> object:
 def _without_words(value: object) -> object:
     if isinstance(value, dict):
         return {key: _without_words(entry) for key, entry in value.items() if key not in _WORDS}
-    # 1, 1.0 and True are equal in Python, and a table tells them apart
+    # 1, 1.0 and True are equal in Python, but not in a table
     return [*map(_without_words, value)] if isinstance(value, list) else (type(value).__name__, value)
 
 
 def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> Selection:
-    """Derive the structures that a user names, on both sides, each in a process of its own; the cache keeps them.
+    """Derive the structures that a user names, on both sides, each in its own process; the cache keeps them.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as text: lines with an indentation each, coloured and wrapped on a terminal, plain elsewhere."""
+"""A comparison as text: indented lines, coloured and wrapped on a terminal, plain elsewhere."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 
 _ZERO = 1e-9
-"""A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
+"""Bound for a rate at rest, and for one part of an eigenvalue relative to the other, that is rounding error."""
 _ALIKE = ("family", "symmetric")
-"""Groups whose members are said once, by the first."""
+"""Groups that are reported once, by the first member."""
 _CAUSAL = ("follows", "solved")
-"""Groups that are told after their cause."""
+"""Groups that are reported after their cause."""
 _PART = 1e-3
-"""Of a metric: smaller changes are counted, not listed; they do not show in three digits."""
+"""Relative change of a metric below which it is counted, not listed; three digits do not show it."""
 _NAMED = 12
-"""Equations that are named where all have the same to say: two lines of a terminal. A page folds them all below."""
+"""Number of equations named where all have the same report: two lines of a terminal. A page folds them all below."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
-"""What is told of single equations, in this order."""
+"""Verdicts that are reported for single equations, in this order."""
 _WHOLE = 8
-"""Sources that are told with counterexample and how they are known; the others in a line. A page has all of them."""
+"""Sources reported with counterexample and evidence; the others share a line. A page has all of them."""
 _RUNS, _METRICS = 4, 5
-"""Runs that are told with their metrics, those that moved most, and metrics of each. A page has all of them."""
+"""Runs reported with their metrics, the most changed first, and metrics of each. A page has all of them."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
@@ -62,7 +62,7 @@ _COUNTED = {
 def lines(
     model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None, notes: Sequence[str] = ()
 ) -> Iterator[Line]:
-    """Say what became of a model."""
+    """Yield the report on a model."""
     style = _STYLES.get(status, "bold red")
     yield 0, Text.assemble((f"{model}: ", "bold"), (HEADLINES[status], style), "   ", counted(comparison))
     for note in (*notes, *choices(comparison)):
@@ -86,7 +86,7 @@ def counted(comparison: Comparison) -> str:
 
 
 def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
-    """Name an equation, or a family of them, with its number and what it is about."""
+    """Return the name of an equation, or of a family, with its number and title."""
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
@@ -100,12 +100,12 @@ def families(comparison: Comparison) -> dict[str, Story]:
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return what is said about several equations at once, families, and what follows, excepted."""
+    """Return the reports that cover several equations at once, except families and consequences."""
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
-    """Yield the equations that get words of their own; a family once, by its first member."""
+    """Yield the equations with reports of their own; a family once, by its first member."""
     family = families(comparison)
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
         group = family.get(equation.name)
@@ -115,7 +115,7 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story |
 
 
 def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
-    """Say what follows from a cause, or from changed equations of motion, in one line; nothing where nothing does."""
+    """Return the consequences of a cause, or of changed equations of motion, in one line; empty if there are none."""
     kind, source = ("solved", "") if equation is None else ("follows", handle(equation))
     for group in comparison.groups:
         names = group.names if equation is None else group.names[1:]
@@ -133,12 +133,12 @@ def _many(names: Sequence[str]) -> str:
 
 
 def is_quiet(equation: EquationChange) -> bool:
-    """Whether an equation only came or went as a name that others use."""
+    """Return True for an equation that only appeared or disappeared as a name used by others."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
 def sure(equation: EquationChange) -> str:
-    """Say how the verdict is known, and whether the edits were tested."""
+    """Return the evidence for the verdict, with the test of the edits if there was one."""
     replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
     return equation.how + replayed
 
@@ -153,19 +153,19 @@ def example(equation: EquationChange) -> str:
 
 
 def edit_title(edit: Edit) -> str:
-    """Return where an edit is and what it does; a place that is just the edited part goes without saying."""
+    """Return position and effect of an edit; a position that is just the edited part is omitted."""
     places = [place for place in edit.path if edit.old is None or place != edit.old.text]
     where = " > ".join(places)
     return f"in {where}: {edit.says}" if where else edit.says
 
 
 def is_complete(edit: Edit) -> bool:
-    """Whether an edit's words have its old and new text already."""
+    """Return True if an edit's text contains its old and new expressions already."""
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
 def telling_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the names and numbers that get words of their own: those of a family's other members do not."""
+    """Return the names and numbers with reports of their own, without those of a family's other members."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 
@@ -258,13 +258,13 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Say what follows from a change, one finding a line; loops first, because they are what flies."""
+    """Yield the effects of a change, one finding a line; loops first, because they fly."""
     yield from run_lines(follows.runs)
     yield from plant_lines(follows)
 
 
 def plant_lines(follows: Consequences) -> Iterator[str]:
-    """Say what follows for the plant, for eigenvalues and for the number of operations."""
+    """Yield the effects on the plant, on eigenvalues and on the number of operations."""
     if follows.rates:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         yield from _first(f"  {r.name}'  {r.largest:.3g} {r.unit}  ({r.typical:.3g})" for r in follows.rates)
@@ -290,7 +290,7 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
 
 
 def run_lines(runs: Runs) -> Iterator[str]:
-    """Say what became of the scenarios under the laws."""
+    """Yield the effects on the scenarios under the laws."""
     changed = sorted(joined(runs.changed), key=lambda pair: -pair[0].size)
     for number, (run, scenarios) in enumerate(changed[:_NAMED]):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
@@ -311,7 +311,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
 
 
 def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
-    """Yield the first lines of a table, and how many more there are."""
+    """Yield the first lines of a table, and the number of the others."""
     rows = list(texts)
     kept = rows if len(rows) <= count + 1 else rows[:count]
     yield from kept
@@ -335,7 +335,7 @@ def same_runs(runs: Runs) -> str:
 
 
 def refused_runs(runs: Runs) -> list[str]:
-    """Name what neither version runs, with the reason."""
+    """Return the runs that neither version accepts, with the reason."""
     return [f"not run, as both refuse it: {scenario} under {law}: {reason}" for law, scenario, reason in runs.refused]
 
 
@@ -368,14 +368,14 @@ def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
 
 
 def margin_text(margin: Margin | None) -> str:
-    """Say what a margin is; none where the linearised loop is not stable or the input is not used."""
+    """Return a margin as text; undefined where the linearised loop is not stable or the input is not used."""
     if margin is None:
         return "not defined"
     return f"x{margin.gain:.3g}, {math.degrees(margin.phase):.3g} deg"
 
 
 def unit(loop: Loop) -> str:
-    """Say what the eigenvalues of a loop are."""
+    """Return the unit of a loop's eigenvalues."""
     return "1/s" if loop.period is None else f"a period of {loop.period:g} s"
 
 
@@ -386,7 +386,7 @@ def point(follows: Consequences) -> str:
 
 
 def place(values: Sequence[tuple[str, float]]) -> str:
-    """Say which state it is whose other elements are zero."""
+    """Return the nonzero elements of a state as text."""
     where = ", ".join(f"{name} = {value:.4g}" for name, value in values)
     return f"{where}, the rest 0" if where else "zero"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What values an FMU refuses when initialization ends, as C: bounds of parameters, conditions of model and law."""
+"""C code that refuses values at the end of an FMU's initialization: bounds of parameters, other conditions."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _TEXT = 1024
 
 
 def refusals(subject: Subject) -> list[str]:
-    """Return the lines of a C function: whether the values v are refused, and why.
+    """Return the lines of a C function that decides if the values v are refused, with the reason.
 
-    Conditions that read parameters of the scenario, which an FMU does not have, hold of its start alone.
+    Conditions with scenario parameters, which an FMU does not have, apply only to its start.
     """
     manifest, law = subject.model.manifest, subject.law
     bounds = [

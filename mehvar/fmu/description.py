@@ -154,7 +154,7 @@ def _structure(root: Element, subject: Subject, two: bool, interface: Interface)
     for name, group in groups.items():
         roles = ("time", "input", "state", *(["parameter"] if name == "InitialUnknown" else []))
         known = " ".join(str(k) for k in references if subject.variables[k].role in roles)
-        for k in group:  # what the standard reads where nothing stands; CasADi's importer asks for it
+        for k in group:  # the standard's default, written out because CasADi's importer needs it
             SubElement(structure, name, {"valueReference": str(k), "dependencies": known})
 
 

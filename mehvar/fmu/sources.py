@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C of an FMU: the generated files, our integrators, and a header that says how they belong together."""
+"""C sources of an FMU: the generated files, our integrators, and a header that connects them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNITS = ("unit.c", "jacobians.c")
 _UNOPTIMISED = (
     '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
 )
-"""Before the derivatives, which are long and rarely called: compiling them counts for more than running them."""
+"""For the derivatives, which are long and rarely called: compile time matters more than run time."""
 _CLASSES = {"parameter": "p", "input": "i", "state": "s", "time": "t"}
 
 
@@ -55,7 +55,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
 
 
 def _header(subject: Subject, token: str) -> str:
-    """Return the text of fmu_model.h; native/fmu/core.h says what its names are."""
+    """Return the text of fmu_model.h; native/fmu/core.h explains its names."""
     manifest, options = subject.model.manifest, RunOptions()
     sizes = {
         "NP": "P", "NC": "C", "NR": "R", "NU": "U", "NQ": "Q", "NY": "Y", "NZ": "Z", "NM": "M",

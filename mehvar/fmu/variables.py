@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an FMU has values of: groups of variables one after the other, whose places are the value references."""
+"""Variables of an FMU: groups of variables in a sequence, whose positions are the value references."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mehvar.runtime.run.calls import loop_calls
 
 Kind = Literal["plant", "loop", "sampled"]
 KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
-"""The plant alone, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+"""The plant by itself, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Variable:
 
 @dataclass(frozen=True)
 class Subject:
-    """What becomes an FMU: a model, a law or none, and its variables by group.
+    """Contents of an FMU: a model, a law or none, and its variables by group.
 
     Attributes
     ----------
     model : Model
-        Of the generated folder.
+        Model of the generated folder.
     law : Controller or None
         The law.
     kind : str
@@ -61,11 +61,11 @@ class Subject:
     groups : mapping of str to tuple of Variable
         T time, P, C, R, U, Q the continuous states, D their derivatives, X, Y, Z, M as in native/fmu/core.h.
     period : float or None
-        Of a sampled law, s.
+        Sample period of a sampled law, s.
     duration, step : float
-        Of the scenario, s.
+        Duration and step of the scenario, s.
     s : array
-        Parameters of the scenario, which the conditions of a model read.
+        Parameters of the scenario, which the model's conditions use.
     """
 
     model: Model
@@ -79,7 +79,7 @@ class Subject:
 
     @property
     def jacobians(self) -> tuple[Function, ...]:
-        """The generated functions behind directional derivatives, none unless there is one for every derivative.
+        """The generated functions for directional derivatives; empty unless every derivative has one.
 
         Those of a loop by the parameters, and of its outputs, are not generated.
         """

@@ -48,9 +48,9 @@ def flat_name(name: str, unit: str) -> str:
 def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> list[Path]:
     """Write a result or a batch in another format.
 
-    A batch in a flat format, `parquet` or `csv`, is a table with a row for each run; its series, if it has any, become
-    a second table beside it with a row for each run and sample, whose file name ends in `_series`. Flat columns are
-    called `NAME_UNIT`; Parquet has unit and description in the metadata of each column, too.
+    In a flat format, `parquet` or `csv`, a batch is a table with a row for each run. Its series, if any, are a second
+    table beside it, with a row for each run and sample and a file name that ends in `_series`. Flat columns have names
+    `NAME_UNIT`; Parquet also has unit and description in the metadata of each column.
 
     Parameters
     ----------

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the papers print against what the models derive, as pages and text."""
+"""Comparison of printed equations with derived ones, as pages and text."""

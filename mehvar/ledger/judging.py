@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judging the papers of a tree, each in a process of its own; verdicts stay in the cache under a hash of the sources.
+"""Judging of the papers in a tree, each in its own process; the cache keeps verdicts under a hash of the sources.
 
 Judging needs SymPy and takes up to a minute for a paper.
 """
@@ -46,7 +46,7 @@ def _has_paper(tree: Tree, model: str) -> bool:
 
 
 def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
-    """Return the ledger of a model from the cache; one that is not there is judged in another process."""
+    """Return the ledger of a model from the cache; a missing one is judged in another process."""
     key = cache.key(*itertools.chain(*tree.sources(model, papers=True).items()))
 
     def fill(folder: Path) -> None:
@@ -59,7 +59,7 @@ def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
 
 
 def _judge(root: Path, model: str) -> str:
-    """Derive a model and judge its paper; runs in a process of its own."""
+    """Derive a model and judge its paper; runs in its own process."""
     system = system_of(Tree(root), model, {})
     # after the model, so that both use the models package of its tree
     from mehvar.codegen.ledger.ledger import ledger_json

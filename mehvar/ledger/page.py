@@ -11,7 +11,7 @@ from .judging import Ledger
 from .text import correction, counted, example, slips
 
 FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
-"""What templates that show a ledger call."""
+"""Functions for templates that show a ledger."""
 
 
 def paper_page(ledgers: Sequence[Ledger]) -> str:

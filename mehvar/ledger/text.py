@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judged ledgers as text: what each paper prints that is not so, and the rest by number."""
+"""Judged ledgers as text: printed equations that do not hold, and the others by number."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
 
 
 def holds(ledger: Ledger) -> bool:
-    """Whether everything printed holds, or is for the author to choose."""
+    """Return True if everything printed holds, or is the author's choice."""
     return not any(entry["verdict"] in _STYLES for entry in ledger["entries"])
 
 
@@ -35,18 +35,18 @@ def slips(ledger: Ledger) -> str:
 
 
 def correction(entry: dict[str, Any]) -> str:
-    """Return what to call the other form of an entry: correct, or an assumption where nothing shows it."""
+    """Return the name of an entry's other form: correct, or an assumption where nothing proves it."""
     return "assumption" if entry["erratum"] and entry["erratum"]["assumption"] else "correct"
 
 
 def standing(entry: dict[str, Any]) -> str:
-    """Return the verdict on an entry for what rests on it: a damaged copy does not make the paper's formula wrong."""
+    """Return the verdict on an entry for the statements that use it; a damaged copy does not make a formula wrong."""
     damaged = entry["erratum"] and entry["erratum"]["kind"] == _SCAN
     return _AMBIGUOUS if damaged else str(entry["verdict"])
 
 
 def lines(ledgers: Sequence[Ledger]) -> Iterator[Line]:
-    """Say what each paper prints that is not so, and name the rest."""
+    """Yield the printed equations of each paper that do not hold, and the names of the others."""
     for ledger in ledgers:
         yield 0, Text.assemble((f"{ledger['model']}: ", "bold"), counted(ledger))
         yield 0, Text(ledger["title"], "dim")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a notebook shows of our objects; every room may use it."""
+"""Display of our objects in notebooks, for use in all packages."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a notebook shows of an object: tables in HTML, and formulas in LaTeX, which the notebook typesets."""
+"""Notebook display of objects: tables in HTML, and formulas in LaTeX, which the notebook typesets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def heading(text: str) -> str:
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table in HTML, its texts escaped; nothing for one without rows."""
+    """Return a table in HTML with escaped texts; an empty text if it has no rows."""
     body = "".join(_row("td", row) for row in rows)
     if not body:
         return ""
@@ -26,6 +26,6 @@ def _row(tag: str, cells: Sequence[object]) -> str:
 
 
 def gathered(formulas: Sequence[str]) -> str:
-    """Return formulas below each other as displayed LaTeX; nothing where there are none."""
+    """Return formulas below each other as displayed LaTeX; an empty text if there are none."""
     lines = r" \\ ".join(formulas)
     return rf"$$\begin{{gathered}} {lines} \end{{gathered}}$$" if formulas else ""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the papers show and say, checked against the models."""
+"""Figures and statements of the papers, checked against the models."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What lies beyond a paper: a structure of its model that has what the paper leaves to others, and claims about it.
+"""Extensions of a paper: a structure of its model with effects that the paper omits, and claims about it.
 
-`mehvar/papers/MODEL/beyond.toml` has structure and words, `beyond.py` beside it the functions that compute.
+`mehvar/papers/MODEL/beyond.toml` has the structure and the texts, `beyond.py` beside it the functions that compute.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class BeyondWords:
     Attributes
     ----------
     page : str
-        Of the documentation, which says it at length.
+        Page of the documentation with the details.
     structure : mapping of str to str
         Structural choices that differ from the defaults.
     text : tuple of str
-        What the structure adds.
+        Effects that the structure adds.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -57,14 +57,14 @@ class BeyondWords:
 
 @dataclass(frozen=True)
 class Beyond:
-    """The words, and the functions that draw and check."""
+    """The texts of an extension, and the functions that draw and check."""
 
     words: BeyondWords
     draw: Mapping[int, BothFigure]
     checks: Mapping[str, BothChecks]
 
     def claims(self, paper: Runs, runs: Runs) -> list[Claim]:
-        """Return what became of the claims."""
+        """Return the decided claims."""
         return decide(self.words.claim, self.checks_beside(paper), runs)
 
     def checks_beside(self, paper: Runs) -> dict[str, Checks]:
@@ -81,7 +81,7 @@ class Beyond:
 
 @dataclass(frozen=True)
 class Difference:
-    """One row of how the structure differs from the paper's: what, the paper's, beyond."""
+    """One difference of the structures: its name, the value in the paper's structure, the value in the extended one."""
 
     what: str
     paper: str
@@ -94,7 +94,7 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     Raises
     ------
     InputError
-        If the file is wrong, or figures or claims are not those that the functions are for.
+        If the file is invalid, or its figures or claims do not match the functions.
     """
     path = folder / "beyond.toml"
     words = read_data(path, BeyondWords)
@@ -108,14 +108,14 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
 
 
 def load_beyond(model: str) -> Beyond:
-    """Return what lies beyond a model's paper."""
+    """Return the extension of a model's paper."""
     module = importlib.import_module(f"{__package__}.{identifier(model)}.beyond")
     beyond: Beyond = module.BEYOND
     return beyond
 
 
 def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
-    """Return how large both structures are, and what the second has that the first has not, by name."""
+    """Return the sizes of both structures, and the names that only the second one has."""
     rows = [
         Difference("operations of the rates", *(str(m.functions["rhs"].operations) for m in (paper, beyond))),
         *(
@@ -138,6 +138,6 @@ def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
 
 
 def _only(these: Sequence[str], others: Sequence[str]) -> str:
-    """Say how many there are, and the names that the others have not."""
+    """Return the number of names, and those that the others lack."""
     own = [name for name in these if name not in others]
     return f"{len(these)}" + (f", of these {', '.join(own)}" if own else "")

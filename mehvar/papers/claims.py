@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of what a paper says: claims, and the checks that decide them."""
+"""Claims of the papers, and the checks that decide them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mehvar.errors import InputError
 from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
-"""Allowed deviation of a time, relative: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 %
-of the times that the papers are about. With half of this no claim fails, and two rows get a note; with twice this three
-claims lose theirs."""
+"""Allowed relative deviation of a time: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 % of
+the times in the papers. With half of this no claim fails, and two rows get a note; with twice this three claims lose
+theirs."""
 AMPLITUDES = 0.02
-"""Allowed deviation of an amplitude, relative: expected ones are given with two to four digits, and rounding alone is
-up to 2.5 % of two. No verdict changes with half or twice this."""
+"""Allowed relative deviation of an amplitude: expected ones have two to four digits, and rounding changes two digits by
+up to 2.5 %. No verdict changes with half or twice this."""
 COUNTS = 1.0
-"""Allowed deviation of a count, absolute: a sign change at the end of a run is or is not within it."""
+"""Allowed absolute deviation of a count: a sign change at the end of a run may or may not be included."""
 
 PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
 
@@ -37,15 +37,15 @@ class ClaimVerdict(StrEnum):
     FAILS = "does not hold"
 
     def of(self, count: int) -> str:
-        """Return the verdict of so many claims, in words."""
+        """Return the number of claims with this verdict, in words."""
         return f"{count} {self if count == 1 else self.replace('holds', 'hold').replace('does', 'do')}"
 
 
 @dataclass(frozen=True)
 class Check:
-    """One part of a claim: what was looked at, what was expected and what running the model gave.
+    """One part of a claim: the quantity, its expected value and the value from running the model.
 
-    The claim itself does not depend on a check that is not essential; its failure deserves a note.
+    The verdict does not depend on a check that is not essential; its failure gets a note.
     """
 
     what: str
@@ -57,7 +57,7 @@ class Check:
 
 @dataclass(frozen=True)
 class TriedReading:
-    """Another way to read what a paper prints or leaves out, and the checks of a claim under it."""
+    """Another reading of an ambiguous or missing part of a paper, and the checks of a claim under it."""
 
     name: str
     text: str
@@ -65,17 +65,17 @@ class TriedReading:
 
     @property
     def holds(self) -> bool:
-        """Whether the claim holds under this reading."""
+        """True where the claim holds under this reading."""
         return all(check.holds for check in self.checks if check.essential)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail.
+    """A statement of a paper and the checks that decide it; `explanation` covers the checks that may fail.
 
-    What a paper says and our documents refute, in the reading that the model uses, is `refuted`: it fails when its
-    checks hold. A text that came damaged has other `readings`, and under one of them the claim may hold after all;
-    not so one about the text as it is `printed`. A claim of our `own` is a row of numbers of an independent program.
+    A claim that our documents refute, in the reading that the model uses, is `refuted`: it fails when its checks hold.
+    Damaged text has other `readings`, under one of which the claim may hold; a claim about the text as `printed` does
+    not profit from them. A claim of our `own` is a row of numbers from an independent program.
     """
 
     number: str
@@ -89,7 +89,7 @@ class Claim:
 
     @property
     def kind(self) -> str:
-        """Whose claim it is: `PAPERS` or `OWN`."""
+        """Origin of the claim: `PAPERS` or `OWN`."""
         return OWN if self.own else PAPERS
 
     @property
@@ -108,7 +108,7 @@ class Claim:
 
     @property
     def outcome(self) -> str:
-        """What trying other readings gave, in one line; empty where none was tried."""
+        """Results under other readings, in one line; empty if none was tried."""
         if not self.readings:
             return ""
         holding = [f"{r.name}: {r.text.removesuffix('.')}" for r in self.readings if r.holds]
@@ -122,23 +122,23 @@ class Claim:
 
     @property
     def expected(self) -> str:
-        """What was expected, in one line."""
+        """Expected values, in one line."""
         return "; ".join(f"{check.what}: {check.expected}" for check in self.checks)
 
     @property
     def measured(self) -> str:
-        """What was measured, in one line."""
+        """Measured values, in one line."""
         return "; ".join(f"{check.what}: {check.measured}" for check in self.checks)
 
     @property
     def note(self) -> str:
-        """The explanation where one is due, else empty."""
+        """The explanation if one is needed, else empty."""
         return "" if self.verdict is ClaimVerdict.HOLDS else self.explanation
 
 
 @dataclass(frozen=True)
 class ReadingText:
-    """A reading that is tried for a claim: its name and what it changes, in one sentence."""
+    """A reading to try for a claim: its name and its change, in one sentence."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -180,13 +180,13 @@ Checks: TypeAlias = Callable[[Runs, Expected], Sequence[Check]]
 
 
 Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
-"""By the number of a claim and the name of a reading: the checks of the claim under that reading."""
+"""Checks of a claim under a reading, by claim number and reading name."""
 
 
 def decide(
     texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
 ) -> list[Claim]:
-    """Return the claims, each with its checks, also under the readings that are tried."""
+    """Return the decided claims, each with its checks, also under other readings."""
     return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
 
 
@@ -197,9 +197,9 @@ def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], ru
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
-    """Return the checks of a reading; where a run of it is lost, numbers of the part before are no measurements.
+    """Return the checks of a reading; if one of its runs diverges, its numbers do not count as measurements.
 
-    Only of readings: a claim may be about a loop that is lost, and then has a check that says so.
+    This holds only for readings: a claim may be about a loop that diverges, and then has a check for that.
     """
     watched = WatchedRuns(runs)
     results = tuple(checks(watched, expected))
@@ -212,7 +212,7 @@ def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
 
 
 def tally(claims: Iterable[Claim]) -> dict[str, list[tuple[ClaimVerdict, int]]]:
-    """Count the papers' claims and our own rows apart, the papers' first; verdicts that none has are left out."""
+    """Count claims by verdict, the papers' claims first and our own rows second; unused verdicts are omitted."""
     several = list(claims)
     counts = {kind: Counter(claim.verdict for claim in several if claim.kind == kind) for kind in (PAPERS, OWN)}
     return {kind: [(verdict, of[verdict]) for verdict in ClaimVerdict if of[verdict]] for kind, of in counts.items()}
@@ -245,5 +245,5 @@ def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
 
 
 def beside(check: Check) -> Check:
-    """Return a check that the claim does not depend on."""
+    """Return the check marked as not essential for the claim."""
     return replace(check, essential=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files beside a paper's figures: captions, claims, studies and tables of expected numbers, read strictly."""
+"""Strict reader for a paper's data files: captions, claims, studies and tables of expected numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Data = TypeVar("Data")
 
 
 def read_data(path: Path, kind: type[Data]) -> Data:
-    """Read a TOML file as a dataclass; a class that has `__pydantic_config__` says whether other fields are refused.
+    """Read a TOML file as a dataclass; `__pydantic_config__` of the class decides whether other fields are refused.
 
     Raises
     ------
@@ -36,5 +36,5 @@ def read_data(path: Path, kind: type[Data]) -> Data:
 
 
 def _place(steps: tuple[int | str, ...]) -> str:
-    """Return a field's place in the file, entries of a list counted from one: "figure 3, caption"."""
+    """Return a field's position in the file, entries of a list counted from one: "figure 3, caption"."""
     return "".join(f" {step + 1}" if isinstance(step, int) else f", {step}" for step in steps).removeprefix(", ")

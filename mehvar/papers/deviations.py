@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The metrics that scenarios expect, against those of the runs."""
+"""Deviations of the metrics of runs from the values that scenarios expect."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Deviation:
-    """One metric of one run against its expected value; infinite means: does not settle within the run."""
+    """One metric of one run and its expected value; infinity means that it does not settle within the run."""
 
     scenario: str
     law: str
@@ -41,7 +41,7 @@ class Deviation:
 
     @property
     def holds(self) -> bool:
-        """Whether the number is reproduced."""
+        """True where the number is reproduced."""
         return abs(self.size) <= self.allowed
 
 
@@ -57,7 +57,7 @@ def deviations(runs: Runs) -> list[Deviation]:
 
 
 def of_run(manifest: Manifest, scenario: Scenario, law: str, measured: Mapping[str, float]) -> list[Deviation]:
-    """Compare the metrics of one run with those that its scenario expects of its law, if it expects any."""
+    """Compare the metrics of one run with those that its scenario expects for its law, if any."""
     return [
         Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
         for name, value in scenario.expect.get(law, {}).items()

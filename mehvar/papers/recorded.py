@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The animation of one run as it is stored: what a paper's scene draws of its own runs, drawn of this one."""
+"""Animation of a stored run, drawn by the scene of its model's paper."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A stored run as scenes look at one."""
+    """A stored run with the interface that scenes use."""
 
     t: FloatArray
     series: Mapping[str, FloatArray]
     parameters: Resolved
 
     def variables(self) -> Mapping[str, FloatArray]:
-        """Return every series by the name it has in the result."""
+        """Return every series by its name in the result."""
         return self.series
 
 
 class _RecordedRuns:
-    """Gives the one run whatever loop is asked for."""
+    """Returns the same run for any loop."""
 
     def __init__(self, model: Model, run: RecordedRun) -> None:
         self.model = model
@@ -52,15 +52,15 @@ class _RecordedRuns:
 def recorded_scene(dataset: xr.Dataset, manifest: Manifest) -> tuple[Reproduction, Scene] | None:
     """Return the paper of a run's model and the animation of the run.
 
-    None for a model that no paper draws, for one that is not installed with the text that the run was made with, and
-    for a law that lacks a series which the paper's scene shows.
+    None for a model without a paper, for one that is not installed in the version of the run, and for a law without a
+    series that the paper's scene shows.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        What `mehvar.simulate` or `mehvar.open_result` return.
+        Result of `mehvar.simulate` or `mehvar.open_result`.
     manifest : Manifest
-        The run's.
+        Manifest of the run.
     """
     name = manifest.model
     if not has_paper(name) or not is_installed(name, manifest.hash):

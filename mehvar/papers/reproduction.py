@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What reproducing a paper needs: figures, claims, an animation and a batch.
+"""Reproduction of a paper: figures, claims, an animation and a batch.
 
 A folder mehvar/papers/MODEL holds a paper's data (captions.toml, claims.toml, statements.toml, study.toml), the script
 of its scene (scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
@@ -39,10 +39,10 @@ _ROOM = Path(__file__).parent
 
 @dataclass(frozen=True)
 class FigureCaption:
-    """The words of a figure, by its number in the paper; `claims` are the numbers of those that it shows.
+    """The texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it shows.
 
-    `label` is what the paper calls it, where it numbers more than one kind of pictures. The caption of a figure whose
-    picture is `lost` ends with what the captions say of lost pictures.
+    `label` is the paper's name for it, if the paper numbers several kinds of pictures. The caption of a figure whose
+    picture is `lost` ends with the text of the captions for lost pictures.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -57,7 +57,7 @@ class FigureCaption:
 
 @dataclass(frozen=True)
 class SceneCaption:
-    """The words of the animation: a caption that is true of any run, title and what is `shown` by the paper's runs."""
+    """The texts of the animation: a caption valid for any run, a title, and the events `shown` by the paper's runs."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -68,9 +68,9 @@ class SceneCaption:
 
 @dataclass(frozen=True)
 class Captions:
-    """A paper's `captions.toml`: whose it is, how it was read, and the words of figures and animation.
+    """A paper's `captions.toml`: its authors, its reading, and the texts of figures and animation.
 
-    `cover` is the number of the figure that stands for the paper on the overview.
+    `cover` is the number of the figure that represents the paper on the overview.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -94,9 +94,9 @@ class Claims:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of those that it shows.
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of the claims that it shows.
 
-    `label` is what the paper calls it, if not by that number.
+    `label` is the paper's name for it, if it differs from that number.
     """
 
     number: int
@@ -109,7 +109,7 @@ class PaperFigure:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper's words, and the functions that draw and check what it says.
+    """A paper's texts, and the functions that draw its figures and check its claims.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class Reproduction:
         return (self.folder / "scene.js").read_text(encoding="utf-8")
 
     def claims(self, runs: Runs) -> list[Claim]:
-        """Return what became of the paper's claims."""
+        """Return the paper's decided claims."""
         return [*decide(self.texts, self.checks, runs, self.readings), *self.more_claims(runs)]
 
 
@@ -160,7 +160,7 @@ def read_reproduction(
     Raises
     ------
     InputError
-        If a file is wrong, or figures or claims are not those that the functions are for.
+        If a file is invalid, or its figures or claims do not match the functions.
     """
     captions = read_data(folder / "captions.toml", Captions)
     texts = read_data(folder / "claims.toml", Claims).claim
@@ -191,7 +191,7 @@ def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[
 
 
 def paper_models() -> list[str]:
-    """Return the known models that a paper belongs to."""
+    """Return the known models with a paper."""
     return [name for name in known_models() if has_paper(name)]
 
 
@@ -203,14 +203,14 @@ def load_reproduction(model: str) -> Reproduction:
 
 
 def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw one run: as the model's paper does, where one has the law too, else a panel for each kind and unit.
+    """Draw one run: as in the model's paper if that has the law, else with a panel for each kind and unit.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        What `mehvar.runtime.run.results.to_dataset` or `open_result` return.
+        Result of `mehvar.runtime.run.results.to_dataset` or `open_result`.
     manifest : Manifest
-        The model's.
+        Manifest of the model.
 
     Raises
     ------
@@ -224,5 +224,5 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
 
 
 def has_paper(model: str) -> bool:
-    """Return whether a paper belongs to a model."""
+    """Return True for a model with a paper."""
     return (_ROOM / identifier(model) / "reproduction.py").is_file()

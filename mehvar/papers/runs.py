@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs behind figures and claims, on this machine and with the law on a board, each computed once."""
+"""The runs behind figures and claims, on this machine and on an emulated board, each computed once."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.simulate import Run
 
 _BOARD = "mps2-m4f"
-"""A Cortex-M4F as the satellite's paper had; Unicorn runs it half as fast again as the STM32F405, whose line has more
-registers to look at."""
+"""A Cortex-M4F, as in the satellite's paper; Unicorn runs it half as fast again as the STM32F405, whose line has more
+registers to emulate."""
 _MOST_SAMPLES = 4001
-"""A board evaluates 400 (estimator) to 1200 samples a second under Unicorn, so that a law takes at most four seconds:
-80 s of a law that is sampled every 20 ms. Twice as many take twice as long."""
+"""A board evaluates 400 (estimator) to 1200 samples a second under Unicorn, so a law takes at most four seconds: 80 s
+of a law that is sampled every 20 ms. Twice as many take twice as long."""
 
 
 class Runs:
@@ -62,7 +62,7 @@ class Runs:
         return metrics(self(controller, scenario, **settings), self.model.manifest)
 
     def under(self, **settings: Any) -> Runs:
-        """Return the same loops with further settings, which a call may still override: another reading of a paper."""
+        """Return the same loops with further settings, such as another reading of a paper; a call may override them."""
         return _OtherRuns(self, settings)
 
     def board(
@@ -108,7 +108,7 @@ class Runs:
 
 
 class _OtherRuns(Runs):
-    """Loops with further settings; what is integrated is kept where the others are."""
+    """Loops with further settings; their runs are cached with the others."""
 
     def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
         super().__init__(runs.model)
@@ -121,12 +121,12 @@ class _OtherRuns(Runs):
 
 
 class WatchedRuns(_OtherRuns):
-    """The same loops, of which those that were asked for are remembered.
+    """The same loops, with a record of the requested runs.
 
     Attributes
     ----------
     seen : list of Run
-        In the order of the calls.
+        Requested runs in the order of the calls.
     """
 
     def __init__(self, runs: Runs) -> None:
@@ -136,7 +136,7 @@ class WatchedRuns(_OtherRuns):
     def __call__(
         self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
     ) -> Run:
-        """Return a run, and remember it."""
+        """Return a run, and record it."""
         run = super().__call__(controller, scenario, initial, **settings)
         self.seen.append(run)
         return run

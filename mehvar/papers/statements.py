@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a paper says, sentence by sentence, and what became of it: the entries of a paper's `statements.toml`.
+"""Statements of a paper, sentence by sentence, with verdicts: the entries of a paper's `statements.toml`.
 
-A file holds how much the paper prints, and a statement for every sentence of its abstract and conclusions, for every
-table, every figure, and every other sentence that says something checkable. A long sentence may have several entries,
-and an entry may join several short ones: entries are counted, not sentences::
+A file holds the paper's counts of equations, tables and figures. It has a statement for every sentence of abstract and
+conclusions, every table, every figure, and every other checkable sentence. A long sentence may have several entries,
+and an entry may join several short ones, so entries are counted, not sentences::
 
     [printed]
     equations = 53
@@ -18,7 +18,7 @@ and an entry may join several short ones: entries are counted, not sentences::
     figures = [4]                   # where it is shown
     remark = ""                     # needed where nothing can be judged: why, or where future work is done
 
-A statement is as good as the worst of what it rests on. What rests on nothing is not judged, and its remark says why.
+A statement gets the worst verdict of its evidence. Without evidence it is not judged, and its remark gives the reason.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ _EQUATIONS = {
 
 @dataclass(frozen=True)
 class PrintedCounts:
-    """How much a paper prints: numbered equations, tables, figures."""
+    """Numbers of numbered equations, tables and figures in a paper."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -78,7 +78,7 @@ class PrintedCounts:
 
 @dataclass(frozen=True)
 class StatementText:
-    """A sentence of a paper, and what it rests on: claims, equations of the ledger, figures."""
+    """A sentence of a paper and its evidence: claims, equations of the ledger, figures."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -102,7 +102,7 @@ class Statements:
 
 @dataclass(frozen=True)
 class Statement:
-    """A sentence and what became of it."""
+    """A sentence and its verdict."""
 
     text: StatementText
     verdict: StatementVerdict
@@ -110,7 +110,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Coverage:
-    """How many things of a kind a paper prints, how many of them are judged, and how many the report shows.
+    """Numbers of items of a kind that a paper prints, that are judged, and that the report shows.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ def judge(statements: Statements, claims: Sequence[Claim], equations: Mapping[st
     Parameters
     ----------
     statements : Statements
-        Of the paper.
+        The paper's statements.
     claims : sequence of Claim
         The decided claims.
     equations : mapping of str to str
@@ -139,7 +139,7 @@ def judge(statements: Statements, claims: Sequence[Claim], equations: Mapping[st
     Raises
     ------
     InputError
-        If a statement names a claim or an equation that does not exist, or rests on nothing and says nothing about it.
+        If a statement names an unknown claim or equation, or has neither evidence nor a remark.
     """
     by_number = {claim.number: claim.verdict for claim in claims}
     return [Statement(text, _verdict(text, by_number, equations)) for text in statements.statement]
@@ -197,7 +197,7 @@ def missing(
 def coverage(
     statements: Statements, judgements: Sequence[Statement], equations: Mapping[str, str], figures: Iterable[int]
 ) -> list[Coverage]:
-    """Count what the paper prints, what of it is judged, and what is shown.
+    """Count the items that the paper prints, that are judged, and that are shown.
 
     An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or an
     entry on the text by the list of statements.

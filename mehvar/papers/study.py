@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The batch of a paper: what is drawn at random, what counts as success. Its numbers are in `study.toml`."""
+"""The batch of a paper: its dispersions and its condition for success. Its numbers are in `study.toml`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Band:
-    """A stored series that is shown over time: the label of its axis, and whether an angle is shown in degrees."""
+    """A stored series shown over time: the label of its axis, and True for an angle in degrees."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -19,13 +19,13 @@ class Band:
 
     @property
     def scale(self) -> float:
-        """What the series is multiplied by."""
+        """Factor of the series."""
         return 180 / math.pi if self.degrees else 1.0
 
 
 @dataclass(frozen=True)
 class Study:
-    """A batch for each of some laws: what is drawn at random, what counts as success, and what is shown over time.
+    """A batch for each of some laws: dispersions, condition for success, and series shown over time.
 
     Attributes
     ----------

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics that the equations of any model must pass, and how many wrong terms are noticed.
+"""Physical laws that the equations of any model must fulfil, and tests of their sensitivity to wrong terms.
 
-`machine` evaluates a system by the names of its quantities, `gates` compares what must agree, `units` and `signature`
-need no declaration, and `mutation` changes the equations term by term. See docs/explanation/physics-gates.md.
+`machine` evaluates a system by the names of its quantities, `gates` compares values that must agree, `units` and
+`signature` need no declaration, and `mutation` changes the equations term by term. See
+docs/explanation/physics-gates.md.
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics that a wrong term must break, written once; a model declares which of it applies and how to read it.
+"""Physical laws that a wrong term must violate; a model declares which of them apply and how to read its quantities.
 
-A gate compares two sides at random points. Balances differentiate what is read along the motion and compare with what
-supplies it; symmetries move points and right-hand side together; limits compare with a smaller system.
+A gate compares two sides at random points. Balances differentiate a reading along the motion and compare it with its
+supply; symmetries transform point and right-hand side together; limits compare with a smaller system.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def gates(declared: list[Gate], subject: Machine, n: int = 12) -> dict[str, floa
 
 
 def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", where: Change | None = None) -> Gate:
-    """Require that what is read changes by what is supplied.
+    """Require that a reading changes at the rate of its supply.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", whe
 
 
 def never_rises(name: str, reading: Reading, where: Change) -> Gate:
-    """Require that what is read does not grow at the points chosen, such as energy without inputs."""
+    """Require that a reading does not grow at the chosen points, such as energy without inputs."""
 
     def sides(at: Points) -> tuple[Array, Array]:
         rate = where(at).along(lambda p: _columns(reading(p)))
@@ -166,14 +166,14 @@ MEASUREMENTS = "measurements without noise"
 
 
 def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
-    """Require that a sensor shows the truth where its random numbers are zero, their mean, whatever their size.
+    """Require that a sensor shows the truth where its random numbers are zero (their mean), whatever their size.
 
     Parameters
     ----------
     truth : callable
-        Points -> what is measured.
+        Points -> true value of the measurement.
     of : callable
-        Takes from what laws receive, shape (n, size), what is compared with it.
+        Extracts the value to compare from the vector that laws receive, shape (n, size).
     where : callable, optional
         Points -> points at which it holds, such as those without rounding.
     """

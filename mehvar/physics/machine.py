@@ -77,7 +77,7 @@ class Machine:
 
 
 def _chart(system: System) -> list[Request]:
-    """Return what belongs to regular coordinates and is no generated function by itself."""
+    """Return the functions of regular coordinates that are not generated functions by themselves."""
     chart = system.coordinates
     if chart is None:
         return []

@@ -22,9 +22,9 @@ from mehvar.physics.machine import Array, Machine, Points, Ranges, points
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13
 """Difference below which a mutant's functions count as unchanged: above the rounding of another order of operations,
-some 1e-15, and far below the tolerance of the gates, so that what they may miss counts as a survivor."""
+some 1e-15, and far below the tolerance of the gates, so that a mutant within their tolerance counts as a survivor."""
 _EQUIVALENCE_POINTS = 500
-"""A term in a branch that is rarely taken must be met before its mutant is called equivalent; gates look at six."""
+"""A mutant in a rarely taken branch must be evaluated before it is called equivalent; gates use six points."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A term and what was done to it."""
+    """A term and its change."""
 
     term: Term
     change: str
@@ -56,7 +56,7 @@ class Mutant:
 
 @dataclass
 class Tally:
-    """What became of the mutants of one structure.
+    """Results for the mutants of one structure.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def run(
     gates_of : callable
         Machine -> gates that the true equations pass.
     sample : int
-        Try so many mutants, drawn with a fixed seed; 0 for all.
+        Number of mutants to try, drawn with a fixed seed; 0 for all.
     n : int
         Points at which each gate looks.
 
@@ -147,7 +147,7 @@ def _first(gates: Iterable[Gate], at: Points) -> str:
 
 
 class _Unchanged:
-    """Whether a mutant leaves every function of the plant as it was at many points."""
+    """Test for mutants that leave every function of the plant unchanged at many points."""
 
     def __init__(self, subject: Machine) -> None:
         self.at = points(subject, _EQUIVALENCE_POINTS, seed=1)
@@ -237,7 +237,7 @@ def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
 
 
 class _Weights:
-    """Puts weights at terms; one sum has the same weights wherever it occurs in what is weighed together."""
+    """Puts weights at terms; one sum has the same weights wherever it occurs."""
 
     def __init__(self) -> None:
         self.terms: list[Term] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a change of units does to a function: its results change by the dimensions of their own units."""
+"""Check of functions under a change of units: results must change by the dimensions of their own units."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from mehvar.physics.machine import Array, Machine, draw
 from mehvar.units import dimension
 
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9, "K": 2.3, "mol": 2.9, "cd": 3.1, "deg": 1.0}
-"""Numbers of new units that make up an old one; no product of their small powers is 1, so no error cancels. A degree is
-a number of radians, whatever the units."""
+"""Number of new units in an old one; no product of their small powers is 1, so no error cancels. A degree is a number
+of radians in any units."""
 SAME_TORQUE = SCALES | {"kg": SCALES["s"] ** 2 / SCALES["m"] ** 2}
 """Units in which a newton metre stays one."""
 
@@ -42,7 +42,7 @@ def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n:
 
 
 def _with_constants(subject: Machine, scales: Mapping[str, float]) -> Machine:
-    """Return the machine whose constants of nature, numbers defined with a unit, are in the new units too."""
+    """Return the machine with its constants of nature, numbers defined with a unit, in the new units too."""
     factors = {
         step.symbol: scale(step.unit, scales)
         for step in subject.system.steps

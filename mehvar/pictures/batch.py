@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
-"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; the darker the more of them."""
+"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; darker means more runs."""
 _WORST = 3
-"""Runs that are drawn by themselves: as many as there are kinds of lines that can be told apart."""
+"""Runs drawn individually: the number of line styles that can be distinguished."""
 BINS = 60
 """Of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000 runs."""
 
@@ -35,7 +35,7 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
         One with series is drawn as quantile bands over time, with the runs in which the largest magnitude of the
         variable is largest; another one as histograms.
     names : list of str
-        Which series or metrics; all states or all metrics when there are none.
+        The series or metrics; all states or all metrics if empty.
 
     Returns
     -------

@@ -20,7 +20,7 @@ _METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""Of each format: what would differ from one time to the next is left out."""
+"""Metadata of each format that would differ between two writes, and are omitted."""
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run of two versions in one picture: what differs, old dashed, new drawn through."""
+"""Picture of one run in two versions: variables that differ, old dashed, new solid."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 6
-"""Panels: the variables that a change moves most, as many as fit on a page."""
+"""Number of panels: the variables that a change affects most, as many as fit on a page."""
 _VISIBLE = 1e-3
-"""Of a variable's size: what moves less is within the width of a line."""
+"""Change relative to a variable's size that is within the width of a line."""
 
 
 def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:

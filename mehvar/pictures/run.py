@@ -26,7 +26,7 @@ _MOST_NAMED = 12
 
 @dataclass(frozen=True)
 class Panel:
-    """Variables of one kind and unit: pairs of the dataset's variable and what it is."""
+    """Variables of one kind and unit: pairs of the dataset's variable and its meaning."""
 
     kind: str
     unit: str

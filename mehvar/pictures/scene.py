@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An animation: what moves in each run. A script of the page draws it."""
+"""Data of an animation: the moving parts of each run. A script of the page draws it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ScenePanel:
 
 @dataclass(frozen=True)
 class Scene:
-    """An animation: what moves in each run, and what is drawn over time beside it.
+    """An animation: the moving parts of each run, and series drawn over time beside it.
 
     Attributes
     ----------

@@ -32,10 +32,10 @@ _POINTS = 200
 """Numbers of runs at which convergence is drawn: a point every three pixels; each takes an interval to compute."""
 
 _PER_CELL = 10
-"""Runs in a cell of a map, on average: its share is known to 0.3 or so; with half as many a map of noise looks like a
-region, with twice as many a border is drawn half as sharp again."""
+"""Average runs in a cell of a map: its success rate is then known to 0.3 or so. With half as many, a map of noise looks
+like a region; with twice as many, borders become half as sharp again."""
 _FEWEST_CELLS = 4
-"""A side, for a batch so small that a cell has few runs: with fewer there is no border to see."""
+"""Fewest cells per side, for a batch so small that a cell has few runs: with fewer cells no border is visible."""
 
 
 class Runs:
@@ -46,7 +46,7 @@ class Runs:
     dataset : xarray.Dataset
         What `mehvar.batch` returns.
     success : str, optional
-        What a run must fulfil to succeed; what the batch was asked for unless given.
+        Condition for success; the batch's own condition unless given.
     """
 
     def __init__(self, dataset: xr.Dataset, success: str | None = None) -> None:
@@ -76,13 +76,13 @@ class Runs:
         return [str(name) for name in self.dataset[dimension].values]
 
     def axis(self, name: str) -> str:
-        """Return a name with its unit, as an axis has it."""
+        """Return a name with its unit, for an axis."""
         unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else ""
         return f"{name} [{pretty_unit(unit)}]" if unit else name
 
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
-        """Whether each run reached its end and fulfils the condition, if there is one."""
+        """True for each run that reached its end and fulfils the condition, if there is one."""
         status = self.dataset["status"].values
         if not self.condition:
             return np.isin(status, COMPLETE)
@@ -101,7 +101,7 @@ class Runs:
 
     @property
     def headline(self) -> str:
-        """What was run, how often, and how often it succeeded."""
+        """Title of the batch, its number of runs, and its number of successes."""
         about, n = self.dataset.attrs, self.successful.size
         condition = f" ({self.condition})" if self.condition else ""
         return (
@@ -129,7 +129,7 @@ def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_
 
 
 def scatter_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> Figure:
-    """Draw one number of each run against another; runs that succeed and runs that do not have colours of their own."""
+    """Draw one number of each run against another; colours distinguish successful runs from the others."""
     across, up = runs.column(x), runs.column(y)
     figure = canvas(6.5, 4.5)
     ax = figure.subplots()

@@ -71,7 +71,7 @@ def require_matplotlib() -> None:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Apply the style, whatever the user's own settings are."""
+    """Apply the style, regardless of the user's settings."""
     require_matplotlib()
     import matplotlib.style
     from cycler import cycler
@@ -83,10 +83,10 @@ def style() -> Iterator[None]:
 
 @contextmanager
 def interactive_style() -> Iterator[None]:
-    """Apply the style to figures of pyplot's, whose backend is loaded first.
+    """Apply the style to figures of pyplot, whose backend is loaded first.
 
-    A notebook's backend makes pyplot interactive when it is loaded, which pyplot puts off until it draws. Were that
-    within the style, leaving it would take that back, and a notebook would show the first picture only.
+    Loading a notebook's backend makes pyplot interactive, but pyplot postpones it to the first drawing. Within the
+    style, leaving the block would revert that, and a notebook would show only the first picture.
     """
     require_matplotlib()
     from matplotlib import pyplot
@@ -110,11 +110,11 @@ def interactive(width: float, height: float) -> Figure:
 
 @functools.cache
 def _figure_class() -> type[Figure]:
-    """Return the class of figures whose texts can be anybody's."""
+    """Return the class of figures that accept any text."""
     from matplotlib.figure import Figure
 
     class TextProof(Figure):
-        """A figure that shows texts as they are where they are no mathematics."""
+        """A figure that shows texts literally unless they are mathematics."""
 
         def draw(self, renderer: Any) -> None:
             _make_drawable(self)
@@ -145,7 +145,7 @@ def _make_drawable(figure: Figure) -> None:
 
 
 def text_figure(text: str) -> Figure:
-    """Return a figure that says in words why there is nothing to see."""
+    """Return a figure with a text that explains why there is no picture."""
     figure = new_figure(7.0, 1.0)
     figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
     return figure
@@ -174,7 +174,7 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
 
 
 def case_text(about: Mapping[str, Any]) -> str:
-    """Return what was run, of the attributes of a run or a batch: "paper, theta_0 = 0.3" of the scenario paper."""
+    """Return the case from a run's or batch's attributes, as in "paper, theta_0 = 0.3" for the scenario paper."""
     if "campaign" in about:
         campaign = json.loads(about["campaign"])
         plain = {name: row.default for name, row in OPTIONS.items()}
@@ -188,7 +188,7 @@ def case_text(about: Mapping[str, Any]) -> str:
 
 
 def headline(dataset: xr.Dataset) -> str:
-    """Return what was run and, when it ended early, why."""
+    """Return the title and case of a run and, if it ended early, the reason."""
     text = f"{dataset.attrs['title']} (scenario {case_text(dataset.attrs)})"
     if dataset.attrs["status"] in [status.text for status in COMPLETE]:
         return text

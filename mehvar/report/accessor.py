@@ -56,24 +56,24 @@ class Animation:
 
 @xarray.register_dataset_accessor("mehvar")  # type: ignore[no-untyped-call]
 class Results:
-    """What a run, or the runs of a batch, say of themselves.
+    """Results of a run, or of the runs of a batch: plots, tables and pages.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        What `mehvar.simulate`, `mehvar.batch` or `mehvar.open_result` return.
+        Result of `mehvar.simulate`, `mehvar.batch` or `mehvar.open_result`.
 
     Raises
     ------
     InputError
-        From any method, for a dataset that is none of these.
+        From any method, for any other dataset.
     """
 
     def __init__(self, dataset: xarray.Dataset) -> None:
         self._dataset = dataset
 
     def plot(self, *names: str, success: str | None = None) -> list[Axes]:
-        """Draw a run: states, inputs and outputs, with its settling times. Of a batch: histograms, or bands over time.
+        """Draw a run: states, inputs and outputs, with its settling times. For a batch: histograms, or bands over time.
 
         Parameters
         ----------
@@ -163,7 +163,7 @@ class Results:
         )
 
     def compare(self, other: xarray.Dataset) -> pandas.DataFrame:
-        """Return how far another run is from this one, a row for each variable that both have.
+        """Return the deviations of another run from this one, a row for each variable that both have.
 
         Parameters
         ----------

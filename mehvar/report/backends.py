@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our own text of the functions against CasADi's: every function at random points, and whole runs."""
+"""Comparison of our generated code with CasADi's: every function at random points, and whole runs."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 POINTS = 500
-"""Of each function: a second of work for all of them; what differs in the printing differs at every one."""
+"""Points per function: a second of work for all of them; a difference in printing shows at every point."""
 _SPREAD = 0.1
-"""Of a point around one of a run, relative to the value and to the largest of its series. Much more leaves the sets in
-which the functions are defined; much less leaves out what the run does not reach."""
+"""Spread of a point around one of a run, relative to the value and to the largest of its series. Much more leaves the
+domains of the functions; much less misses what the run does not reach."""
 TOLERANCE = 1e-13
-"""Of a function, relative to its largest result at a point: 450 roundings, where the largest difference seen is of 90,
-in six times as many points. The oracle of the tests has the same."""
+"""Relative to the largest result of a function at a point: 450 roundings, where the largest difference found is 90, in
+six times as many points. The oracle of the tests has the same."""
 _STEADY = TOLERANCE / 4
-"""What the numbers next to the arguments may move a function by where it is compared. Two texts round differently in
-several places, so each differs from the other by a few such moves: with the tolerance itself differences come up to
+"""Largest change of a function by rounding its arguments at compared points. Two versions of code round differently in
+several places, so each differs from the other by a few such changes. With the tolerance itself differences come up to
 9.3e-14, and another compiler may fail; with half of it up to 4.8e-14, with this 2.0e-14, with half of this 1.2e-14."""
 
 _NEIGHBOURS = 32
@@ -53,7 +53,7 @@ class FunctionAgreement:
 
     @property
     def same(self) -> bool:
-        """Whether both are the same to rounding."""
+        """True where both agree within rounding error."""
         return self.points > 0 and self.difference <= TOLERANCE
 
 
@@ -72,7 +72,7 @@ class RunAgreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """What both texts of a model make of its functions and of its laws' runs."""
+    """Results of both versions of a model's code, for its functions and for runs of its laws."""
 
     functions: Sequence[FunctionAgreement]
     runs: Sequence[RunAgreement]
@@ -84,7 +84,7 @@ class Agreement:
 
     @property
     def same(self) -> bool:
-        """Whether every function is the same to rounding."""
+        """True where every function agrees within rounding error."""
         return not self.different
 
     @property
@@ -104,8 +104,8 @@ def agreement(runs: Runs) -> Agreement:
 def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreement:
     """Compare a function at random points around those of a run.
 
-    Nothing is compared where ours is not finite, nor where the numbers next to the arguments move it by more than a
-    quarter of the tolerance, as beside a pole: there no two texts agree, and neither is wrong.
+    Skipped are points where ours is not finite, and ill-conditioned points, where rounding the arguments changes the
+    result by more than a quarter of the tolerance, as beside a pole. There any two versions of code differ.
     """
     function = ours.manifest.functions[name]
     values = points(function, run)
@@ -130,7 +130,7 @@ def _neighbours(values: Sequence[FloatArray]) -> Iterator[list[FloatArray]]:
 
 
 def points(function: Function, run: Run) -> list[FloatArray]:
-    """Draw arguments of a function: what the run has of them, spread at random."""
+    """Return random arguments of a function, spread around the values of the run."""
     rng = np.random.default_rng(sum(map(ord, function.name)))
     rows = rng.integers(len(run.t), size=POINTS)
     known = _series(run)
@@ -138,7 +138,7 @@ def points(function: Function, run: Run) -> list[FloatArray]:
 
 
 def _series(run: Run) -> Mapping[str, FloatArray]:
-    """Return what a run knows of arguments by their names, a row for each sample."""
+    """Return a run's values by the names of arguments, a row for each sample."""
     constant = {name: np.tile(getattr(run.parameters, name), (len(run.t), 1)) for name in "pcs"}
     rows = {"x": run.x, "q": run.x, "u": run.u, "v": run.u, "u_cmd": run.u_cmd, "z": run.z}
     return constant | rows | {"t": run.t} | run.variables()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The batch of a system: how often its laws succeed, and the bands of what they do over time."""
+"""The batch of a system: success rates of its laws, and bands of their series over time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _COLORS = (BLUE, VERMILLION)
 
 @dataclass(frozen=True)
 class Batch:
-    """What the batches of a study say: for each law its title and statistics, and the metrics of the condition."""
+    """Results of the batches of a study: title and statistics of each law, and the metrics of the condition."""
 
     study: Study
     laws: Sequence[tuple[str, Statistics]]
@@ -43,16 +43,16 @@ class Batch:
 
 
 def run_study(model: Model, study: Study, advance: Callable[[float, str], None]) -> Batch:
-    """Run the batch of each law of a study; the same numbers each time.
+    """Run the batch of each law of a study, with the same numbers each time.
 
     Parameters
     ----------
     model : Model
         On the C backend.
     study : Study
-        The question: what is drawn at random, and what is counted.
+        The question: dispersions, and the condition for success.
     advance : callable
-        Called with the share that is done, and what.
+        Called with the finished share, and the current work.
     """
     stores: list[tuple[str, Store]] = []
     for k, (law, title) in enumerate(study.laws.items()):

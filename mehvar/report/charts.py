@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a figure's panels over time show, as data for an interactive chart: the figure is the only description."""
+"""Data of a figure's panels over time, for an interactive chart; the figure is the only description."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def chart(figure: Figure) -> dict[str, Any] | None:
     Returns
     -------
     dict
-        `columns` side by side; `whole`, whether nothing of the figure is left out; and per panel: `title`, `label`
+        `columns` side by side; `whole`, true if the chart has all of the figure; and per panel: `title`, `label`
         (HTML), `x` and the `y` of each line (see `encode`), initial limits, horizontal `levels`, vertical `marks`.
     """
     shown = [ax for ax in figure.axes if _over_time(ax)]
@@ -64,7 +64,7 @@ def _over_time(ax: Axes) -> bool:
 def text(label: str) -> str:
     """Return a label with Matplotlib's mathematics as HTML."""
     parts = re.split(r"\$([^$]*)\$", html.escape(printable(label), quote=False))
-    if not all(map(_is_mathematics, parts[1::2])):  # dollars of somebody's own
+    if not all(map(_is_mathematics, parts[1::2])):  # dollar signs of the user
         return html.escape(printable(label).replace(r"\$", "$"), quote=False)
     return "".join(_mathematics(part) if k % 2 else part for k, part in enumerate(parts))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the report says about one paper: everything is computed here, nothing is written."""
+"""Content of the report on one paper: everything is computed here, nothing is written."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the page: a name that is unique there, texts, the picture, and its chart if it is over time.
+    """A figure of the page: a unique name, texts, the picture, and a chart for panels over time.
 
     `heading` says which figure of the paper it is, or that it is beyond the paper.
     """
@@ -69,7 +69,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class BeyondReport:
-    """What the page says about the structure beyond a paper, whose claims are not the paper's."""
+    """Content of the page about the structure beyond a paper, with claims of our own."""
 
     words: BeyondWords
     manifest: Manifest
@@ -85,7 +85,7 @@ class BeyondReport:
 
 @dataclass(frozen=True)
 class PaperReport:
-    """What the page says about one paper; `seconds` by what they were needed for."""
+    """Content of the page about one paper; `seconds` has the computing time by purpose."""
 
     model: Model
     paper: Reproduction
@@ -139,7 +139,7 @@ def beyond_folders(names: Sequence[str]) -> dict[str, Path]:
 
 
 def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advance) -> PaperReport:
-    """Run everything that the page says about a paper.
+    """Run everything for the page about a paper.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advanc
     beyond : Path
         Folder of the structure beyond the paper.
     advance : callable
-        Called with what is done, 1, and what is being done.
+        Called with the finished share, 1, and the current work.
     """
     paper, runs, clock = load_reproduction(name), Runs(load(name)), _Clock()
     advance(0.0, 1.0, f"{name}: claims")
@@ -189,7 +189,7 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advanc
 
 
 def _beyond(name: str, paper: Runs, runs: Runs) -> BeyondReport:
-    """Run what lies beyond a paper, beside the paper's runs."""
+    """Run a paper's extension, beside the paper's runs."""
     beyond, old, new = load_beyond(name), paper.model.manifest, runs.model.manifest
     claims = beyond.claims(paper, runs)
     pictures = [

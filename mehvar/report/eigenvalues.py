@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     ComplexArray = NDArray[np.complex128]
 
 SHOWN = 4
-"""Fills a line of the table."""
+"""Number of eigenvalues that fill a line of the table."""
 _SAME = 0.01
-"""Of an eigenvalue: what it may move by when the state moves by as little as the run's own tolerance. Those of smooth
-loops move by 1e-8 of the largest, those of a law at its kink by all of themselves; half or twice changes no row."""
+"""Relative change of an eigenvalue allowed when the state changes within the run's tolerance. Those of smooth loops
+change by 1e-8 of the largest, those of a law at its kink completely; half or twice changes no row."""
 _ROUNDING = 1e-5
 """Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
 
@@ -81,7 +81,7 @@ def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
 
 
 def _within_tolerance(run: Run) -> Iterator[FloatArray]:
-    """Yield the end of a run, and states that its tolerances do not tell from it: off in one element, either way."""
+    """Yield the end of a run, and states within its tolerances: changed in one element, either way."""
     x = run.x[-1]
     yield x
     off = np.diag(float(run.options["rtol"]) * np.abs(x) + float(run.options["atol"]))
@@ -89,7 +89,7 @@ def _within_tolerance(run: Run) -> Iterator[FloatArray]:
 
 
 def _same(some: ComplexArray, others: ComplexArray) -> bool:
-    """Whether each eigenvalue of some is among others; not where one is not a number."""
+    """Return True if each eigenvalue is among the others; False if one is not a number."""
     if not (np.isfinite(some).all() and np.isfinite(others).all()):
         return False
     distance = np.abs(some[:, None] - others).min(axis=1)

@@ -47,7 +47,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Formulas:
-    """Formulas under a heading that opens: pairs of what each is and the formula as MathML."""
+    """Formulas under a heading that opens: pairs of a title and a formula as MathML."""
 
     title: str
     formulas: Sequence[tuple[str, Markup]]
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Part:
-    """What has a form of its own, as HTML, with the pictures in it."""
+    """A part of the page with its own HTML form, and its pictures."""
 
     html: Markup
     pictures: Sequence[Picture] = ()
@@ -98,7 +98,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """Title, lead and sections of a page; `others` are the pages beside it: what they are called and their files."""
+    """Title, lead and sections of a page; `others` are the titles and files of related pages."""
 
     title: str
     sections: Sequence[Section]

@@ -67,7 +67,7 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
 
 
 def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation: of the paper's own runs with what they show, or of any runs, which end at `until`."""
+    """Return a paper's animation: of its own runs with their events, or of any runs, which end at `until`."""
     words = paper.captions.scene
     if until is None:
         return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
@@ -136,7 +136,7 @@ def number(value: float) -> str:
 
 
 def deviation(number: Deviation) -> str:
-    """Return how far a number is from what was expected."""
+    """Return the deviation of a number from its expected value."""
     value = number.size
     if not math.isfinite(value) or not math.isfinite(number.expected):
         return "–"

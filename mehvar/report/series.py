@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Series for a page: only the samples that a picture needs, and numbers as compact text."""
+"""Series for a page: thinned to the visible samples, and encoded as compact text."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 _FAR = 1e9
-"""Where a value that is not finite is put: so far off that the sample is kept, and so are its neighbours."""
+"""Substitute for a value that is not finite: so far off that the sample and its neighbours are kept."""
 
 TOLERANCE = 3e-4
-"""Largest distance of a left-out sample from the straight line through those that are kept, over the series' range.
+"""Largest distance of an omitted sample from the straight line through the kept ones, over the series' range.
 
-A third of a pixel of a chart that is 1000 pixels high: nothing that could be seen is left out.
+This is a third of a pixel in a chart 1000 pixels high, so no visible sample is omitted.
 """
 
 
@@ -59,7 +59,7 @@ def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDAr
 
 
 def _scaled(column: FloatArray) -> FloatArray:
-    """Return a column over its range; what is not finite lies far from everything."""
+    """Return a column relative to its range; values that are not finite lie far from all others."""
     finite = column[np.isfinite(column)]
     span = float(np.ptp(finite)) if finite.size else 0.0
     return np.where(np.isfinite(column), column / (span or 1.0), _FAR)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page says about a model, a run or a batch: its sections, from committed equations and from results."""
+"""Pages about a model, a run or a batch: their sections, from committed equations and from results."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def model_sections(model: Model) -> list[Section]:
 
 
 def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
-    """Return the sections of a run: what it did, with what numbers, and the equations if they are those here.
+    """Return the sections of a run: results, numbers, and the equations if the run used the present ones.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
 
 
 def batch_sections(runs: Runs) -> list[Section]:
-    """Return the sections of a batch: success, its numbers, how they spread, and what made it.
+    """Return the sections of a batch: success, numbers, spread and origin.
 
     Raises
     ------
@@ -155,9 +155,9 @@ def batch_sections(runs: Runs) -> list[Section]:
 
 
 def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
-    """Return the animation of a run: by its paper, else by the geometry that its model declares; None without either.
+    """Return the animation of a run: by its paper, else by its model's geometry; None without either.
 
-    None too for a model that is not here with the text that the run was made with: its functions place the points.
+    Also None for a model that is not installed in the version of the run, since its functions place the points.
     """
     name = manifest.model
     if not is_installed(name, manifest.hash):
@@ -191,7 +191,7 @@ def _animation(stage: Stage | None) -> list[Section]:
 
 
 def _groups_of(names: Sequence[str], most: int) -> list[Sequence[str]]:
-    """Return names in groups of at most so many."""
+    """Return names in groups of at most `most`."""
     return [names[k : k + most] for k in range(0, len(names), most)]
 
 
@@ -218,7 +218,7 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
 
 
 def _installed_derivation(model: str, digest: str) -> list[Section]:
-    """Return the derivation of the model here that has this hash; nothing where there is none."""
+    """Return the derivation of the installed model with this hash; empty if there is none."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
 
 

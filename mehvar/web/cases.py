@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs that a page begins with: every law in every scenario that it can run, with what this machine computes."""
+"""Initial runs of a page: every law in every scenario that it can run, with this machine's results."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Case:
 
     @property
     def evaluations(self) -> int:
-        """How often the law of a sampled loop is evaluated."""
+        """Number of evaluations of the law in a sampled loop."""
         return (len(self.t) - 1) // self.hold_every + 1
 
     @property
@@ -75,7 +75,7 @@ def cases_of(model: Model) -> list[Case]:
 def _case(model: Model, law: Controller, scenario: Scenario) -> Case | None:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # advice about parameters is for who chooses them
+            warnings.simplefilter("ignore")  # advice about parameters is for the user who sets them
             run = simulate(model, law.name, scenario.name)
     except InputError:
         return None

@@ -32,7 +32,7 @@ _UPLOT = "report/uplot"
 
 
 def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
-    """Write a page on which a model runs: sliders, plots, its geometry in motion, a checksum of every number.
+    """Write a page that runs a model: sliders, plots, animated geometry, a checksum of every number.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
 
 
 def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
-    """Return what simulator.js and live.js read: the module, the model's names, and the runs."""
+    """Return the input of simulator.js and live.js: the module, the model's names, and the runs."""
     options = RunOptions()
     ticks = list({case.t.tobytes(): case.t for case in cases}.values())
     return {

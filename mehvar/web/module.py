@@ -33,14 +33,14 @@ _HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
 
 
 def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
-    """Return the module, which imports nothing.
+    """Return the module, which has no imports.
 
     Parameters
     ----------
     manifest : Manifest
         Of the model.
     cases : sequence of Case
-        The longest of them decide how much memory there is.
+        The runs; the longest decide the amount of memory.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
 
 
 def zig_available() -> bool:
-    """Return whether pages that run can be made here."""
+    """Return True if live pages can be made here."""
     try:
         zig_toolchain()
     except MissingError:
@@ -66,7 +66,7 @@ def zig_available() -> bool:
 
 
 def zig_toolchain() -> Toolchain:
-    """Return the compiler for WebAssembly, or raise MissingError that says how to get it."""
+    """Return the compiler for WebAssembly, or raise MissingError with install instructions."""
     try:
         return toolchain("zig")
     except MissingError as error:
@@ -89,7 +89,7 @@ def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: 
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
-    """Return whether a model calls a function that only a C library has: a hyperbolic one, for the most part."""
+    """Return True for a model that calls a function of the C library, mostly a hyperbolic one."""
     names = re.findall(r"^MV_DEFINE_LIBM\((\w+)\)", sources["mehvar/private/libm.h"], re.MULTILINE)
     calls = re.compile(rf"\bmv_(?:{'|'.join(names)})\(")
     return any(calls.search(text) for name, text in sources.items() if "/" not in name)
@@ -111,7 +111,7 @@ def c_sources(manifest: Manifest, cases: Sequence[Case]) -> dict[str, str]:
 
 
 def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
-    """Return the text of web_model.h; native/web/web.c says what its names are."""
+    """Return the text of web_model.h; native/web/web.c explains its names."""
     laws = list(manifest.controllers.values())
     sizes = {
         "NP": len(manifest.parameters),

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many closed loops: what varies, how they are computed, stored and summed up."""
+"""Batches of closed loops: dispersions, computation, storage and statistics."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One block of runs: what it holds, and how it is computed."""
+"""One block of runs: its contents and its computation."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from .plan import Plan
 from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
 
 Values = Mapping[str, NDArray[Any]]
-"""What a store takes for the runs of one block, by name."""
+"""Values of the runs of one block in a store, by name."""
 
 Missing = Sequence[tuple[int, range]]
-"""Numbers of blocks, each with its runs."""
+"""Block numbers, each with its runs."""
 
 Provenance = Mapping[str, str | int]
-"""What computed a block: compiler, lanes, flags, versions."""
+"""The origin of a block: compiler, lanes, flags, versions."""
 
 BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None, None]]
 """Computes blocks that a store does not have yet, in any order."""
@@ -48,18 +48,18 @@ class Blocks:
     Parameters
     ----------
     plan : Plan
-        Which runs.
+        The runs.
     threads : int
-        That compute one block.
+        Threads that compute one block.
 
     Attributes
     ----------
     instants : array
-        Of the stored series, s.
+        Instants of the stored series, s.
     numerics : Numerics
-        What decides the bits of the runs on this machine.
+        Everything that decides the bits of the runs on this machine.
     provenance : mapping
-        What computes them.
+        The origin of the blocks.
 
     Raises
     ------
@@ -86,11 +86,11 @@ class Blocks:
 
     @property
     def samples(self) -> int:
-        """How often the loop of a run is looked at."""
+        """Number of sampling steps of a run."""
         return math.ceil(self._t_end / self._dt)
 
     def variables(self) -> list[Variable]:
-        """Return what a store holds for each run."""
+        """Return the variables that a store holds for each run."""
         manifest, wide, events = self.plan.model.manifest, self.quantities(), self._kernel.loop.events
         flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
         drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
@@ -131,7 +131,7 @@ class Blocks:
         return coordinates
 
     def scalars(self) -> dict[str, str]:
-        """Return the unit of every name that stands for one number per run, as conditions use them."""
+        """Return the unit of every name that conditions can use, one number per run each."""
         wide = {name: quantity.unit for name, quantity in self.quantities().items()}
         return {
             **{label: q.unit for label, q in zip(self.plan.labels(), self.plan.quantities(), strict=True)},
@@ -151,7 +151,7 @@ class Blocks:
         return {name: quantities[name] for name in self._kernel.variables}
 
     def compute(self, first: int, count: int, stop: Callable[[], bool] | None = None) -> Values | None:
-        """Return the values of the runs from `first` on by the names in a store; None when it was to stop."""
+        """Return the values of `count` runs from `first` on, by their names in a store; None when `stop` ended it."""
         plan = self.plan
         draw = plan.draw(first, count)
         bad = ~draw.possible
@@ -191,7 +191,7 @@ class Blocks:
 
 
 def check_names(variables: list[Variable]) -> None:
-    """Refuse a model in which one name means two things in a store."""
+    """Refuse a model in which two variables of a store would have the same name."""
     names = [variable.name for variable in variables]
     twice = [name for name in names if names.count(name) > 1]
     if twice:

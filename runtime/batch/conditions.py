@@ -44,7 +44,7 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
 }
 _DEEPEST = 100
-"""Levels of a condition, far more than anybody writes, and a tenth of what Python's own stack bears."""
+"""Levels of a condition: far more than a user needs, and a tenth of the depth of Python's stack."""
 _STATUS = "status"
 _WORDS = {status.name.lower(): int(status) for status in Status}
 _USAGE = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
@@ -58,15 +58,15 @@ class Criterion:
     text : str
         Comparisons (< <= > >=) of sums and products of numbers, abs(...), and names of one number per run; `and`,
         `or`, `not` join them. `final(NAME)`, `minimum(NAME)`, `maximum(NAME)` take a variable of the runs,
-        `events(NAME)` counts an event. `status == WORD` and `status != WORD` are about how a run ended, `==` and `!=`
-        otherwise about counts and whole numbers.
+        `events(NAME)` counts an event. `status == WORD` and `status != WORD` test how a run ended. Otherwise `==`
+        and `!=` accept only counts and whole numbers.
     origin : str
-        How messages call the text.
+        Origin of the text in error messages.
 
     Raises
     ------
     InputError
-        If the text is no such condition, or names no number of a run.
+        If the text is no such condition, or names a number that a run does not have.
     """
 
     def __init__(self, text: str, origin: str = "success") -> None:
@@ -82,34 +82,34 @@ class Criterion:
             raise self._refused(f"{_USAGE}: it names no number of a run")
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
-        """Return for which runs it holds; comparisons with NaN do not. The values have every name of `names`."""
+        """Return True for the runs that fulfil it; NaN compares as false. `values` has every name of `names`."""
         with np.errstate(all="ignore"):
             result: NDArray[np.bool_] = np.asarray(self._holds(values), dtype=np.bool_)
         return result
 
     def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
-        """Return which runs succeed: they fulfil the condition and came to their end, unless it names the status.
+        """Return True for runs that fulfil the condition and completed; a condition on the status replaces the latter.
 
         Parameters
         ----------
         status : array
             How each run ended.
         column : callable
-            Returns one number of each run by its name.
+            Returns one number of each run by name.
         """
         counted = tuple(Status) if _STATUS in self.names else COMPLETE
         holds = self({name: status if name == _STATUS else column(name) for name in self.names})
         return np.isin(status, counted) & holds
 
     def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for names that are not known or have no number, and for numbers of different units.
+        """Raise InputError for unknown names, names without a number, and comparisons of different units.
 
         Parameters
         ----------
         units : mapping of str to str
-            Of each number of a run by name.
+            Unit of each number of a run, by name.
         notes : mapping of str to str
-            Why some have no number.
+            Reasons why some names have no number.
         """
         for name in sorted(self.names - {_STATUS}):
             if name not in units:
@@ -122,7 +122,7 @@ class Criterion:
                     self._alike(one, other, units)
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
-        """Return what two numbers that are compared or added are; None of numbers without a name, which fit all."""
+        """Return the kind of two numbers that are compared or added; None for plain numbers, which fit every kind."""
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
             what = f"{ast.unparse(one)} is in {first.unit}, {ast.unparse(other)} in {second.unit}"
@@ -155,7 +155,7 @@ class Criterion:
         return bad_value(self._origin, self.text, allowed)
 
     def _condition(self, node: ast.expr) -> _Value:
-        """Return what evaluates a node that holds or does not."""
+        """Return the evaluator of a node that is true or false."""
         match node:
             case ast.BoolOp(op=op, values=nodes):
                 parts = [self._condition(part) for part in nodes]
@@ -177,7 +177,7 @@ class Criterion:
         raise self._refused()
 
     def _whole(self, left: ast.expr, right: ast.expr) -> int:
-        """Return what the status or a count is compared with."""
+        """Return the whole number that the status or a count is compared with."""
         name = _name(left) or ""
         match right:
             case ast.Name(id=word) if name == _STATUS and word in _WORDS:
@@ -190,7 +190,7 @@ class Criterion:
         )
 
     def _number(self, node: ast.expr) -> _Value:
-        """Return what evaluates a node that is a number for each run."""
+        """Return the evaluator of a node that is one number per run."""
         if (name := _name(node)) == _STATUS:
             raise self._refused("without numbers of the status, as in 'status == event'")
         if name is not None:
@@ -215,7 +215,7 @@ class Criterion:
         raise self._refused()
 
     def _finite(self, value: float) -> float:
-        """Return a constant as a double; one that is too large, such as 1/0, is no number that somebody means."""
+        """Return a constant as a double; refuse one that overflows, such as 1/0."""
         with contextlib.suppress(OverflowError):
             if math.isfinite(value):
                 return float(value)
@@ -224,7 +224,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class _Kind:
-    """What a number is in: a unit, its dimension, and whether it is an angle, which of a product nobody knows."""
+    """Unit of a number, its dimension, and whether it is an angle (None: unknown, as for a product)."""
 
     unit: str
     dimension: Dimension
@@ -232,19 +232,19 @@ class _Kind:
 
     @staticmethod
     def of(unit: str) -> _Kind:
-        """Return what a number with this unit is in; one that is not of the SI is a kind of its own."""
+        """Return the kind of a number with this unit; a unit outside the SI is its own kind."""
         try:
             return _Kind(unit, dimension(unit), has_radians(unit))
         except ValueError:
             return _Kind(unit, {unit: Fraction(1)}, None)
 
     def fits(self, other: _Kind) -> bool:
-        """Whether the two can be compared."""
+        """Return True where the two can be compared."""
         return self.dimension == other.dimension and (None in (self.angle, other.angle) or self.angle == other.angle)
 
 
 def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
-    """Return what one number times a power of another is in; None where neither has a unit."""
+    """Return the kind of one number times a power of another; None where neither has a unit."""
     if other is None:
         return one
     if one is None and power == 1:
@@ -255,7 +255,7 @@ def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
 
 
 def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
-    """Refuse a tree that is deeper than what walks it by recursion can go."""
+    """Refuse a tree that is too deep for the recursive functions."""
     level: list[ast.AST] = [tree]
     for _ in range(_DEEPEST):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
@@ -265,7 +265,7 @@ def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
 
 
 def _name(node: ast.expr) -> str | None:
-    """Return what a node looks up: NAME, or final(NAME) and the like."""
+    """Return the name that a node looks up: NAME, or final(NAME) and the like."""
     match node:
         case ast.Name(id=name):
             return name

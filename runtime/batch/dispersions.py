@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What varies from run to run: distributions written as in `m1 = "normal(50, 2)"`.
+"""Dispersions: distributions of parameters and states, written as in `m1 = "normal(50, 2)"`.
 
-Every distribution maps numbers in (0, 1) to values through its quantile, so any design of points serves. The
-arithmetic is the same to the last bit on every machine.
+Every distribution maps numbers in (0, 1) to values through its quantile, so any sampling design works. Its results
+are bit-identical on every machine.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class Dispersion:
     listed: int = 0
 
     def centre(self) -> dict[str, float]:
-        """Return the values at the middle of the unit cube; a vector points along its last axis."""
+        """Return the values at the centre of the unit cube; a vector points along its last axis."""
         u = np.full((1, len(self.names)), 0.5)
         if self.text.startswith("sphere"):
-            u[0, -1] = 0.6  # anything but 0.5, the quantile of which is zero: a zero vector points nowhere
+            u[0, -1] = 0.6  # at 0.5 all components are zero, and a zero vector has no direction
         return dict(zip(self.names, map(float, self.quantile(u)[0]), strict=True))
 
 
@@ -63,12 +63,12 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
         lognormal(mu, sigma), triangular(low, mode, high), choice(value, ...), or values(value, ...) with one value for
         each run; for several names normal([means], [rows of the covariance matrix]) or sphere(radius).
     origin : str
-        How messages call the texts.
+        Origin of the texts in error messages.
 
     Raises
     ------
     InputError
-        For a text that is not understood, arguments that make no distribution, or a name that is given twice.
+        For a text that cannot be read, arguments that define no distribution, or a name that is given twice.
     """
     for names, text in vary.items():
         if not isinstance(text, str):
@@ -90,7 +90,7 @@ def split(item: str) -> tuple[str, str]:
 
 
 class _RefusedError(ValueError):
-    """Arguments that make no distribution."""
+    """Arguments that define no distribution."""
 
 
 def _normal(names: int, mean: float, sd: float) -> Quantile:
@@ -127,7 +127,7 @@ def _choice(names: int, *values: float) -> Quantile:
 
 
 def _sphere(names: int, radius: float = 1.0) -> Quantile:
-    """Muller, Communications of the ACM 2 (1959): a vector of normal numbers has a uniform direction."""
+    """Return a uniform direction from normal numbers: Muller, Communications of the ACM 2 (1959)."""
     _require(names >= 2 and radius > 0)
 
     def quantile(u: FloatArray) -> FloatArray:
@@ -158,7 +158,7 @@ def _correlated(names: int, means: tuple[float, ...], covariance: tuple[tuple[fl
 
 
 def _cholesky(matrix: tuple[tuple[float, ...], ...]) -> list[list[float]]:
-    """Return the rows of the lower factor; LAPACK's last digits would depend on the machine."""
+    """Return the rows of the lower Cholesky factor; LAPACK's last digits would depend on the machine."""
     rows: list[list[float]] = []
     for i, entries in enumerate(matrix):
         row: list[float] = []
@@ -204,7 +204,7 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
 
 
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
-    """Return name and arguments of a call written in Python's way, its lists as tuples of floats."""
+    """Return name and arguments of a call in Python syntax, with its lists as tuples of floats."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them

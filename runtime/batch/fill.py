@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many runs into a store, block by block; what is stored is never computed again."""
+"""Filling of a store with runs, block by block; stored blocks are never computed again."""
 
 from __future__ import annotations
 
@@ -40,31 +40,31 @@ if TYPE_CHECKING:
     from distributed import Client
 
 BatchProgress = Callable[[int, int, int], None]
-"""Called with the runs stored, the runs in all, and how many of the stored ones did not reach their end."""
+"""Called with the number of stored runs, of all runs, and of stored runs that did not reach their end."""
 
 _FEWEST, _MOST = 512, 65536  # runs per block
-_SHORT, _SAMPLES = 4096, 2**20  # at least so many runs per block, unless that is more samples
-_BLOCKS = 256  # that a large batch has about
+_SHORT, _SAMPLES = 4096, 2**20  # blocks of short runs have at least 4096 runs, but at most 2**20 samples
+_BLOCKS = 256  # approximate number of blocks of a large batch
 _BLOCK_BYTES = 2**26
 REFUSALS = 3
-"""Runs per block whose refusal a store explains: as many as statistics show. Each costs a run's share of a
-millisecond and a line; the others are as many numbers in the store."""
+"""Impossible runs per block whose reason a store keeps: as many as the statistics show. Each reason costs a fraction
+of a millisecond and a line of text; the other runs only have their status."""
 
 _MOST_THREADS = 1024
-"""More than the processors of any one machine that batches are run on; each thread has work memory of its own."""
+"""More than the processors of any machine that runs batches; each thread has its own work memory."""
 _THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
 _RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
 
 
 class OutOfMemoryError(MehvarError, MemoryError):
-    """There is not enough memory for the next block; what is stored is kept."""
+    """Not enough memory for the next block; the store keeps what it has."""
 
     exit_status = 3
     resumable = True
 
 
 class ImpossibleRunError(InputError):
-    """A run was drawn whose values are not allowed, and the batch was to stop there."""
+    """A run with drawn values that are not allowed, in a batch that stops there."""
 
     resumable = True
 
@@ -92,19 +92,19 @@ def run_batch(
     model : Model, str or path
         A loaded model on the C backend, or what `load` takes.
     campaign : Campaign
-        Which runs.
+        The runs.
     out : path, optional
         The store, a new folder; kept in memory unless given.
     resume : bool
-        Continue the store `out`, which may also be absent or complete; what of it is damaged is computed again.
+        Continue the store `out`, which may also be absent or complete; its damaged blocks are computed again.
     success : str, optional
-        What a run must fulfil to count as a success, besides reaching its end, by time or event; see `Condition`.
+        Condition that a successful run fulfils besides reaching its end, as a time or an event; see `Condition`.
     until : str, optional
-        Stop as soon as the runs so far fulfil this, as in "ci(success) < 0.01"; see `StopRule`.
+        Stop as soon as the completed runs fulfil this, as in "ci(success) < 0.01"; see `StopRule`.
     strict : bool
         Stop at the first run whose drawn values are not allowed, instead of marking it.
     threads : int, optional
-        Of this process; one per available processor unless given.
+        Threads of this process; one per available processor unless given.
     client : distributed.Client, optional
         Workers that compute the blocks; this process unless given.
     chunk : int, optional
@@ -112,9 +112,9 @@ def run_batch(
     report : callable, optional
         Called at the start and after each block.
     own : OwnLaw, optional
-        The law, where it is none of the model's but in Python; the campaign has its name.
+        A law written in Python instead of a law of the model; the campaign has its name.
     origin : str
-        How error messages call the arguments.
+        Origin of the arguments in error messages.
 
     Returns
     -------
@@ -124,12 +124,12 @@ def run_batch(
     Raises
     ------
     InputError
-        For anything unknown, out of bounds or infeasible; for a store of another batch; for a run that is not allowed,
-        when strict.
+        For anything unknown, out of bounds or infeasible; for a store of another batch; with `strict`, for a run that
+        is not allowed.
     StoreError
-        If the store cannot be written. What it has is kept, and `resume` goes on from there.
+        If the store cannot be written. It keeps its blocks, and `resume` continues from there.
     OutOfMemoryError, ClusterError
-        If there is not enough memory, or the scheduler is lost; likewise.
+        If memory does not suffice, or the scheduler is lost. The store keeps its blocks here too.
     """
     check_arguments("text", origin, success=success, until=until)
     check_arguments("path", origin, out=out)
@@ -184,7 +184,7 @@ def _opened(
     chunk: int | None,
     rules: dict[str, str],
 ) -> Store:
-    """Make the store, or open the one that is to be continued."""
+    """Make the store, or open the one to continue."""
     path = None if out is None else Path(out)
     layout = _layout(plan, blocks, chunk, rules)
     if path is None or not resume or not path.exists():
@@ -229,7 +229,7 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
 
 
 def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, str]) -> None:
-    """Refuse to continue a store that was made otherwise, and say in what."""
+    """Refuse to continue a store of another batch, and name the difference."""
     for name, value in identity.items():
         stored = attributes.get(name, "")
         if stored == value:
@@ -248,23 +248,23 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
 
 
 def _other_lines(old: str, new: str) -> tuple[str, str]:
-    """Return the lines that only one of two texts has."""
+    """Return the lines of each text that the other text lacks."""
     lines = [text.splitlines() for text in (old, new)]
     first, second = ("\n".join(line for line in one if line not in other) for one, other in (lines, lines[::-1]))
     return first, second
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
-    """Return what two campaigns differ in: name, old and new value; equal ones when it is nothing."""
+    """Return the first difference of two campaigns: name, old and new value; equal values if there is none."""
     name = next((name for name in new if old.get(name) != new[name]), "campaign")
     return name, old.get(name), new.get(name)
 
 
 def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
-    """Return a power of two: some hundred blocks in a large batch, each small enough for memory.
+    """Return the runs per block, a power of two: some hundred blocks in a large batch, each small enough for memory.
 
-    Storing a block takes some tens of milliseconds whatever is in it, so short runs come in larger blocks, unless a
-    stop rule looks at each.
+    Storing a block takes some tens of milliseconds whatever its size. Short runs therefore come in larger blocks,
+    unless a stop rule is evaluated after each block.
     """
     fewest = _FEWEST if stops else max(_FEWEST, min(_SHORT, _SAMPLES // samples))
     runs = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
@@ -272,7 +272,7 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
 
 
 def _source(model: Model) -> str:
-    """Return what `load` finds this model by."""
+    """Return the name or path by which `load` finds this model."""
     folder = model.manifest.folder
     return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
 
@@ -302,7 +302,7 @@ class _Filling:
         self._prefix = self._prefix_runs = self._prefix_successes = 0
 
     def run(self, source: BlockSource) -> None:
-        """Count what is stored and whole, then store what is missing or damaged."""
+        """Count the intact stored blocks, then store missing and damaged ones."""
         store = self._store
         verification = store.verify()
         _tell_damage(store, verification.damaged)
@@ -323,12 +323,12 @@ class _Filling:
             store.end(store.n)
 
     def _refusals(self, block: int, status: NDArray[Any]) -> dict[str, str]:
-        """Return why the first impossible runs of a block are impossible."""
+        """Return the reasons why the first impossible runs of a block are impossible."""
         runs = self._store.runs(block).start + np.flatnonzero(status == IMPOSSIBLE)[:REFUSALS]
         return {str(run): self._plan.refusal(run) for run in runs.tolist()}
 
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
-        """Count a stored block; true when the stop rule is fulfilled, and the store then ends there."""
+        """Count a stored block; return True when the stop rule is fulfilled, which ends the store there."""
         self._stored += len(status)
         self._failed += int(np.count_nonzero(~np.isin(status, COMPLETE)))
         impossible = np.flatnonzero(status == IMPOSSIBLE)
@@ -345,7 +345,7 @@ class _Filling:
             self._report(self._stored, self._store.n, self._failed)
 
     def _ends(self, rule: StopRule) -> bool:
-        """Look at the runs from 0 on without a gap, so that the end depends on no order; cut the store there."""
+        """Apply the stop rule to the runs from 0 on without a gap, so that block order is irrelevant; cut the store."""
         while self._prefix in self._successes:
             self._prefix_runs += len(self._store.runs(self._prefix))
             self._prefix_successes += self._successes[self._prefix]
@@ -357,7 +357,7 @@ class _Filling:
 
 
 def _here(blocks: Blocks) -> BlockSource:
-    """Compute blocks in this process, the next one while the last one is stored."""
+    """Return a source that computes blocks in this process, the next one while the last one is stored."""
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
         stop = threading.Event()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many runs of one closed loop at once, summed up while they run."""
+"""Compiled batch kernel: many runs of one closed loop at once, reduced to summaries while they run."""
 
 from __future__ import annotations
 
@@ -35,24 +35,24 @@ from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
-_CHUNKS = 16  # per thread: at the end one may work alone for a sixteenth of the time, with half as many for an eighth
-_PATIENCE = 0.1  # seconds between two questions whether to stop: what a user waits for at most
+_CHUNKS = 16  # per thread: at the end one may work alone for a sixteenth of the time; with half as many, for an eighth
+_PATIENCE = 0.1  # seconds between two checks of `stop`: a user waits at most this long
 
 
 @dataclass(frozen=True)
 class Block:
-    """What is kept of n runs, one row each.
+    """Results of n runs, one row each.
 
     Attributes
     ----------
     final : array, (n, nx)
         State at `t_stop`.
     minimum, maximum : array, (n, variables)
-        Of the recorded samples; NaN where one is NaN.
+        Extremes of the recorded samples; NaN where one is NaN.
     metrics : array, (n, metrics)
         In the manifest's order.
     status : array of uint8, (n,)
-        A `Status` each.
+        The `Status` of each run.
     violated : array of int32, (n,)
         Index of the limit that ended the run, or -1.
     t_stop : array, (n,)
@@ -62,11 +62,11 @@ class Block:
     steps : array of int64, (n,)
         Accepted steps.
     series : array, (n, samples, variables)
-        Samples on the grid that was asked for, NaN after the run's end; no samples unless asked for.
+        Samples on the requested grid, NaN after the run's end; no samples unless requested.
     t_stiff : array, (n,)
-        Where `method="auto"` found the run stiff, s; NaN otherwise.
+        Instant at which `method="auto"` found the run stiff, s; NaN otherwise.
     events : array of int64, (n, events)
-        How often each event of the loop happened.
+        Number of occurrences of each event of the loop.
     """
 
     final: FloatArray
@@ -104,13 +104,13 @@ def compile_kernel(
     choices : mapping, optional
         Choices of the model, as in {"plant": "reduced"}.
     options : RunOptions, optional
-        How to integrate and sample; end time and sampling step are given with the runs.
+        Integration and sampling options; end time and sampling step are given with the runs.
     lanes : int, optional
-        Runs worked on at once by one thread: 1, 2, 4 or 8; what the processor has registers for unless given.
+        Runs that one thread computes at once: 1, 2, 4 or 8; chosen by the processor's registers unless given.
     own : OwnLaw, optional
-        The law, where it is none of the model's but in Python; `controller` is its name.
+        A law written in Python instead of a law of the model; `controller` is its name.
     origin : str
-        How error messages call these arguments.
+        Origin of these arguments in error messages.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def compile_kernel(
 
 @dataclass(frozen=True)
 class _Request:
-    """What all runs of a call share; see `Kernel.run`."""
+    """Arguments that all runs of a call share; see `Kernel.run`."""
 
     seed: int
     t_end: float
@@ -158,7 +158,7 @@ class _Request:
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled loop; `compile_kernel` makes it."""
+    """A compiled loop, made by `compile_kernel`."""
 
     loop: KernelLoop
     library: ctypes.CDLL
@@ -169,7 +169,7 @@ class Kernel:
 
     @functools.cached_property
     def variables(self) -> tuple[str, ...]:
-        """Names of what is recorded, in the order of the columns: as in a result file."""
+        """Names of the recorded variables, in the order of the columns of a result file."""
         return self.loop.variables
 
     def run(
@@ -186,12 +186,12 @@ class Kernel:
         threads: int = 1,
         stop: Callable[[], bool] | None = None,
     ) -> Block | None:
-        """Integrate n runs; with `method="auto"` those that turn out to be stiff again from the start by `STIFF`.
+        """Integrate n runs; `method="auto"` integrates runs that turn out stiff again from the start by `STIFF`.
 
         Parameters
         ----------
         first_run, seed : int
-            Number of the first run, and the seed: what the noise depends on.
+            Number of the first run, and the seed: the noise depends on both.
         p, c, s : array, (n, parameters)
             Parameters of plant, law and scenario. The law's period is the same in all runs.
         x0 : array, (n, nx)
@@ -203,16 +203,16 @@ class Kernel:
         threads : int
             How many to use.
         stop : callable, optional
-            Asked now and then whether to give up.
+            Called now and then; ends the computation when it returns True.
 
         Returns
         -------
-        Block, or None when told to stop
+        Block, or None when `stop` ended it
 
         Raises
         ------
         InputError
-            For instants that do not fit one another.
+            For instants that do not fit together.
         """
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
@@ -232,12 +232,12 @@ class Kernel:
 
     @functools.cached_property
     def stiff(self) -> Kernel:
-        """The kernel of the runs that are stiff to this one, compiled for the first of them."""
+        """Kernel for the runs that this one finds stiff, compiled for the first of them."""
         loop = self.loop.stiff
         return replace(self, loop=loop, library=_library(loop, self.options.profile, self.lanes))
 
     def _integrate(self, arrays: Mapping[str, NDArray[Any]], request: _Request) -> Block | None:
-        """Integrate runs with this kernel's method; None when told to stop."""
+        """Integrate runs with this kernel's method; return None when `stop` ended it."""
         p, t_end, dt, save_every = arrays["p"], request.t_end, request.dt, request.save_every
         schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
@@ -269,7 +269,7 @@ class Kernel:
         return block if complete else None
 
     def check(self, p: FloatArray, t_end: float, dt: float) -> None:
-        """Refuse instants that do not fit one another, for runs with the parameters p of the plant, shape (n, np).
+        """Refuse instants that do not fit together, for runs with the plant parameters p, shape (n, np).
 
         Raises
         ------
@@ -279,7 +279,7 @@ class Kernel:
         self._schedule(p, t_end, dt)
 
     def _schedule(self, p: FloatArray, t_end: float, dt: float) -> tuple[Any, FloatArray]:
-        """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
+        """Return the shared data of all runs as a C structure, and the ticks it points to, which must outlive it."""
         hold = self._hold(p)
         ticks, record_every, hold_every = _ticks(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
@@ -298,7 +298,7 @@ class Kernel:
         return schedule, ticks
 
     def _hold(self, p: FloatArray) -> float | None:
-        """Return the hold time, which all runs share."""
+        """Return the hold time, the same for all runs."""
         period = self.loop.controller.period
         if period is None:
             return self.options.hold
@@ -309,7 +309,7 @@ class Kernel:
         return float(column[0])
 
     def _in_step(self, job: Any, ticks: FloatArray, blocks: int, threads: int, stop: Callable[[], bool] | None) -> bool:
-        """Run all blocks from one sample of a law in Python to the next; return whether they are complete."""
+        """Run all blocks from one sample of a law in Python to the next; return True when they are complete."""
         assert self.own is not None
         manifest, library, every = self.loop.manifest, self.library, job.schedule.hold_every
         widths = {"x": len(manifest.seen), "r": len(manifest.references), "u": len(manifest.inputs)}
@@ -319,7 +319,7 @@ class Kernel:
         place = places.ctypes.data + -places.ctypes.data % _ALIGNMENT
         own = _Own(places=place, **{name: array.ctypes.data for name, array in rows.items()})
         shares = list(itertools.pairwise(blocks * k // threads for k in range(threads + 1)))
-        # a run that has ended shows the law what it ended with, which need not be finite
+        # for a run that has ended, the law gets its last values, which need not be finite
         with ThreadPoolExecutor(threads) as pool, np.errstate(all="ignore"):
 
             def each(function: Any, *until: int) -> None:
@@ -339,7 +339,7 @@ class Kernel:
 
     @functools.cached_property
     def _metric_structures(self) -> tuple[Any, Any]:
-        """Return the metrics and their signals as C structures."""
+        """The metrics and their signals as C structures."""
         columns = {name: i for i, name in enumerate(self.variables)}
         metrics, signals = [], []
         for metric in self.loop.metrics:
@@ -361,7 +361,7 @@ _RESULTS = {
     **{name: name for name in ("steps", "events", "violated")},
     **{"metric_values": "metrics", "status": "status", "t_stiff": "t_stiff"},
 }
-"""Where the fields of a job are in a block."""
+"""Attributes of a block by field of a job."""
 
 
 _STRUCTURES = structures("step/schedule.h", "batch/job.h", "batch/lockstep.h")
@@ -371,14 +371,15 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 
 LONGEST_SCHEDULED = 10_000
-"""Operations of a function, above which gcc does not order its statements, whose time grows faster than their number.
-Slosh with sixteen pendulums, 6840 operations, compiles in 10.9 instead of 22.6 s without, but a right-hand side takes
-1.07 times as long; with 32 it compiles in 32 instead of 102 s, with 64 in 105 instead of 447 (the longer ones on
-another machine). Half would take the sixteen in, twice would leave the 32 out."""
+"""Operations of a function above which gcc does not schedule its instructions, because the time grows faster than the
+number of operations. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling and 10.9 s
+without, but a right-hand side then takes 1.07 times as long. Without it, 32 pendulums compile in 32 instead of 102 s,
+64 in 105 instead of 447 s (these two on another machine). Half this value would include the sixteen pendulums, twice
+would exclude the 32."""
 
 
 def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, ...]:
-    """Return what a kernel is compiled with besides the flags of every library."""
+    """Return the compiler flags of a kernel, besides the flags of every library."""
     contract = "off" if profile == "portable" else "fast"
     short = max(function.operations for function in loop.calls.values()) <= LONGEST_SCHEDULED
     scheduling = require_compiler().scheduling if short else ()
@@ -427,7 +428,7 @@ def _in_threads(
     halt: ctypes.c_int32,
     stop: Callable[[], bool] | None,
 ) -> bool:
-    """Run all blocks, a few at a time in each thread; return whether they are complete."""
+    """Run all blocks, a few at a time in each thread; return True when they are complete."""
     chunk = max(1, blocks // (_CHUNKS * threads))
     starts, lock = iter(range(0, blocks, chunk)), threading.Lock()
     size = library.mv_work_size(ctypes.byref(job))
@@ -452,19 +453,19 @@ def _in_threads(
                 halt.value = 1
     except BaseException:
         halt.value = 1
-        wait(running)  # what they write to is about to go
+        wait(running)  # before the memory that they write to is freed
         raise
     return not halt.value
 
 
 _ticks = functools.lru_cache(maxsize=4)(ticks_of)
-"""A campaign has the instants of its blocks, and perhaps another's beside it."""
+"""Cache of instants: a campaign has those of its blocks, and perhaps those of another campaign."""
 
 
 @functools.lru_cache(maxsize=4)
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Return threads that are there for the next call too."""
+    """Return a thread pool that is kept for the next call."""
     return ThreadPoolExecutor(threads)
 
 
-os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive it
+os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive a fork

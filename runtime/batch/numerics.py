@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What decides the bits of a run besides its numbers: texts, flags, profile. One batch has one of it."""
+"""Everything besides its numbers that decides the bits of a run: sources, flags, profile. A batch has one of each."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DRAWING = (
     *("batch/plan.py", "batch/sampling.py", "batch/dispersions.py", "batch/blocks.py", "batch/kernel.py"),
     *("run/ticks.py", "run/problem.py", "model/parameters.py"),
 )
-"""Modules of the runtime that compute numbers of runs, hand them to the loop, or say which runs are possible."""
+"""Modules of the runtime that compute numbers of runs, pass them to the loop, or decide which runs are possible."""
 
 _MEANINGS = {
     "generated": "the generated text of the model",
@@ -39,18 +39,18 @@ _MEANINGS = {
 class Numerics:
     """Hashes and texts: runs of equal numerics have equal bits.
 
-    In the portable profile compilers, lanes and processors do not change a bit, and are left out.
+    Compilers, lanes and processors do not change a bit in the portable profile, and are omitted there.
 
     Attributes
     ----------
     generated : str
-        Of the model's C text and its manifest.
+        Hash of the model's generated C code and its manifest.
     native, drawing : str
-        Of the C around it as it is compiled; of what draws values and marks runs.
+        Hash of the C code around it as compiled; hash of the modules that draw values and mark runs.
     options : str
-        JSON of the options of every run, those at their defaults too, whatever build has them.
+        JSON of the options of every run, including those at their defaults.
     flags, profile, processor : str
-        What the text is compiled with.
+        Compiler flags and settings.
     """
 
     generated: str
@@ -62,12 +62,12 @@ class Numerics:
     processor: str
 
     def text(self) -> str:
-        """Return it as a store keeps it and as a worker gets it."""
+        """Return it as JSON, as stores and workers use it."""
         return json.dumps(asdict(self), sort_keys=True)
 
 
 def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) -> Numerics:
-    """Return the numerics of a kernel on this machine, for a design of points and the options of every run."""
+    """Return the numerics of a kernel on this machine, for a sampling design and the options of every run."""
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
@@ -88,19 +88,19 @@ def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) ->
 
 
 def generated_digest(manifest: Manifest) -> str:
-    """Return a hash of all text of a model that a batch compiles, and of its manifest."""
+    """Return a hash of the code of a model that a batch compiles, and of its manifest."""
     return _digest({**generated_sources(manifest), "manifest.json": manifest.text})
 
 
 def provenance(kernel: Kernel) -> dict[str, str | int]:
-    """Return what computed a block: compiler, lanes, flags, machine and versions. It names no host and no time."""
+    """Return the origin of a block: compiler, lanes, flags, machine and versions. It names no host and no time."""
     flags = " ".join((*FLAGS, *kernel_flags(kernel.loop, kernel.options.profile, kernel.lanes)))
     about = {"compiler": require_compiler().version, "flags": flags, "machine": platform.machine()}
     return {**about, "lanes": kernel.lanes, **versions()}
 
 
 def other_numerics(stored: str, here: str) -> str:
-    """Say in what two numerics, as texts, differ; nothing when they do not."""
+    """Return the differences of two numerics given as JSON; an empty text if there are none."""
     old, new = json.loads(stored), json.loads(here)
     names = [name for name in new if name != "options" and old.get(name) != new[name]]
     parts = [f"{_MEANINGS[name]} ({_short(old.get(name))}, here {_short(new[name])})" for name in names]
@@ -108,7 +108,7 @@ def other_numerics(stored: str, here: str) -> str:
 
 
 def other_options(stored: str, here: Mapping[str, object]) -> list[str]:
-    """Say in what the options of a store, as a text, and those of a plan differ."""
+    """Return the differences between the options of a store, given as JSON, and those of a plan."""
     old = json.loads(stored)
     return [
         f"{name} = {old.get(name)!r}, here {here.get(name)!r}"

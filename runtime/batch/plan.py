@@ -34,20 +34,20 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Campaign:
-    """Everything that decides the numbers of a batch, and nothing else.
+    """All settings that decide the numbers of a batch.
 
     Parameters
     ----------
     controller, scenario : str
         The law and the scenario; the model's first scenario for None.
     n, seed : int
-        Number of runs; what all random numbers start from.
+        Number of runs; seed of all random numbers.
     vary : mapping of str to str
-        Names of parameters or states to distributions, as `read_dispersions` takes them. A state is varied at t = 0.
+        Distributions by name of a parameter or state, as `read_dispersions` takes them. A state varies at t = 0.
     parameters, initial : mapping
         Parameters and initial states that all runs share.
     sampling : str
-        Design of the drawn points, see `Sampler`.
+        Sampling design, see `Sampler`.
     options : mapping
         Options and choices as in `simulate`, `t_end`, `dt_out`, `method`, `plant` and so on, and `profile`.
     save_every : float, optional
@@ -69,7 +69,7 @@ class Campaign:
     )
 
     def json_text(self) -> str:
-        """Return the campaign as a store keeps it and as a worker gets it."""
+        """Return the campaign as JSON, as stores and workers use it."""
         return json.dumps(asdict(self), sort_keys=True)
 
 
@@ -78,9 +78,9 @@ CAMPAIGN_OPTIONS = rows(Campaign)
 
 @dataclass(frozen=True)
 class Draw:
-    """Runs first, first + 1, ...: drawn values and the vectors that follow from them, one row per run.
+    """Runs first, first + 1, ...: drawn values and the resulting vectors, one row per run.
 
-    `possible` tells the runs that bounds, constraints and limits allow.
+    `possible` is True for the runs that bounds, constraints and limits allow.
     """
 
     first: int
@@ -93,25 +93,25 @@ class Draw:
 
 
 class Plan:
-    """A campaign fitted to a model; `draw` gives its runs.
+    """A campaign fitted to a model; `draw` returns its runs.
 
     Attributes
     ----------
     names : tuple of str
-        The dispersed names, in the order of the columns of `Draw.values`.
+        The dispersed names, in column order of `Draw.values`.
     nominal : Resolved
-        Parameters at the middle of every dispersion, which must be possible.
+        Parameters at the centre of every dispersion, which must be possible.
     options : RunOptions
         Options of every run.
     choices : mapping
         Choices of the model by name.
     own : OwnLaw or None
-        The law, where it is none of the model's but in Python.
+        A law written in Python instead of a law of the model.
 
     Raises
     ------
     InputError
-        For unknown names, distributions that are none, or a nominal run that is impossible.
+        For unknown names, invalid distributions, or a nominal run that is impossible.
     """
 
     def __init__(self, model: Model, campaign: Campaign, origin: str = "the call", own: OwnLaw | None = None) -> None:
@@ -144,7 +144,7 @@ class Plan:
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
     def effective(self) -> dict[str, Any]:
-        """Return the options of every run by name: as given, or else at the default, the scenario's or this build's."""
+        """Return the options of every run by name: as given, or else the default of the scenario or this build."""
         scenario = {"t_end": self.scenario.duration, "dt_out": self.scenario.step}
         options = {name: getattr(self.options, name) for name, row in OPTIONS.items() if "batch" not in row.refused}
         return options | {
@@ -153,16 +153,16 @@ class Plan:
 
     @property
     def sampled(self) -> bool:
-        """Whether the law is sampled."""
+        """True for a sampled law."""
         return self.options.hold is not None or self.law.period is not None
 
     @property
     def noisy(self) -> bool:
-        """Whether the runs have noise."""
+        """True for runs with noise."""
         return self.model.manifest.random(self.sampled)
 
     def labels(self) -> tuple[str, ...]:
-        """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
+        """Return the dispersed names as a store has them: a state as `initial_NAME`."""
         return tuple(name if self._is_parameter(name) else f"{INITIAL}{name}" for name in self.names)
 
     def quantities(self) -> tuple[Quantity, ...]:
@@ -174,7 +174,7 @@ class Plan:
         return tuple(quantities[name] for name in self.names)
 
     def draw(self, first: int, count: int) -> Draw:
-        """Return the runs first ... first + count - 1; a run is the same whichever others are drawn with it."""
+        """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it."""
         values = self._values(first, count)
         vectors = [np.tile(v, (count, 1)) for v in (self.nominal.p, self.nominal.c, self.nominal.s)]
         drawn = dict(zip(self.names, values.T, strict=True))
@@ -192,13 +192,13 @@ class Plan:
         return dict(zip(self.names, map(float, self._values(run, 1)[0]), strict=True))
 
     def settings(self, run: int) -> tuple[dict[str, float], dict[str, float]]:
-        """Return parameters and initial states that a single run is given to repeat this one."""
+        """Return the parameters and initial states with which a single run repeats this one."""
         drawn = self.drawn(run)
         parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
         return {**self.campaign.parameters, **parameters}, {**self._initial, **self._only_states(drawn)}
 
     def refusal(self, run: int) -> str:
-        """Say why a run is impossible; nothing when it is not."""
+        """Return the reason why a run is impossible; an empty text when it is possible."""
         try:
             self._resolved(self.drawn(run), f"run {run}")
         except InputError as error:
@@ -210,7 +210,7 @@ class Plan:
         return f"the initial state of run {run} is outside the limits: {state}"
 
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
-        """Return the campaign with the time for which a law in Python holds an input, as that of a sampled law."""
+        """Return the campaign with the time for which a law in Python holds its input, as for a sampled law."""
         if "hold" in campaign.options:
             allowed = "left out: only laws of the model are sampled by it, others by period"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
@@ -221,7 +221,7 @@ class Plan:
         return replace(campaign, options={**campaign.options, "hold": hold})
 
     def _checked(self, campaign: Campaign) -> Campaign:
-        """Return the campaign as a store keeps it: every value as its row takes it, no option at its default."""
+        """Return the campaign as a store keeps it: values converted and checked, options at their defaults removed."""
         numbers: dict[str, Any] = {
             name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
         }
@@ -275,7 +275,7 @@ class Plan:
         return {name: value for name, value in values.items() if not self._is_parameter(name)}
 
     def _started(self, x0: FloatArray, states: Mapping[str, ArrayLike]) -> FloatArray:
-        """Put initial states that are given by name into x0, shape (..., nx)."""
+        """Write named initial states into x0, shape (..., nx), and return it."""
         for name, value in states.items():
             x0[..., self._states[name]] = value
         return x0
@@ -304,7 +304,7 @@ class Plan:
         check_read(self.model.manifest, self.law, suffix, self.sampled, parameters, states, self.origin)
 
     def _fill_formulas(self, c: FloatArray) -> None:
-        """Compute the law parameters that follow from others, as `resolve` does for one run."""
+        """Compute the law parameters that depend on others, as `resolve` does for one run."""
         places = [i for i, q in enumerate(self.law.parameters) if q.formula is not None]
         derived = [i for i, q in enumerate(self.law.parameters) if self._follows(q)]
         if not derived:
@@ -340,7 +340,7 @@ class Plan:
 
 
 def _within(parameters: Sequence[Parameter], values: FloatArray) -> NDArray[np.bool_]:
-    """Return which rows keep the bounds of every parameter."""
+    """Return True for the rows within the bounds of every parameter."""
     good = np.array(np.isfinite(values).all(axis=1))
     for parameter, column in zip(parameters, values.T, strict=True):
         good &= column > parameter.lower if parameter.lower_open else column >= parameter.lower

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run of a batch again, alone and with everything recorded."""
+"""Repetition of one run of a batch, with all variables recorded."""
 
 from __future__ import annotations
 
@@ -30,33 +30,33 @@ from .store.store import Store
 
 
 class TrustError(InputError):
-    """Repeating a run would compile and run a model that nobody but the store names."""
+    """Repeating a run would compile and run a model that only the store names."""
 
 
 def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, trust: bool = False) -> Plan:
-    """Return the plan that a store was made from.
+    """Return the plan of a store.
 
-    A model is code, and a store is data: which code runs is never for the store to say.
+    A model is code and a store is data, so a store never decides which code runs.
 
     Parameters
     ----------
     store : Store
-        Which.
+        The store.
     model : Model, str or path, optional
-        The model to take, as `load` takes it. Unless given, the installed one of the store's model's name, if its text
-        hashes to what the store has recorded.
+        The model, as `load` takes it. Unless given, the installed model of the same name, if the hash of its code is
+        the one recorded in the store.
     trust : bool
-        Take the model that the store names, if its text hashes to what the store has recorded.
+        Take the model that the store names, if the hash of its code is the one recorded in the store.
 
     Raises
     ------
     InputError
-        If the law was one in Python, or the options that this build has for the campaign are others.
+        If the law was one in Python, or this build's options for the campaign differ.
     TrustError
-        If only the store says where the model is, or it has changed since.
+        If only the store says where the model is, or the model has changed since.
     """
     law = store.attributes["controller"]
-    if "law" in store.attributes or law == OPEN_LOOP:  # before the model: no trust in it brings the law back
+    if "law" in store.attributes or law == OPEN_LOOP:  # before the model: trust in it would not bring the law back
         what = "an open loop" if law == OPEN_LOOP else law
         raise InputError(
             f"{store.name} was run under {what}, which no store keeps: repeat a run with mehvar.simulate, "
@@ -72,13 +72,13 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
 
 
 def is_model_of(store: Store, model: Model) -> bool:
-    """Whether a store was made from this text."""
+    """Return True if a store was made from this model's code."""
     return generated_digest(model.manifest) == _recorded_digest(store)
 
 
 def _trusted_model(store: Store, trust: bool) -> str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
-    installed = shipped_models().get(name)  # not that of the folder one stands in, which may have come with the store
+    installed = shipped_models().get(name)  # not one of the working folder, which may have come with the store
     if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
         return str(installed)
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
@@ -93,7 +93,7 @@ def _trusted_model(store: Store, trust: bool) -> str:
 
 
 def _way(store: Store, name: str, source: str, there: bool) -> str:
-    """Say which model somebody can name for a store whose model is not installed."""
+    """Return advice on the model to name for a store whose model is not installed."""
     own = project_models().get(name)
     if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
         return f"that in {own} has this text: to take it, mehvar simulate {name} --from STORE --run ID"
@@ -144,11 +144,11 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
 
 
 def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
-    """Say how a repeated run differs from the stored one: nothing when no bit does, None when it is not stored.
+    """Describe how a repeated run differs from the stored one: empty if no bit differs, None if it is not stored.
 
-    Every variable of the store is compared, but for the state at the end of a run that did not reach its end, which
-    lies between samples, and for the error of a method with a fixed step, which a batch alone estimates; of the
-    attributes, those that say which run it is.
+    Every variable of the store is compared, with two exceptions. The final state of a run that ended early lies
+    between samples. The error of a method with a fixed step is estimated only in batches. Attributes are compared
+    where they identify the run.
     """
     block = number // store.chunk
     if not store.has(block):
@@ -170,8 +170,8 @@ def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
 
 
 def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
-    """Return a run as a store has it, by the names of its variables."""
-    reports = {output.name for output in run.controller.outputs}  # of the law, which a store does not keep
+    """Return a run by the names of the store's variables."""
+    reports = {output.name for output in run.controller.outputs}  # of the law; a store does not keep them
     series = {name: values for name, values in run.variables().items() if name not in reports}
     wide = np.stack(list(series.values()), axis=1)
     own = {
@@ -188,7 +188,7 @@ def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
 
 
 def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the series at the instants that a store has; NaN after the end of a run."""
+    """Return the series at the stored instants; NaN after the end of a run."""
     if plan.campaign.save_every is None:
         return {}
     dt, end = float(run.options["dt_out"]), float(run.options["t_end"])
@@ -199,7 +199,7 @@ def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, 
 
 
 def _facts(plan: Plan) -> dict[str, Any]:
-    """Return the attributes of a store that follow from its campaign and the model."""
+    """Return the attributes of a store that depend only on its campaign and the model."""
     manifest = plan.model.manifest
     return {
         **{"model": manifest.model, "model_hash": manifest.hash, "structure": json.dumps(manifest.structure)},

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of the unit cube for runs: run i gets the same bits however a batch is cut into pieces.
+"""Points of the unit cube for runs: the same bits for run i however a batch is divided.
 
-Random numbers are counter based (Philox): one stream per seed and name, and run i reads place i of it.
+Random numbers are counter based (Philox): one stream per seed and name, of which run i reads number i.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ WordArray = NDArray[np.uint64]
 Design = Literal["random", "latin", "sobol", "saltelli"]
 
 DESIGNS: tuple[Design, ...] = get_args(Design)
-OPEN_DESIGNS: tuple[Design, ...] = ("random", "sobol")  # the first runs are the same whatever n is
+OPEN_DESIGNS: tuple[Design, ...] = ("random", "sobol")  # the first runs do not depend on n
 _BLOCK = 4  # words that Philox makes per counter value
 _ROUNDS = 8
-"""Four rounds make a pseudorandom permutation (Luby and Rackoff 1988) of large halves; those of a small batch have a
-few bits, and eight mix them too. Fewer would still be a permutation, with strata of neighbouring runs related."""
+"""Four rounds make a pseudorandom permutation (Luby and Rackoff 1988) of large halves. Halves of a small batch have a
+few bits, and eight rounds mix them too. Fewer would still permute, but relate the strata of neighbouring runs."""
 _SOBOL_BITS = 32
-"""Digits of a point and of the number of points: 4e9 runs. Half a cell is added, so that no point is 0."""
+"""Binary digits of a point and of the number of points: 4e9 runs. Half a cell is added, so no point is 0."""
 _SOBOL_LOCK = threading.Lock()
 
 
@@ -47,7 +47,7 @@ class Sampler:
         runs for variance based sensitivities (Saltelli 2010): a point A, a point B, and A with one factor at a time
         from B.
     factors : sequence of tuple of str
-        Names of the dimensions, those that vary together in one tuple.
+        Names of the dimensions; names that vary together share a tuple.
     n : int
         Runs of the whole batch.
     seed : int
@@ -90,7 +90,7 @@ class Sampler:
         return np.minimum(result, 1 - 2.0**-53)  # the last stratum may be rounded up to 1
 
     def _saltelli(self, first: int, count: int) -> FloatArray:
-        """Return rows A, B, then A with each factor from B, group after group."""
+        """Return rows A, B, then A with each factor from B, for group after group."""
         size = len(self._factors) + 2
         groups, member = np.divmod(np.arange(first, first + count), size)
         d = len(self._names)
@@ -104,7 +104,7 @@ class Sampler:
     def _sobol(self, first: int, count: int, dimensions: int) -> FloatArray:
         engine = _sobol_engine(self._seed, dimensions)
         with _SOBOL_LOCK, warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # about a piece of the sequence, not about the whole
+            warnings.simplefilter("ignore", UserWarning)  # it concerns a piece of the sequence, not the whole
             if engine.num_generated > first:
                 engine.reset()
             if engine.num_generated < first:
@@ -114,22 +114,22 @@ class Sampler:
 
 
 def stream(seed: int, name: str) -> np.random.Philox:
-    """Return the generator of a seed and a name, at its start; measurement noise has keys without the highest bit."""
+    """Return the generator of a seed and a name, at its start; keys of measurement noise lack the highest bit."""
     word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little") | 1 << 63
     return np.random.Philox(key=np.array([seed, word], dtype=np.uint64))
 
 
 def uniforms(seed: int, name: str, first: int, count: int) -> FloatArray:
-    """Return the numbers of the runs first, first + 1, ...: odd multiples of 2^-53, so never 0 or 1."""
+    """Return the uniform numbers of runs first, first + 1, ...: odd multiples of 2^-53, so never 0 or 1."""
     skip = first % _BLOCK
     words = stream(seed, name).advance(first // _BLOCK).random_raw(skip + count)[skip:]
     return ((words >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
 
 
 def permuted(values: WordArray, n: int, keys: np.random.Philox) -> WordArray:
-    """Return where a pseudorandom permutation of 0..n-1 takes each value.
+    """Return the image of each value under a pseudorandom permutation of 0..n-1.
 
-    A balanced Feistel network over the next even power of two; what falls outside 0..n-1 is sent through again.
+    A balanced Feistel network over the next even power of two; results outside 0..n-1 pass through it again.
     """
     half = np.uint64(max(1, ((n - 1).bit_length() + 1) // 2))
     mask = (np.uint64(1) << half) - np.uint64(1)
@@ -191,7 +191,7 @@ def _sobol_engine(seed: int, dimensions: int) -> Any:
 
 
 def _check_groups(n: int, factors: int) -> None:
-    """Refuse a number of runs that is no power of two times the size of a group."""
+    """Refuse a number of runs that is not a power of two times the size of a group."""
     groups, rest = divmod(n, factors + 2)
     if rest or groups < 2 or groups & (groups - 1):
         near = max(2, 1 << max(0, (n // (factors + 2)).bit_length() - 1))

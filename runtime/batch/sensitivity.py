@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much of a metric's scatter each drawn value explains."""
+"""Sensitivities: shares of a metric's scatter that each drawn value explains."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .statistics import CONFIDENCE, column, drawn_names, metric_names
 from .store.store import Store
 
 _RESAMPLES = 999
-"""Of the bootstrap, as SciPy has it: the ends of an interval are then the 25th and the 975th, and have a standard
-deviation of 2 % of its width for normal scatter; with half as many 3 %, with twice as many 1.5 %."""
+"""Bootstrap resamples, as in SciPy: the ends of an interval are the 25th and the 975th value. For normal scatter they
+have a standard deviation of 2 % of its width; with half as many 3 %, with twice as many 1.5 %."""
 _LEAST_GROUPS = 16
-"""Below, a bootstrap promises too much: of a + 2 b + 3 (a - 1/2)(b - 1/2), in 150 designs, the intervals of an index
-held it in 97 % and more with 16 groups, in 79 % and more with 8, in 61 % and more with 4; with 32 in all."""
+"""Fewest groups for which bootstrap intervals are reliable. Tested on a + 2 b + 3 (a - 1/2)(b - 1/2) in 150 designs:
+the intervals of an index contained it in at least 97 % with 16 groups, 79 % with 8, 61 % with 4; in all with 32."""
 
 _ERROR = 100
-"""Of a metric over the tolerances of a step: errors at the end of a run were 4 to 600 times as large (numerics.md,
-known-limits.md). With half or twice as many, scatter between 5e-10 and 2e-9 of a metric is judged otherwise at the
-default tolerances."""
+"""Error of a metric over the tolerances of a step: errors at the end of a run were 4 to 600 times as large
+(numerics.md, known-limits.md). Half or twice this value would change the verdict on a scatter between 5e-10 and 2e-9
+of a metric at the default tolerances."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """A sensitivity and its 95 % interval, NaN where nothing can be said.
+    """A sensitivity and its 95 % interval, NaN where undetermined.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Share:
 
     @property
     def determined(self) -> bool:
-        """Whether the interval leaves less than the whole range of a share open."""
+        """True where the interval excludes part of the range of a share."""
         return self.high - self.low < 1
 
 
@@ -58,18 +58,18 @@ class Sensitivity:
     Attributes
     ----------
     metric : str
-        Which.
+        The metric.
     kind : {"sobol", "regression"}
         Sobol indices of each dispersion, or standardised regression coefficients of each drawn value.
     first : mapping of str to Share
-        First-order index, or coefficient: the change of the metric in its standard deviations for one of the drawn
-        value's. Undetermined for a metric whose scatter is no larger than the error of its integration.
+        First-order index, or coefficient: the change of the metric, in its standard deviations, for one standard
+        deviation of the drawn value. Undetermined where the metric scatters no more than its integration error.
     total : mapping of str to Share
         Total index; empty for a regression.
     explained : float
         Share of the variance that the regression explains, R^2; the sum of the first-order indices.
     runs : int
-        Runs that count.
+        Number of runs used.
     """
 
     metric: str
@@ -84,9 +84,9 @@ def sensitivities(store: Store) -> list[Sensitivity]:
     """Return the sensitivities of every metric that scatters.
 
     A complete store with the design saltelli gives first-order and total Sobol indices (Saltelli et al. 2010) of each
-    metric that is finite in all runs, with bootstrap intervals over the groups of the design; everything else
-    standardised regression coefficients over the runs in which the metric is finite, with the intervals of least
-    squares.
+    metric that is finite in all runs, with bootstrap intervals over the groups of the design. Any other store or
+    metric gives standardised regression coefficients over the runs in which the metric is finite, with least-squares
+    intervals.
     """
     if not drawn_names(store):
         return []
@@ -105,7 +105,7 @@ def sensitivities(store: Store) -> list[Sensitivity]:
 
 
 def _rounding(values: FloatArray, options: Mapping[str, float]) -> float:
-    """Return the standard deviation that the errors of the integration alone would explain."""
+    """Return the standard deviation that integration errors would explain by themselves."""
     defaults = RunOptions()
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -134,7 +134,7 @@ def _sobol(metric: str, values: FloatArray, factors: list[tuple[str, ...]], roun
 
 
 def _products(pages: FloatArray) -> FloatArray:
-    """Return of each group A, B, A with one factor of B, ...: what is added up for variance and indices."""
+    """Return the terms of variance and indices for each group A, B, A with one factor of B, ..."""
     centred = pages - pages[:, :2].mean()
     a, b, mixed = centred[:, :1], centred[:, 1:2], centred[:, 2:]
     return np.hstack([a + b, a * a + b * b, b * (mixed - a), (a - mixed) ** 2 / 2])
@@ -150,7 +150,7 @@ def _indices(sums: FloatArray, groups: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _resampled(products: FloatArray) -> FloatArray:
-    """Return sums over groups drawn again with replacement, a row each time; the same ones at every call."""
+    """Return sums over groups drawn with replacement, one row per draw; the same ones at every call."""
     draws, n = np.random.Generator(np.random.Philox(0)), len(products)
     counts = (np.bincount(draws.integers(n, size=n), minlength=n) for _ in range(_RESAMPLES))
     return np.stack([times @ products for times in counts])

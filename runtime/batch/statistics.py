@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the runs of a store say: success, intervals, worst runs, bands, sensitivities.
+"""Statistics of a store: success rate, confidence intervals, worst runs, bands, sensitivities.
 
-Everything is taken block by block or column by column, so memory does not grow with what is stored of a run.
+Data are read block by block or column by column, so memory does not grow with the stored data per run.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ from .store.store import Store
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
-"""A series of all runs is looked at in slabs of 64 MiB, of which a quantile needs a few copies; half as much means
-twice the passes over chunks that hold more samples than a slab."""
+"""Bytes of a slab. Series of all runs are read in slabs of 64 MiB, and a quantile needs a few copies of one. Half as
+much means twice the passes over chunks that hold more samples than a slab."""
 _SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
 class Success:
-    """Which runs succeed: those that reached their end and fulfil a condition, if there is one.
+    """The successful runs: those that reached their end and fulfil a condition, if there is one.
 
-    A condition that names the status is about that as well: runs that did not reach their end may fulfil it.
+    A condition on the status replaces the first requirement: runs that ended early may then fulfil it.
 
     Raises
     ------
     InputError
-        If the text is no condition.
+        If the text is not a condition.
     """
 
     def __init__(self, text: str | None, origin: str = "success") -> None:
         self._criterion = None if text is None else Criterion(text, origin)
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
-        """Return whether each stored run of some blocks succeeds."""
+        """Return True for each stored run of some blocks that succeeds."""
         status = store.read(STATUS, blocks)
         if self._criterion is None:
             return np.isin(status, COMPLETE)
@@ -58,20 +58,20 @@ class Success:
         return self._criterion.succeeds(status, lambda name: column(store, name, blocks))
 
     def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError when the condition asks for what is not known or has no number, or mixes units."""
+        """Raise InputError when the condition has unknown names, names without a number, or mixed units."""
         if self._criterion is not None:
             self._criterion.check(units, notes)
 
 
 class StopRule:
-    """A batch ends when its runs so far fulfil this.
+    """A condition on the runs so far that ends a batch.
 
     Parameters
     ----------
     text : str
         "ci(success) < 0.01": the whole width of the exact 95 % interval of the probability of success.
     sampling : str
-        Design of the points. Only independent points and the Sobol sequence can end early.
+        Sampling design. Only independent points and the Sobol sequence can end early.
 
     Raises
     ------
@@ -91,7 +91,7 @@ class StopRule:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {sampling} needs all n runs")
 
     def holds(self, successes: int, runs: int) -> bool:
-        """Return whether the interval is narrow enough."""
+        """Return True when the interval is narrow enough."""
         low, high = interval(successes, runs)
         return high - low < self._width
 
@@ -107,7 +107,7 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def notes(store: Store) -> dict[str, str]:
-    """Return what a store says of metrics that have no number in any run."""
+    """Return the reasons in a store why metrics have no number in any run."""
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
@@ -137,10 +137,10 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 
 @dataclass(frozen=True)
 class MetricStatistics:
-    """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends.
+    """One number of the runs: mean of the finite values, quantiles of the known ones, runs with the extremes.
 
-    `note` says why no run has the number. `intervals` holds 95 % of each quantile; an end is NaN where there are too
-    few runs for one.
+    `note` says why no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN where
+    too few runs determine it.
     """
 
     name: str
@@ -158,20 +158,20 @@ class MetricStatistics:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What `summarise` finds.
+    """Result of `summarise`.
 
     Attributes
     ----------
     planned, stored : int
-        Runs in all, and those that are stored and whole.
+        All runs, and those stored and intact.
     writer : str or None
-        Who is writing the store now.
+        The process that is writing the store now.
     statuses : mapping of str to int
-        Runs by how they ended.
+        Number of runs by how they ended.
     endings : mapping of str to (int, int)
-        Runs that each event ended, and how many of them it ended at their start.
+        Number of runs that each event ended, and of those that it ended at their start.
     successes : int
-        Runs that succeed; `probability` is their share, `low` and `high` its exact 95 % interval.
+        Number of successful runs; `probability` is their share, `low` and `high` its exact 95 % interval.
     rows : list of MetricStatistics
         One per metric of the model.
     """
@@ -194,16 +194,16 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     Parameters
     ----------
     store : Store
-        Which.
+        The store.
     success : str, optional
-        What a run must fulfil besides reaching its end; what the batch was asked for unless given.
+        Condition that a run fulfils besides reaching its end; the batch's own condition unless given.
 
     Raises
     ------
     InputError
-        If nothing is stored yet, or the condition names what the store lacks.
+        If nothing is stored yet, or the condition has names that the store lacks.
     DamageError
-        If a file of the store is missing or is not the one that was written.
+        If a file of the store is missing or changed.
     """
     verification = store.verify()
     writer = verification.writer
@@ -234,7 +234,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
-    """Return how many runs each event ended, and how many at their start; as a run says it, a failure comes first."""
+    """Return the number of runs that each event ended, and at their start; failures come first, as in a run."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
         return {}
@@ -255,13 +255,13 @@ def metric_names(store: Store) -> list[str]:
 
 
 def drawn_names(store: Store) -> list[str]:
-    """Return what a store calls its drawn values, in the order of the dispersions."""
+    """Return the names of the drawn values in a store, in the order of the dispersions."""
     names: list[str] = json.loads(store.attributes["drawn"])
     return names
 
 
 def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[int]:
-    """Return the runs with the largest values, the largest first; a run without one is not among them.
+    """Return the runs with the largest values, largest first; runs without a value are omitted.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[
 
 
 def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
-    """Return quantiles over the runs of a stored series, shape (quantiles, samples); runs that have ended are left out.
+    """Return quantiles over the runs of a stored series, shape (quantiles, samples); ended runs are omitted.
 
     Raises
     ------
@@ -336,7 +336,7 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
 
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:
-    """Return place and value of the smallest and the largest number; nothing when there is none."""
+    """Return index and value of the smallest and the largest number; nothing when there is none."""
     places = np.flatnonzero(~np.isnan(values))
     if not places.size:
         return []
@@ -345,7 +345,7 @@ def _ends(values: FloatArray) -> list[tuple[int, float]]:
 
 
 def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:
-    """Return quantiles and their intervals, without interpolation, so that infinite values count as what they are.
+    """Return quantiles and their intervals, without interpolation, so that infinite values keep their meaning.
 
     Sorts in place.
     """
@@ -360,10 +360,10 @@ def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tupl
 
 
 def ranks(q: float, n: int) -> tuple[int, int]:
-    """Return between which of n ordered independent numbers their quantile q lies at 95 %, whatever their distribution.
+    """Return the ranks, among n ordered independent numbers, that enclose quantile q at 95 % for any distribution.
 
-    The numbers below the quantile are binomial (David and Nagaraja, Order Statistics, 2003, 7.1). Rank 0 or n + 1 is
-    there where n is too small for an end.
+    The count of numbers below the quantile is binomial (David and Nagaraja, Order Statistics, 2003, 7.1). Rank 0 or
+    n + 1 means that n is too small for that end.
     """
     from scipy.stats import binom
 

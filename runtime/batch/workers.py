@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blocks computed by the workers of a dask.distributed cluster.
 
-A worker gets the generated files themselves and compiles them for its own processor; results go back to the process
-that owns the store. A worker whose numerics are not the owner's is refused.
+A worker gets the generated files and compiles them for its own processor. Results return to the process that owns the
+store. A worker with other numerics than the owner's is refused.
 """
 
 from __future__ import annotations
@@ -36,31 +36,31 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _AHEAD = 2
-"""Blocks per thread of the cluster that are under way: one is computed while the next waits beside it. With one a
-thread is idle while its result travels; more only means more to cancel when a batch ends early."""
+"""Blocks in progress per thread of the cluster: one is computed while the next waits beside it. With one, a thread is
+idle while its result travels; more only means more to cancel when a batch ends early."""
 _SILENCE = 5.0
-"""Seconds without a block after which we look which workers are heard of; a second look tells. They let the scheduler
-hear of them every second or two, whatever they compute."""
+"""Seconds without a block before silent workers are looked for; a second look confirms. Workers report to the
+scheduler every second or two, even while computing."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
 
 class ClusterError(MehvarError, RuntimeError):
-    """The scheduler is gone, or a block was lost; what is stored is kept."""
+    """The scheduler is lost, or a block was lost; the store keeps its blocks."""
 
     exit_status = 1
     resumable = True
 
 
 class WorkerError(InputError):
-    """A worker cannot take part; what is stored is kept."""
+    """A worker cannot take part; the store keeps its blocks."""
 
     resumable = True
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """All that a worker needs: generated files by name, campaign and numerics as JSON."""
+    """All data for a worker: generated files by name, campaign and numerics as JSON."""
 
     files: Mapping[str, str]
     campaign: str
@@ -82,7 +82,7 @@ def connect(address: str, timeout: float = 10.0) -> Client:
     Raises
     ------
     InputError
-        If dask.distributed is missing, nobody answers at the address, or it wants certificates that there are not.
+        If dask.distributed is missing, the address does not answer, or it needs certificates that are missing.
     """
     try:
         from distributed import Client
@@ -100,25 +100,25 @@ def connect(address: str, timeout: float = 10.0) -> Client:
 
 
 def _check_certificates(address: str) -> None:
-    """Refuse an address with TLS without certificates, for which dask would try until its time is over."""
+    """Refuse a TLS address without certificates; dask would retry it until the timeout."""
     from distributed.security import Security
 
     allowed = "reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...CLIENT__CERT and ...CLIENT__KEY"
     try:
         context = Security().get_connection_args("client").get("ssl_context")
-    except (OSError, ValueError) as error:  # a file that is missing, or no certificate
+    except (OSError, ValueError) as error:  # a missing file, or no certificate
         raise InputError(f"scheduler = {address!r}: must be {allowed} ({error})") from error
     if context is None:
         raise InputError(f"scheduler = {address!r}: must be {allowed}")
 
 
 def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
-    """Return what computes blocks on the workers of a cluster, in the order in which they are ready.
+    """Return a source that computes blocks on the workers of a cluster and yields them as they are ready.
 
     Raises
     ------
     InputError
-        If there is no worker, or one that cannot compile.
+        If there is no worker, or one cannot compile.
     """
     bundle = _bundle(plan, numerics)
     _examine(client)
@@ -145,7 +145,7 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
                 yield numbers.pop(future), *_result(future, watch)
                 submit()
         finally:
-            with suppress(Exception):  # a scheduler that is gone cancels nothing
+            with suppress(Exception):  # a lost scheduler cannot cancel anything
                 client.cancel(list(numbers), force=True)
 
     def guarded(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
@@ -153,7 +153,7 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
             yield from produce(missing)
         except (MehvarError, GeneratorExit):
             raise
-        except (Exception, asyncio.CancelledError) as error:  # dask's own, of many kinds
+        except (Exception, asyncio.CancelledError) as error:  # many types of dask's own
             raise _lost(client, error) from error
 
     return guarded
@@ -168,7 +168,7 @@ def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
 
 
 def _examine(client: Client) -> None:
-    """Refuse a cluster whose workers cannot compile, before any work is sent."""
+    """Refuse a cluster with workers that cannot compile, before sending work."""
     answers = client.run(_compiler, on_error="return")
     if not answers:
         raise InputError("the scheduler has no worker: start some with `dask worker ADDRESS`")
@@ -186,14 +186,14 @@ def _same(bundle: Bundle) -> Bundle:
 
 
 class _Watch:
-    """Says which workers nobody hears of while we wait for a block, or for what a worker holds of one."""
+    """Warns of silent workers while we wait for a block or its results."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
         self._told: set[str] = set()
 
     def wait(self, get: Callable[[float], T], late: type[Exception]) -> T:
-        """Return what `get` does; it is called with a timeout, after which it raises `late`, again and again."""
+        """Return the result of `get`, called repeatedly with a timeout; `get` raises `late` when it runs out."""
         seen: dict[str, float] = {}
         while True:
             try:
@@ -213,7 +213,7 @@ class _Watch:
 
 
 def _last_seen(client: Client) -> dict[str, float]:
-    """Return when the scheduler last heard of each worker, by its own clock."""
+    """Return the instant of each worker's last report, by the scheduler's clock."""
     return {worker: about["last_seen"] for worker, about in client.scheduler_info()["workers"].items()}
 
 
@@ -226,7 +226,7 @@ def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
 
 
 def _lost(client: Client, error: BaseException) -> ClusterError:
-    """Return what to say of an error of dask's."""
+    """Return the error to raise for an error of dask's."""
     if client.status != "running":
         return ClusterError(f"the scheduler {_address(client)} is gone")
     return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
@@ -237,7 +237,7 @@ def _address(client: Client) -> str:
 
 
 def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance]:
-    """Run on a worker: compile once, then compute; one thread, since the worker runs one block per thread."""
+    """Compute a block on a worker, which compiles once; one thread, since the worker runs one block per thread."""
     from distributed import get_worker
 
     try:

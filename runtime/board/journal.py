@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board has answered so far, on disk: a host that was stopped goes on from there, and a run can be repeated.
+"""Journal of a board's answers on disk: a stopped host continues from it, and a run can be repeated.
 
-One line of JSON says which run it is; records follow, each a letter and its content: `s` a sample (what went down and
-what came back, in float), `t` parameters that were set before the sample that follows (the length, u32, then JSON), `z`
-the law's memory at that point, `e` the end. Behind each stands the CRC-32 of all that is before it in the file.
+The first line is JSON and identifies the run. Records follow, each a letter and its content: `s` a sample (numbers
+sent and received, in float), `t` parameters set before the next sample (the length, u32, then JSON), `z` the law's
+memory at that point, `e` the end. Each record is followed by the CRC-32 of everything before it in the file.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from mehvar.errors import InputError
 from .image.header import Layout
 
 _SAMPLE, _TUNING, _MEMORY, _END = b"s", b"t", b"z", b"e"
-_LENGTH = struct.Struct("<I")  # of a text, and how a CRC is written
+_LENGTH = struct.Struct("<I")  # format of lengths and CRCs
 
 Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """Parameters that were asked for in the middle of a run.
+    """Parameters requested in the middle of a run.
 
     Attributes
     ----------
@@ -40,9 +40,9 @@ class Tuning:
     values : mapping of str to float
         By name.
     request : int
-        Which line of the file of requests asked for them.
+        Line of the requests file with the request.
     refusal : str
-        Why they were not set; empty when they were.
+        Reason why they were not set; empty when they were.
     """
 
     sample: int
@@ -53,24 +53,24 @@ class Tuning:
 
 @dataclass(frozen=True)
 class Entries:
-    """What a journal holds.
+    """Contents of a journal.
 
     Attributes
     ----------
     identity : mapping
-        Which run it is.
+        Identity of the run.
     rows : array, (n, inputs + outputs)
-        Of each sample what went to the board and what came back.
+        Numbers sent to the board and received from it, for each sample.
     tunings : tuple of Tuning
         In their order.
     memories : mapping of int to array
         The law's memory before a sample.
     size : int
-        Bytes that are whole.
+        Bytes of complete records.
     check : int
-        The CRC-32 of the last whole record, with which the next goes on.
+        CRC-32 of the last complete record, from which the next one continues.
     complete : bool
-        The run came to its end.
+        True if the run came to its end.
     """
 
     identity: Mapping[str, object]
@@ -83,12 +83,12 @@ class Entries:
 
 
 def read_journal(path: Path, layout: Layout) -> Entries:
-    """Return what a journal holds, less a last record that was cut off.
+    """Return the contents of a journal, without a last record that was cut off.
 
     Raises
     ------
     InputError
-        If the file is none of this model and law, or is damaged.
+        If the file is not a journal of this model and law, or is damaged.
     """
     content = path.read_bytes()
     head, newline, _ = content.partition(b"\n")
@@ -141,7 +141,7 @@ class Journal:
     path : Path
         Continued when it exists.
     identity : mapping
-        What makes a run the same one; `layout` is added.
+        Facts that identify a run; `layout` is added.
 
     Raises
     ------
@@ -173,7 +173,7 @@ class Journal:
         self._file.flush()
 
     def answer(self, k: int, numbers: Floats) -> Floats | None:
-        """Return the answer to sample k when there is one, after a look at whether the question was the same."""
+        """Return the recorded answer to sample k, if any; refuse numbers other than the recorded ones."""
         if k >= self.length:
             return None
         if self._rows[k, : self._inputs].tobytes() != numbers.tobytes():
@@ -189,14 +189,14 @@ class Journal:
         self._write(_MEMORY, z.astype("<f4").tobytes())
 
     def append_tuning(self, tuning: Tuning) -> None:
-        """Write what is about to be set, or was refused."""
+        """Write parameters that are about to be set, or were refused."""
         self.tunings.append(tuning)
         row = {"values": dict(tuning.values), "request": tuning.request, "refusal": tuning.refusal}
         text = json.dumps(row).encode()
         self._write(_TUNING, _LENGTH.pack(len(text)) + text)
 
     def close(self, complete: bool) -> None:
-        """Close the file; remove it when the run is done, unless parameters were tuned: then it is what was done."""
+        """Close the file; remove it after a complete run, unless parameters were tuned: it then documents the run."""
         kept = any(not tuning.refusal for tuning in self.tunings)
         if complete and kept:
             self._write(_END, b"")

@@ -38,7 +38,7 @@ from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
-"""The checksum of all inputs differs from the first wrong bit on, so more samples only look longer for the slowest."""
+"""Samples of the self-test. The checksum differs from the first wrong bit on; more only help to find the slowest."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class BoardRequest:
     target : str
         "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
     board, compiler : str, optional
-        Of the image; "stm32f4", and gcc or else zig, unless given. For software in the loop a processor that QEMU's
-        user mode runs, this machine's unless given.
+        Board and compiler of the image; "stm32f4", and gcc or else zig, unless given. For software in the loop, a
+        processor of QEMU's user mode; this machine's unless given.
     samples : int
-        Evaluations of the law; the reference goes on past the scenario's end.
+        Evaluations of the law; the reference continues past the scenario's end.
     delay : int, optional
-        Samples between computing an input and applying it; one for a law that can be designed for it unless given.
+        Samples between computing an input and applying it; one for a law designed for a delay unless given.
     parameters, options : mapping
         Parameters by name; options and choices of `simulate`.
     every : int, optional
@@ -63,11 +63,11 @@ class BoardRequest:
     raw : bool
         Bare packets.
     journal : Path, optional
-        File that lets a run whose host was stopped go on.
+        File that lets a run continue after its host was stopped.
     selftest : int
         Samples of the self-test with law and plant on the target.
     tunable : tuple of str, optional
-        Make all parameters but these constants of the law's text; none is unless given.
+        Make all parameters but these constants of the law's code; none is constant unless given.
     profiled : bool
         Count instructions where the emulator can; long runs are faster without.
     """
@@ -91,7 +91,7 @@ class BoardRequest:
 
 @dataclass(frozen=True)
 class Difference:
-    """How far two series of floats are apart: in units of the last place, and in size."""
+    """Distance of two series of floats: in units in the last place, and absolute."""
 
     compared: int
     ulp: int
@@ -101,7 +101,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class BoardRun:
-    """A run on a board and what it was compared with.
+    """A run on a board and the runs it is compared with.
 
     Attributes
     ----------
@@ -112,11 +112,11 @@ class BoardRun:
     profile : Profile or None
         Instructions, where the emulator counts them.
     bound : StackBound or None
-        Of the image; None for software in the loop, or where the image does not tell.
+        Stack bound of the image; None for software in the loop, or where the image does not determine it.
     tunings : tuple of Tuning
-        Parameters of the law that were asked for while it ran.
+        Parameters of the law requested while it ran.
     late : tuple of Request
-        Those that were asked for after its last sample: refused, and not in the journal.
+        Requests after its last sample: refused, and not in the journal.
     """
 
     request: BoardRequest
@@ -144,17 +144,17 @@ class BoardRun:
 
     @property
     def max_ulp(self) -> int:
-        """The largest difference of any input or memory number, in units of the last place."""
+        """The largest difference of any input or memory number, in units in the last place."""
         return max(self.u.ulp, self.z.ulp)
 
 
 def build_image(model: Model, request: BoardRequest, resolved: Resolved | None = None) -> Image:
-    """Compile the firmware that a run wants.
+    """Compile the firmware for a run.
 
     Parameters
     ----------
     resolved : Resolved, optional
-        What is compiled in; the scenario's unless given.
+        The compiled-in parameters; the scenario's unless given.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
 
 
 def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[Tuning], real: Real = "double") -> Run:
-    """Run the same closed loop on this machine, the law's parameters changed where they were on the board."""
+    """Run the same closed loop on this machine, with the law's parameters changed as on the board."""
     if not tunings:
         return _simulate(model, request, real=real)
     begin = _simulate(model, request, real="float").parameters
@@ -307,7 +307,7 @@ def samples_of(model: Model, request: BoardRequest) -> int:
 
 
 def _period(model: Model, request: BoardRequest) -> float:
-    """Return the time between two samples of the law, s."""
+    """Return the sample period of the law, s."""
     if hold := _hold(request):
         return hold
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
@@ -316,15 +316,15 @@ def _period(model: Model, request: BoardRequest) -> float:
 
 
 def _hold(request: BoardRequest) -> float | None:
-    """Return the period that is asked for, s."""
+    """Return the requested sample period, s."""
     hold = (request.options or {}).get("hold")
     return float(hold) if hold else None
 
 
 def _every(target: str) -> int:
-    """Return how often the memory is read back: each time doubles the exchanges of a sample, which a real line feels.
+    """Return the samples between two reads of the memory; each doubles the exchanges of a sample on a real line.
 
-    What is wrong in the memory shows in the inputs of the next sample anyway.
+    An error in the memory appears in the inputs of the next sample anyway.
     """
     return 1 if target in ("sil", "unicorn") else 10
 
@@ -355,7 +355,7 @@ def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journa
         "scenario": single.scenario.name, "options": options, "parameters": dict(single.parameters.values),
         "tunable": request.tunable, "samples": request.samples,
     }  # fmt: skip
-    Requests(request.journal)  # refuses a file of somebody's, before there is a journal
+    Requests(request.journal)  # refuses a foreign file of that name, before there is a journal
     try:
         journal = Journal(request.journal, identity, layout)
     except OSError as error:
@@ -364,7 +364,7 @@ def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journa
 
 
 def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return the board's memory after the samples that were looked at, and what it should be."""
+    """Return the board's memory after the compared samples, and its reference values."""
     samples = [k for k in sorted(law.z) if k + 1 < len(single.z)]
     if not samples:
         return np.empty(0, np.float32), np.empty(0)
@@ -388,7 +388,7 @@ def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
     a, b, apart = np.asarray(values), np.asarray(expected), ulps(values, expected)
     rows = len(apart)
     one, other = (np.asarray(series[:rows], np.float64) for series in (values, expected))
-    # a number on one side only is infinitely far from the other, not as near as what can be compared
+    # a number on one side only counts as infinitely far from the other, whatever else can be compared
     size = np.where(np.isnan(one) != np.isnan(other), np.inf, np.abs(one - other))
     differing = np.flatnonzero(apart.reshape(rows, -1).any(axis=1)) if rows else np.empty(0, int)
     first = int(differing[0]) if differing.size else rows if len(a) != len(b) else None
@@ -398,7 +398,7 @@ def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
 
 
 def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
-    """Return how many floats lie between two series as floats, element by element, as far as both go."""
+    """Return the number of floats between two series, element by element, over their common length."""
     rows = min(len(values), len(expected))
     one, other = (np.asarray(series[:rows], np.float32) for series in (values, expected))
     apart: NDArray[np.int64] = np.abs(_ordered(one) - _ordered(other))
@@ -406,13 +406,13 @@ def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the place of each float among all floats; all NaN share one, zeros of either sign too."""
+    """Return the rank of each float among all floats; all NaN share one, and so do both zeros."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
 
 def ended(outcome: BoardRun) -> bool:
-    """Whether the run on the board came to its end."""
+    """Return True if the run on the board came to its end."""
     return outcome.board.status.complete
 
 

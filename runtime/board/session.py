@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law evaluated on a board, sample by sample, whatever happens to board, line or host in between."""
+"""Evaluation of a law on a board, sample by sample, robust to failures of board, line and host."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from .line.link import Answer, Link, LinkError, RestartError
 from .tuning import Requests
 
 _CHECKPOINT = 25
-"""Samples between two looks at the board's memory, from which a board that was reset goes on.
+"""Samples between two reads of the board's memory; a board that was reset continues from the last one.
 
-A look is one exchange more in 25; a reset costs at most 24 samples again. Half as many make it 8 % and 12 samples.
+A read costs one more exchange in 25; a reset costs at most 24 repeated samples. Half the value: 8 % and 12 samples.
 """
 _RESTORES = 5
-"""A disturbance resets a board once, and once more while it is brought back; five times at one sample is a defect."""
+"""A disturbance resets a board once, and once more during recovery; five resets at one sample are a defect."""
 
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Retune = Callable[[Resolved, Mapping[str, float]], Resolved]
-"""Returns parameters of which some were changed, or raises InputError."""
+"""Returns parameters with some changed, or raises InputError."""
 
 
 class BoardLaw:
     """The law of a closed loop, evaluated on a board; give it to `simulate` as `law`.
 
-    A board that has lost its memory gets the last known one, is given the samples since then again, and goes on as if
+    A board that has lost its memory gets the last known one and the samples since then again, and continues as if
     nothing had happened.
 
     Parameters
@@ -45,17 +45,17 @@ class BoardLaw:
     resolved : Resolved
         Parameters of the run.
     layout : Layout
-        Of model and law.
+        Layout of model and law.
     every : int
         Samples between two comparisons of the memory; 1 records it at each sample.
     journal : Journal, optional
-        Samples that were evaluated before the host was stopped; they are not evaluated again.
+        Samples evaluated before the host was stopped; they are not evaluated again.
     after : callable, optional
         Called after each sample that the board evaluated.
     requests : Requests, optional
-        Where others ask for parameters while the law runs; wants a journal.
+        Requests for parameters while the law runs; needs a journal.
     retune : callable, optional
-        What makes parameters of those requests.
+        Function that applies the values of those requests to parameters.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class BoardLaw:
         return u.astype(np.float64), self.z[k].astype(np.float64) if k in self.z else z
 
     def rewind(self) -> None:
-        """Go back to the memory that the run started from."""
+        """Return to the memory at the start of the run."""
         self._checkpoint = (0, self._start)
 
     def prepare(self) -> None:
@@ -108,7 +108,7 @@ class BoardLaw:
         self._link.set("z", self._checkpoint[1])
 
     def finish(self) -> None:
-        """Write the memory that the run ended with into the journal."""
+        """Write the final memory into the journal."""
         k = len(self._numbers)
         if self._journal is not None and self._memory and k > self._journal.length:
             self._journal.append_memory(self._at(k, lambda: self._link.get("z"), restore=False))
@@ -118,7 +118,7 @@ class BoardLaw:
             self._link.set(group, values)
 
     def _tune(self, k: int) -> None:
-        """Take up what was asked for before sample k: what the journal has already, or new requests."""
+        """Apply the parameters requested before sample k: those in the journal, or new requests."""
         journal = self._journal
         if journal is None or self._requests is None or self._retune is None:
             return
@@ -161,7 +161,7 @@ class BoardLaw:
             self._checkpoint = (k + 1, self.z[k])
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
-        """Ask the board as it is before sample k; one that has started anew is brought back there first."""
+        """Send a request in the board's state before sample k; a restarted board is brought back to it first."""
         for _ in range(_RESTORES):
             try:
                 if restore:
@@ -174,13 +174,13 @@ class BoardLaw:
         raise LinkError(f"the board lost its memory {_RESTORES} times at sample {k}")
 
     def _restore(self, k: int) -> None:
-        """Bring the board to where it was before sample k."""
+        """Bring the board to its state before sample k."""
         self.prepare()
         for past in range(self._checkpoint[0], k):
             self._step(past)
 
     def _step(self, k: int) -> Answer:
-        """Evaluate sample k, with the parameters that it is the first to have."""
+        """Evaluate sample k, after setting the parameters that apply from it on."""
         if k in self._parameters and k > 0:
             self._set(self._parameters[k])
         return self._link.step(self._numbers[k])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How deep the stack of an image can get, from its instructions alone: whatever runs, and whichever compiler made it.
+"""Upper bound on the stack of an image, from its instructions alone, for any compiler and any run.
 
-A function takes what its instructions take from the stack pointer, each counted once; a program takes what the deepest
-chain of calls takes, and one fault at the end of it. What this cannot bound (recursion, a frame of variable size) is an
-error, not a guess.
+A function takes the sum of its decrements of the stack pointer, each counted once. A program takes its deepest chain of
+calls, and one fault at its end. Anything without a bound (recursion, a frame of variable size) is an error, not a
+guess.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .image.elf import Elf
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
-"""Bytes that the processor stacks on a fault: registers, those of the FPU, and what aligns them to 8."""
+"""Bytes that the processor stacks on a fault: registers, FPU registers, and padding to a multiple of 8."""
 _PUSHES = ("push", "vpush", "stmdb", "vstmdb")
 _BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le))")
 _TARGET = re.compile(r"#(0x[0-9a-f]+)$")
@@ -29,17 +29,17 @@ _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
 
 
 class UnboundedError(MehvarError, ValueError):
-    """The depth of the stack cannot be told from the image."""
+    """The image does not determine the depth of the stack."""
 
 
 @dataclass(frozen=True)
 class StackBound:
-    """The deepest the stack can get.
+    """The largest depth of the stack.
 
     Attributes
     ----------
     bytes : int
-        With the frame that the processor stacks when the deepest function faults, and the handler of the fault.
+        Depth with the frame that the processor stacks when the deepest function faults, and the fault handler.
     chain : tuple of (str, int)
         The functions of the deepest chain of calls, from the start, with the bytes that each takes.
     """
@@ -56,19 +56,19 @@ class _Function:
 
 
 def stack_bound(elf: Elf, cpu: str) -> StackBound:
-    """Return the deepest that the stack of an image can get.
+    """Return the largest depth of the stack of an image.
 
     Parameters
     ----------
     elf : Elf
         With its symbols.
     cpu : {"m3", "m4f", "m7"}
-        What a fault stacks depends on it.
+        Processor, on which the fault frame depends.
 
     Raises
     ------
     UnboundedError
-        For recursion, a frame of variable size, or a jump to where no function is.
+        For recursion, a frame of variable size, or a jump outside all functions.
     """
     graph = _Graph(elf)
     chain, fault = graph.deepest(_START), graph.deepest(_FAULT)
@@ -77,7 +77,7 @@ def stack_bound(elf: Elf, cpu: str) -> StackBound:
 
 
 class _Graph:
-    """Who calls whom. A call through a register may reach every function whose address is stored in the image."""
+    """Call graph. A call through a register may reach every function whose address is stored in the image."""
 
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
@@ -88,7 +88,7 @@ class _Graph:
         self._chains: dict[str, tuple[tuple[str, int], ...]] = {}
 
     def deepest(self, name: str, callers: tuple[str, ...] = ()) -> tuple[tuple[str, int], ...]:
-        """Return the chain of calls from a function that takes most."""
+        """Return the chain of calls from a function with the most stack."""
         if name in callers:
             raise UnboundedError(f"the program is recursive: {' calls '.join((*callers[callers.index(name) :], name))}")
         if name not in self._chains:
@@ -117,7 +117,7 @@ class _Graph:
         return _Function(frame, frozenset(calls), indirect)
 
     def _owner(self, address: int, caller: str) -> str:
-        """Return the function that an address is in; the caller itself for a jump within it."""
+        """Return the function at an address; the caller itself for a jump within it."""
         if any(a <= address < a + n for a, n in self._elf.functions[caller]):
             return caller
         if address in self._names:

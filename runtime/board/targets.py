@@ -27,10 +27,10 @@ from .line.link import LinkError, Port
 TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 """Targets that need no hardware; anything else is the name of a serial port."""
 _CHUNK = 4096
-"""Bytes of one read, above any frame; what is left is there for the next read."""
+"""Bytes of one read, above any frame; the rest is left for the next read."""
 _GATHER = 0.0005
-"""Seconds for QEMU to hand over the rest of an answer, which it does byte by byte: shorter, and reads come in pieces,
-which costs time and nothing else; longer, and every exchange waits for it."""
+"""Seconds for QEMU to pass on the rest of an answer, which it does byte by byte. A shorter time splits reads, which
+only costs time; a longer one delays every exchange."""
 _REASONS = {
     errno.ENOENT: "there is no such port",
     errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
@@ -38,15 +38,15 @@ _REASONS = {
     errno.ENOTTY: "it is not a serial port",
 }
 _LAST = 2.0
-"""Seconds for a process to end: nothing is saved then, so one that does not stop by itself may be killed."""
+"""Seconds for a process to end: it saves nothing, so it may be killed afterwards."""
 _START_TRIES, _START_PAUSE = 1000, 0.01
-"""Ten seconds for QEMU to open its line; a process that ends is noticed at once, so only a slow machine waits."""
+"""Ten seconds for QEMU to open its line; the end of its process is noticed at once, so only a slow machine waits."""
 
 
 class ProcessPort:
     """Software in the loop: the firmware as a process, of another processor under an emulator.
 
-    A thread waits for its bytes, because Windows cannot wait for those of a pipe for a while only.
+    A thread reads its bytes, because Windows cannot read a pipe with a timeout.
     """
 
     def __init__(self, path: Path, emulator: Sequence[str] = ()) -> None:
@@ -64,7 +64,7 @@ class ProcessPort:
         os.write(self._to, data)
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come; after the end of the process, nothing at once."""
+        """Return the received bytes; after the end of the process, nothing at once."""
         try:
             return self._incoming.get(timeout=timeout if self._reader.is_alive() else 0.0)
         except queue.Empty:
@@ -102,7 +102,7 @@ class MachinePort:
         return self.machine.read()
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
 
 class SocketPort:
@@ -146,7 +146,7 @@ class SerialPort:
             raise MissingError(f'the port {name} needs pyserial: pip install "mehvar[board]"') from error
         self.name = name
         try:
-            # two hosts on one port would each take the other's answers; a URL is no device that could be locked
+            # two hosts on one port would take each other's answers; a URL is not a device that can be locked
             lock = {} if "://" in name or os.name == "nt" else {"exclusive": True}
             self._port = serial.serial_for_url(name, baudrate=baud, timeout=0, **lock)
         except (serial.SerialException, ValueError) as error:
@@ -176,7 +176,7 @@ class SerialPort:
 
 
 class PtyPort:
-    """A board under QEMU, its serial line on a pseudo-terminal: for the host a serial port as any other."""
+    """A board under QEMU, its serial line on a pseudo-terminal, which the host uses like any serial port."""
 
     def __init__(self, image: Image) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
@@ -214,7 +214,7 @@ def open_target(target: str, image: Image) -> Port:
     target : str
         "sil", "unicorn", "qemu", "qemu-pty" or the name of a serial port.
     image : Image
-        What the emulators run; a board at a serial port is expected to run it already.
+        The image that the emulators run; a board at a serial port must run it already.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def open_target(target: str, image: Image) -> Port:
 
 
 def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple[str, subprocess.Popen[bytes]]:
-    """Start the emulator with its serial line where asked; what it says goes to `log`."""
+    """Start the emulator with its serial line as given; its messages go to `log`."""
     assert image.board is not None
     program = shutil.which("qemu-system-arm")
     if program is None:
@@ -249,7 +249,7 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
 
 
 def _terminal(process: subprocess.Popen[bytes], log: Path) -> str:
-    """Return the name of the pseudo-terminal that the emulator says it made."""
+    """Return the name of the pseudo-terminal from the emulator's messages."""
     for _ in range(_START_TRIES):
         if match := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
             return match[1]

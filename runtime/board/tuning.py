@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of a law that are changed while it runs on a board, and a run with them computed again on this machine.
+"""Tuning of a law while it runs on a board, and repetition of such a run on this machine.
 
-Whoever tunes adds a line to a file beside the journal; the host that serves the board takes it up between two samples.
+A request is a line in a file beside the journal; the host that serves the board applies it between two samples.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Request:
-    """A line of the file of requests: from sample `at` on, or from the next one, the law has these parameters."""
+    """A line of the requests file: from sample `at` on, or from the next one, the law has these parameters."""
 
     line: int
     at: int | None
@@ -38,18 +38,18 @@ class Request:
 
 
 _BEGIN = '{"at": '
-"""How the file begins: what begins otherwise is somebody's, and `close` must not remove it."""
+"""Start of the file: a file that starts otherwise is the user's, and `close` must not remove it."""
 
 
 class Requests:
-    """The file of requests of a run.
+    """The requests file of a run.
 
     Parameters
     ----------
     journal : Path
-        Of the run.
+        Journal of the run.
     taken : sequence of Tuning
-        What the journal has already.
+        Requests that the journal has already.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Requests:
         self._read()
 
     def due(self, k: int) -> list[Request]:
-        """Return what is to be set before sample k; nothing is returned twice."""
+        """Return the requests to apply before sample k; none is returned twice."""
         self._read()
         due = [request for request in self._requests if request.at is None or request.at <= k]
         self._taken |= {request.line for request in due}
@@ -73,7 +73,7 @@ class Requests:
         return due
 
     def close(self) -> tuple[Request, ...]:
-        """Remove the file, as its run is over; return what was asked for after its last sample."""
+        """Remove the file at the end of its run; return the requests for after its last sample."""
         self._read()
         self._path.unlink(missing_ok=True)
         return tuple(self._requests)
@@ -94,16 +94,16 @@ class Requests:
 
 
 def path_of(journal: Path) -> Path:
-    """Return the file of requests that belongs to a journal."""
+    """Return the requests file of a journal."""
     return journal.with_name(f"{journal.name}.tune")
 
 
 def tune(
     model: Model, controller: str, journal: Path, values: Mapping[str, object], at: int | None = None
 ) -> dict[str, float]:
-    """Ask the run that writes a journal to set parameters of its law between two samples.
+    """Request the run that writes a journal to set parameters of its law between two samples.
 
-    Only the law on the board gets them: the plant is the host's, and parameters that have formulas keep their values.
+    Only the law on the board gets them: the plant is the host's, and parameters with formulas keep their values.
 
     Parameters
     ----------
@@ -115,13 +115,13 @@ def tune(
     Returns
     -------
     dict of str to float
-        What was asked for.
+        The requested values.
 
     Raises
     ------
     InputError
-        If a name is no parameter of the plant or the law, a value is out of bounds or beyond the range of float, the
-        parameter sets the law's period, or the run is over or ends before that sample.
+        If a name is not a parameter of the plant or the law, a value is out of bounds or beyond the range of float,
+        the parameter sets the law's period, or the run is over or ends before that sample.
     """
     law = model.manifest.controller(controller)
     if not values:
@@ -142,7 +142,7 @@ def tune(
 
 
 def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
-    """Refuse what a run can no longer take up, or never will."""
+    """Refuse a request that the run can no longer apply, or never will."""
     entries = read_journal(journal, sizes)
     if entries.complete:
         raise InputError(f"journal = {str(journal)!r}: its run is over, and nothing can be tuned any more")
@@ -167,12 +167,12 @@ def _value(manifest: Manifest, law: Controller, name: str, value: object) -> flo
 
 
 def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> Resolved:
-    """Return parameters of which some were changed; all others keep their values.
+    """Return parameters with some changed; all others keep their values.
 
     Raises
     ------
     InputError
-        If the model's constraints refuse them, or they are constants of the law's text.
+        If the model's constraints refuse them, or they are constants of the law's code.
     """
     if firmware.tunable is not None:
         for name in values:
@@ -184,16 +184,16 @@ def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> R
 
 
 class TunedLaw(HostLaw):
-    """The law on this machine, its parameters changed as they were on the board; give it to `simulate` as `law`.
+    """The law on this machine, its parameters changed as on the board; give it to `simulate` as `law`.
 
     Parameters
     ----------
     resolved : Resolved
-        What the run began with.
+        Parameters at the start.
     tunings : sequence of Tuning
-        What was asked for since; those that were refused change nothing.
+        Later requests; refused ones change nothing.
     real : {"float", "double"}
-        What it computes with.
+        Its number type.
     """
 
     def __init__(self, firmware: Program, resolved: Resolved, tunings: Sequence[Tuning], real: Real = "float") -> None:
@@ -220,11 +220,11 @@ class Replay:
     Attributes
     ----------
     samples, memories : int
-        Answers of the board, and numbers of its memory, that were compared.
+        Number of the board's answers, and of its memory values, that were compared.
     tunings : tuple of Tuning
-        What was set, or refused, and when.
+        Applied and refused requests.
     first : int or None
-        The first sample whose answer, or the memory before which, has other bits; None when none has.
+        The first sample whose answer, or the memory before it, has other bits; None if there is none.
     complete : bool
         The journal has the end of its run.
     """
@@ -237,7 +237,7 @@ class Replay:
 
 
 def replay(model: Model, controller: str, journal: Path) -> Replay:
-    """Compute on this machine, in float, what a board answered, from what it was sent; compare to the bit.
+    """Repeat the board's answers in float on this machine, from the journal's inputs; compare them bit by bit.
 
     Raises
     ------
@@ -278,7 +278,7 @@ def _same(one: Doubles, other: NDArray[np.float32]) -> bool:
 
 
 class _Again:
-    """Steps a law by what a journal says went down the line."""
+    """Steps a law with the inputs recorded in a journal."""
 
     def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
         manifest = firmware.model.manifest

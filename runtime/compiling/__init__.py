@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From C text to a loaded library: the compiler, the processor, the cache."""
+"""Compilation of C code into loaded libraries: compiler, processor, cache."""

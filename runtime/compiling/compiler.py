@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which C compiler is there."""
+"""Search for the installed C compiler."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def find_compiler() -> Compiler | None:
 
 
 def require_compiler() -> Compiler:
-    """Return the compiler to use, or raise InputError that says how to get one."""
+    """Return the compiler to use, or raise InputError with instructions to install one."""
     compiler = find_compiler()
     if compiler is None:
         raise InputError(

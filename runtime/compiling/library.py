@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From C text to a loaded library, compiled once for all that decides its bytes: sources, flags, compiler, machine."""
+"""Shared libraries, compiled once for everything that decides their bytes: sources, flags, compiler, machine."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .compiler import Compiler, environment, require_compiler
 
 NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
-"""Where compilers find the headers of generated C: `cc -I`."""
+"""Folder of the headers for generated C: `cc -I`."""
 _KIND = "libraries"
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 """Of the names of shared libraries."""
 
-# No flag here changes a result: no contraction, no reassociation, NaN and infinity as IEEE 754 has them.
+# No flag here changes a result: no contraction, no reassociation, NaN and infinity as in IEEE 754.
 FLAGS = (
     "-std=gnu11",
     *(() if sys.platform == "win32" else ("-fPIC",)),  # code for Windows can lie anywhere, and clang refuses the flag

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many doubles this processor works on at once, and what to tell the compiler about it."""
+"""Vector width of this processor in doubles, and the compiler flags for it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def vector_flags() -> tuple[str, ...]:
 
 
 def _instructions() -> frozenset[str]:
-    """Return what the operating system says the processor can do; nothing where that is not known."""
+    """Return the processor features that the operating system reports; empty where they are unknown."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
         return frozenset()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Python needs of the headers in `native`, read from them: structures as `ctypes` has them, and numbers."""
+"""Structures and numbers read from the headers in `native`: `ctypes` structures and Python numbers."""
 
 from __future__ import annotations
 

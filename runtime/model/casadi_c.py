@@ -17,7 +17,7 @@ from .generated import generated_text
 
 
 def casadi_manifest(manifest: Manifest) -> Manifest:
-    """Return a manifest whose functions are in CasADi's file: all but those that a batch calls in two parts.
+    """Return a manifest whose functions are in CasADi's file, without those that a batch calls in two parts.
 
     Raises
     ------
@@ -56,13 +56,13 @@ class CasadiBackend(CBackend):
     def _build(self, file: str, real: Real) -> ctypes.CDLL:
         assert real == "double"
         calls = _calls_text(self._manifest.model, file, self._manifest.functions.values())
-        # the Jacobians are in this file: compiling it counts for more than running it
+        # the Jacobians are in this file: compile time matters more than run time
         sources = {file: generated_text(self._manifest, file), "calls.c": calls}
         return load_library(identifier(file.removesuffix(".c")), sources, ["calls.c"], ["-O1"])
 
 
 def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
-    """C text that gives each of CasADi's functions our two signatures; graphs of scalars need no work space."""
+    """Return C code that gives each of CasADi's functions our two signatures; scalar graphs need no work space."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         name, symbol = identifier(function.name), f"{identifier(model)}_{identifier(function.name)}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which generated models there are, by name."""
+"""Catalogue of the generated models by name."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _models_in(root: Path) -> dict[str, Path]:
 
 
 def _model_in(roots: Iterable[Path], name: str) -> Path | None:
-    """Return what `_models_in` has for a name, without a look at the others."""
+    """Return the entry of `_models_in` for a name, without reading the others."""
     folders = [root / name for root in roots if os.path.isfile(root / name / FILE)]  # noqa: PTH113 - as in find_folder
     return folders[-1] if folders and folders[-1].name == name else None
 
@@ -64,15 +64,15 @@ def _is_same(folder: Path, other: Path | None) -> bool:
 
 
 def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Path:
-    """Return the folder of a model, by a name that is known or as the folder itself; a name comes first.
+    """Return the folder of a model, given by a known name or as the folder itself; a name comes first.
 
     Parameters
     ----------
     model : str or path
         Name or folder.
     beside : Path, optional
-        The folder of a file that says so: its project has the names, and folders count from it. Unless given, the
-        folder that one stands in.
+        The folder of the file with the reference: its project supplies the names, and paths are relative to it. Unless
+        given, the current folder.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Pa
 
 
 def is_installed(model: str, digest: str) -> bool:
-    """Return whether the model that has this name here is the one with this hash."""
+    """Return True if the model of this name here has this hash."""
     return model in known_models() and find_model(model).hash == digest
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a generated folder leaves out: derived from the sources beside it when first used, kept in the cache.
+"""Files that a generated folder omits: derived from the sources beside it at first use, and kept in the cache.
 
-A derivation runs in a process of its own, by the command that a user would type: what runs a model imports nothing that
-derives one.
+A derivation runs in its own process, by the command that a user would type, so that running a model imports no
+derivation code.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _NEEDED = ("sympy", "casadi")
 
 
 def holder(manifest: Manifest, name: str) -> Manifest:
-    """Return the manifest of the folder that has a file: the model's own, or one in the cache, which is made now.
+    """Return the manifest of the folder that has a file: the model's own, or one in the cache, made now if needed.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def holder(manifest: Manifest, name: str) -> Manifest:
     Raises
     ------
     InputError
-        If the file is to be made and cannot be: its sources are gone or have changed, or a package is missing.
+        If the file is missing and cannot be made: its sources are missing or changed, or a package is missing.
     """
     present = name in manifest.files_sha256 if manifest.files_sha256 else (manifest.folder / name).is_file()
     if present or name not in made_when_asked(manifest.model):
@@ -108,7 +108,7 @@ def _fill(root: Path, model: str, folder: Path, what: str) -> None:
 
 
 def run_python(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run Python with this mehvar in a tree, whose models it may import as no other process of ours may."""
+    """Run Python with this mehvar in a tree; only such a process may import the tree's models."""
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
     return subprocess.run(
         [sys.executable, "-P", *arguments],
@@ -121,5 +121,5 @@ def run_python(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def last_line(process: subprocess.CompletedProcess[str]) -> str:
-    """Return the last thing that a process said."""
+    """Return the last line that a process printed."""
     return "".join((process.stderr.strip() or process.stdout.strip()).splitlines()[-1:])

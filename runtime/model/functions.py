@@ -27,7 +27,7 @@ BackendName = Literal["c", "python", "casadi"]
 Real = Literal["double", "float"]
 
 _MAX_AXES = 32
-"""Of `mv_map` (MV_MAX_ARRAYS in map.c), whose counters stand on the stack; NumPy before version 2 had as many."""
+"""Axis limit of `mv_map` (MV_MAX_ARRAYS in map.c), whose counters are on the stack; NumPy 1 has the same limit."""
 _POINTER = ctypes.c_void_p
 
 
@@ -43,7 +43,7 @@ class Backend(Protocol):
         """Return each result with the leading axes `shape`."""
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], Any]:
-        """Return what evaluates at a single point of plain arrays, and returns None for any other arguments."""
+        """Return an evaluator for a single point of plain arrays, which returns None for any other arguments."""
 
 
 class GeneratedFunction:
@@ -79,7 +79,7 @@ class GeneratedFunction:
 
     @property
     def function(self) -> Function:
-        """What the manifest says of it: arguments and results."""
+        """The manifest's entry: arguments and results."""
         return self._function
 
     def __call__(self, *arguments: ArrayLike) -> Any:
@@ -152,7 +152,7 @@ class CBackend:
         self._map: Any = None
 
     def prepare(self) -> None:
-        """Compile or load the integrators and the model, neither the Jacobians nor what only a batch calls."""
+        """Compile or load the integrators and the model, without Jacobians and functions for batches."""
         self._native_map()
         self._library(f"{self._manifest.model}.c")
 
@@ -179,7 +179,7 @@ class CBackend:
         return results
 
     def point(self, function: Function) -> Point:
-        """Return what calls the C function without a loop."""
+        """Return a direct call of the C function, without a loop."""
         return Point(function, lambda: self._entry(function))
 
     def _entry(self, function: Function) -> Any:
@@ -188,7 +188,7 @@ class CBackend:
         return entry
 
     def address(self, name: str, real: Real = "double") -> int:
-        """Return the address of a C function on doubles, for the native loop; `real` is what it computes with."""
+        """Return the address of a C function on doubles, for the native loop; `real` is its internal number type."""
         function = self._manifest.functions[name]
         symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
@@ -212,7 +212,7 @@ class CBackend:
         sources |= native_headers()
         calls = _calls_text if real == "double" else _narrow_text
         sources["calls.c"] = calls(self._manifest, file, functions)
-        # Derivatives are long and rarely called: compiling them counts for more than running them. Those of the loops
+        # Derivatives are long and rarely called: compile time matters more than run time. Those of the loops
         # of the largest model take 0.6 s and 20 us; with -O1, 4.6 s and 13 us. Elsewhere, vectorising straight-line
         # scalar code costs more moves than it saves.
         optimise = "-O0" if all(_is_jacobian(f) for f in functions) else "-O2"
@@ -235,7 +235,7 @@ class PythonBackend:
         self.raw("rhs")
 
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
-        """Call the module; what it leaves unbroadcast is broadcast here."""
+        """Call the module, and broadcast its results to the full shape."""
         wide = [np.broadcast_to(a, shape + s.shape) for s, a in zip(function.arguments, arguments, strict=True)]
         with np.errstate(all="ignore"):
             out = self.raw(function.name)(*wide)
@@ -246,7 +246,7 @@ class PythonBackend:
         ]
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], None]:  # noqa: ARG002
-        """Return what leaves every point to `evaluate`: NumPy costs the same at one."""
+        """Return a function that leaves every point to `evaluate`: NumPy costs the same for a single point."""
         return lambda _: None
 
     def raw(self, name: str) -> Callable[..., Any]:
@@ -281,7 +281,7 @@ def _symbol(manifest: Manifest, function: Function) -> str:
 
 
 def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
-    """C text that includes a generated file and gives each of its functions one common signature."""
+    """Return C code that includes a generated file and gives its functions one common signature."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         arguments = [f"a[{i}]" for i in range(len(function.arguments))]
@@ -294,7 +294,7 @@ def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str
 
 
 def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
-    """C text that includes a generated file in float and gives its functions arguments in double."""
+    """Return C code that includes a generated file in float and gives its functions arguments in double."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         arguments, results = function.arguments, function.results

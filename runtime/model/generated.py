@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a generated folder: their text as generation wrote it, and whether the sources have changed since."""
+"""Files of a generated folder: their verified contents, and a check for changed sources."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .derived import holder
 
 
 def generated_text(manifest: Manifest, name: str) -> str:
-    """Return the text of a generated file, which is made now if the folder leaves it out and the cache lacks it.
+    """Return the text of a generated file, which is made now if folder and cache lack it.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def generated_text(manifest: Manifest, name: str) -> str:
     Raises
     ------
     InputError
-        If it cannot be read or made, or is not what generation wrote: the manifest has its SHA-256.
+        If it cannot be read or made, or its SHA-256 differs from the manifest's.
     """
     manifest = holder(manifest, name)
     path = manifest.folder / name
@@ -44,7 +44,7 @@ def generated_text(manifest: Manifest, name: str) -> str:
 
 
 def check_unedited(manifest: Manifest) -> None:
-    """Refuse a folder of which a file is not what generation wrote; one that is missing says nothing untrue.
+    """Refuse a folder with edited generated files; missing files are allowed.
 
     Raises
     ------
@@ -57,9 +57,9 @@ def check_unedited(manifest: Manifest) -> None:
 
 
 def tell_stale(manifest: Manifest) -> None:
-    """Warn when a model's own sources have changed since it was generated, as far as they stand beside its folder.
+    """Warn when a model's own sources beside its folder have changed since generation.
 
-    Of a new source nothing is told, nor of the tool's: `mehvar generate --check` looks at all that a derivation read.
+    New sources and changes of the tool are not reported; `mehvar generate --check` checks everything a derivation read.
     """
     root, own = manifest.folder.absolute().parent.parent, f"models/{manifest.model}/"
     changed = [

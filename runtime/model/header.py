@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether names, places and sizes in the generated C and Python are those of the manifest.
+"""Check of names, positions and sizes in the generated C and Python against the manifest.
 
-A run makes its arrays by the manifest: code of another size would write beyond them, code of another order would give
-one state's numbers to another.
+A run allocates its arrays by the manifest: code with other sizes would write beyond them, and code with another order
+would mix up states.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _CONSTANT = re.compile(r"(\w+) = (\d+)")
 
 
 def check_header(manifest: Manifest) -> None:
-    """Refuse a header whose constants or hash are not the manifest's.
+    """Refuse a header whose constants or hash differ from the manifest's.
 
     Raises
     ------
@@ -39,9 +39,9 @@ def check_header(manifest: Manifest) -> None:
 
 
 def check_module(manifest: Manifest, module: ModuleType, path: Path) -> None:
-    """Refuse a generated Python module whose names, sizes or hash are not the manifest's, as `check_header` does.
+    """Refuse a generated Python module whose names, sizes or hash differ from the manifest's, as `check_header` does.
 
-    A module of an older version has more functions.
+    A module of an older version may have more functions.
     """
     sizes = getattr(module, "SIZES", {})
     present = {vector.constant: getattr(module, vector.constant, None) for vector in vectors(manifest)}

@@ -239,7 +239,7 @@ def _answer(
 
 
 def _seen(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> tuple[ArrayLike, FloatArray | None]:
-    """Return what laws receive, without noise, and its slope in the state where it is another vector."""
+    """Return the vector that laws receive, without noise, and its slope in the state where the two differ."""
     if not manifest.measured:
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
@@ -307,7 +307,7 @@ def _by_state_and_reference(
 
 def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the map of a linear system over a period in which its input is held."""
-    from scipy.linalg import expm  # a tenth of a second that a plant alone need not wait
+    from scipy.linalg import expm  # the import takes 0.1 s, which a plant without a law does not need
 
     nx, n = A.shape[-1], A.shape[-1] + B.shape[-1]
     both = np.zeros((*np.broadcast_shapes(A.shape[:-2], np.shape(period)), n, n))
@@ -317,7 +317,7 @@ def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray,
 
 
 def _widened(matrix: FloatArray, by_state: FloatArray) -> FloatArray:
-    """Return a matrix with columns of zeros for what a law adds to the state."""
+    """Return a matrix with columns of zeros for the states that a law adds."""
     missing = by_state.shape[-1] - matrix.shape[-1]
     return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], missing))], axis=-1)
 

@@ -97,7 +97,7 @@ class Model:
 
     @property
     def backend(self) -> BackendName:
-        """What evaluates the functions: "c", "python" or "casadi"."""
+        """Name of the evaluator: "c", "python" or "casadi"."""
         return self.evaluator.name
 
     def parameters(self, **values: ArrayLike) -> NamedVector:
@@ -205,8 +205,8 @@ class Model:
         Parameters
         ----------
         x, u, p : array_like
-            State, input and parameters; leading axes broadcast. With a law, which gives the input itself, `u` is None,
-            or what acted in the sample before if the law has a memory (zero for None).
+            State, input and parameters; leading axes broadcast. With a law, which computes the input itself, `u` is
+            None, or the input of the previous sample if the law has a memory (zero for None).
         outputs : sequence of str, optional
             Names of outputs or states, one row of C and D each. Without it every state is an output.
         r : array_like, optional
@@ -306,7 +306,7 @@ class Model:
         p: ArrayLike | None = None,
         scenario: str | None = None,
     ) -> InitialValueProblem:
-        """Return the plant as what `scipy.integrate.solve_ivp` takes.
+        """Return the plant in the form of the arguments of `scipy.integrate.solve_ivp`.
 
         Parameters
         ----------
@@ -363,7 +363,7 @@ class Model:
         c: ArrayLike | None = None,
         z: ArrayLike | None = None,
     ) -> Any:
-        """Return what `linearize` returns as a `control.StateSpace` with labelled states, inputs and outputs.
+        """Return the result of `linearize` as a `control.StateSpace` with labelled states, inputs and outputs.
 
         Parameters
         ----------
@@ -427,7 +427,7 @@ class Model:
 
 
 def _reloaded(folder: str, backend: BackendName, digest: str) -> Model:
-    """Load what another process pickled, or raise InputError when the folder holds another model by now."""
+    """Load a model that another process pickled, or raise InputError when the folder holds another model now."""
     model = load(folder, backend)
     if model.manifest.hash != digest:
         raise InputError(f"{folder} has changed since the model was pickled: its hash is {model.manifest.hash[:12]}")
@@ -448,7 +448,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     Raises
     ------
     InputError
-        If the model or backend is unknown, C is asked for without a compiler, or CasADi's C of a folder without it.
+        If the model or backend is unknown, or C is requested without a compiler, or CasADi's C of a folder without it.
     """
     check_arguments("text", "the call", backend=backend)
     if backend not in (None, "c", "python", "casadi"):

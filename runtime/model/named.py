@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors that answer to names: what `Model.parameters` and `Model.state` return."""
+"""Vectors with named elements: the results of `Model.parameters` and `Model.state`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from mehvar.errors import unknown_name
 
 
 class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
-    """A vector whose elements have names: `p.mass`, `p["mass"]`, both to read and to write.
+    """A vector with named elements: `p.mass`, `p["mass"]`, both to read and to write.
 
-    An element called like an attribute of arrays, such as `T`, has the brackets only. What is computed from it, sliced
-    or pickled is a plain array.
+    An element with the name of an array attribute, such as `T`, needs the brackets. Results of computing, slicing or
+    pickling are plain arrays.
     """
 
     __slots__ = ()  # a misspelt name is an error where it is written too

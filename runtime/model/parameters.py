@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From what user, scenario and tables say to parameter vectors, with the origin of every value."""
+"""Parameter vectors from the values of user, scenario and tables, with the origin of every value."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class _Number(float):
 
 
 def number(name: str, value: object, origin: str = "") -> float:
-    """Return a value as a finite float, or raise InputError; neither a truth value nor a text is a number."""
+    """Return a value as a finite float, or raise InputError; booleans and texts are not numbers."""
     if type(value) is float and math.isfinite(value):
         return value
     try:
@@ -83,7 +83,7 @@ def checked(parameter: Parameter, setting: Setting) -> float:
 
 
 def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> FloatArray:
-    """Return parameter values in order: what is set, else the default.
+    """Return parameter values in order: the given value, else the default.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> 
 
 
 def law_vector(functions: Functions, controller: Controller, values: Mapping[str, object]) -> FloatArray:
-    """Return the parameter vector c of a law: what is set, else the default or its formula.
+    """Return the parameter vector c of a law: the given value, else the default or its formula.
 
     Raises
     ------
@@ -221,9 +221,9 @@ def resolve(
 def check_values(
     manifest: Manifest, controller: Controller, values: Mapping[str, object], origin: str, options: Iterable[str] = ()
 ) -> None:
-    """Refuse every value that is not allowed by itself: an unknown name, no number, out of bounds.
+    """Refuse every value that is not allowed by itself: an unknown name, not a number, out of bounds.
 
-    The arguments are those of `resolve`, which calls this before it asks how values go together.
+    The arguments are those of `resolve`, which calls this before it checks combinations of values.
 
     Raises
     ------
@@ -263,9 +263,9 @@ def _default(parameter: Parameter) -> Setting:
 
 
 def _formulas(functions: Functions, controller: Controller, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the law parameters that nobody set and whose default is a formula.
+    """Return the law parameters that are not given and have a formula as default.
 
-    A formula may use another one: each pass settles at least one more.
+    A formula may use another one: each pass evaluates at least one more.
     """
     derived = [q for q in controller.parameters if q.formula is not None]
     missing = [q for q in derived if q.name not in settings]
@@ -302,7 +302,7 @@ def _check(messages: Sequence[str], margins: FloatArray, resolved: Resolved) -> 
 
 
 def advice(functions: Functions, controller: Controller, resolved: Resolved) -> tuple[str, ...]:
-    """Return what a law warns of: parameters that it accepts but should not have."""
+    """Return the warnings of a law: parameters that it accepts but does not recommend."""
     if not controller.warnings:
         return ()
     margins = functions[f"{identifier(controller.name)}_warnings"](resolved.p, resolved.c, resolved.s)

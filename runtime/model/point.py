@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One C function at one point: what a call costs when there is nothing to broadcast."""
+"""Calls of one C function at one point, without the cost of broadcasting."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class _Buffers:
 class Point:
     """Calls a C function on doubles of exactly its shapes.
 
-    Addresses of NumPy arrays cost more than copying a state: arguments are copied to arrays whose addresses are known.
-    Each call has buffers of its own while it lasts, so that threads may call at once.
+    Reading the address of a NumPy array costs more than copying a state, so arguments are copied to arrays with known
+    addresses. Each call uses its own buffers while it lasts, so that several threads may call at once.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a plant stays as it is: states and inputs at which rates vanish."""
+"""Trim points of a plant: states and inputs at which rates vanish."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .model import Model, load
 from .parameters import number
 
 _TOLERANCE = 1e-12
-"""Of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the digits that are
-missing, so that half or twice of it costs or saves a step at most."""
+"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the missing
+digits, so half or twice this value costs or saves at most one step."""
 _STEADY = 1e-8
-"""Of a rate against what its unknowns change it by, each by its own size or by one: at a steady state rounding is left,
-some 1e-16, and of a double zero half of the digits. Own; a tenth or ten times changes nothing here."""
+"""Tolerance of a rate relative to the changes by its unknowns, each by its own size or by one. A steady state leaves
+rounding error, some 1e-16, and half of the digits at a double zero. Own value; a tenth or ten times changes nothing."""
 _ROUNDING = 1e-12
-"""Of rates that no unknown changes: what rounding leaves of them."""
+"""Bound for rates that no unknown changes: their rounding error."""
 _PROBE = 6e-6
-"""Of a coordinate, for slopes of the projection: the cube root of a double's rounding, where central differences are
-best. They lead the search only; ten times more or less costs it a step."""
+"""Relative step of a coordinate for slopes of the projection: the cube root of a double's rounding, the optimum for
+central differences. They only guide the search; ten times more or less costs it a step."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which generated functions a closed loop calls, by the names that native/step/calls.h has for them."""
+"""Generated functions that a closed loop calls, by their names in native/step/calls.h."""
 
 from __future__ import annotations
 
@@ -36,26 +36,26 @@ _ARGUMENTS = {
     "from_coordinates": "q",
 }
 _AROUND = ("start", "to_coordinates", "from_coordinates")
-"""What is called before and after a loop, not in it."""
+"""Functions called before and after a loop, not in it."""
 
 
 def loop_calls(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Integrator = EXPLICIT
 ) -> dict[str, Function]:
-    """Return the functions behind the calls of a loop; a call that the model has no function for is absent.
+    """Return the functions for the calls of a loop, without calls for which the model has no function.
 
     Parameters
     ----------
     manifest : Manifest
-        Of the model.
+        Manifest of the model.
     controller : Controller
         The law; one in Python has no functions.
     suffix : str
-        Of the functions that the chosen variant of the plant has of its own.
+        Suffix of the functions that only the chosen variant of the plant has.
     sampled : bool
-        Whether the law is sampled.
+        True for a sampled law.
     method : str
-        A linearly implicit one calls the Jacobian too.
+        Integration method; a linearly implicit one calls the Jacobian too.
 
     Raises
     ------
@@ -98,26 +98,26 @@ def loop_calls(
 
 
 def check_method(manifest: Manifest, method: Method) -> None:
-    """Refuse an explicit method for a model with algebraic states, which have no rates that it could add up."""
+    """Refuse an explicit method for a model with algebraic states, which have no rates to integrate."""
     if manifest.algebraic and method not in IMPLICIT:
         allowed = f"{either(IMPLICIT)}: {manifest.model} has algebraic states"
         raise bad_value("method", method, allowed)
 
 
 def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
-    """Return the events of a loop: the system's, and the surfaces of a law that is continuous."""
+    """Return the events of a loop: the system's, and for a continuous law its surfaces."""
     return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
 def jacobian_name(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Method = STIFF
 ) -> str:
-    """Return the function that gives a linearly implicit method the Jacobian of a loop.
+    """Return the name of the Jacobian of a loop for a linearly implicit method.
 
     Raises
     ------
     InputError
-        If the model has none, as it has for its default variant alone.
+        If the model has none; only its default variant has one.
     """
     name = f"jac_x{suffix}" if sampled else f"{identifier(controller.name)}_loop_jac{suffix}"
     if name not in map(identifier, manifest.functions):
@@ -127,7 +127,7 @@ def jacobian_name(
 
 
 def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: Controller) -> dict[str, Function]:
-    """Return the functions of a loop by the fields of mv_model, native/single/single.h, that have their addresses."""
+    """Return the functions of a loop by the address fields of mv_model, native/single/single.h."""
     renamed = {"law": "law_memory"} if controller.memory else {}
     if "actuate" in manifest.functions:
         renamed["observe"] = "observe_command"

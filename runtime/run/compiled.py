@@ -18,7 +18,7 @@ from .options import INTEGRATORS
 from .own.law import Law
 from .problem import Problem, Status, Trajectory
 
-_CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
+_CHUNK_SECONDS = 0.03  # between two checks for interrupts and calls of the progress callback
 
 _STRUCTURES = structures("step/schedule.h", "single/single.h")
 _Schedule, _Model, _Single, _Journal = (
@@ -28,10 +28,10 @@ _DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_i
 
 
 def run(problem: Problem, backend: CBackend) -> Trajectory:
-    """Integrate a closed loop; the interpreter lock is free while it runs.
+    """Integrate a closed loop; the interpreter lock is released while it runs.
 
-    C calls no function of Python, as it could not pass on what one raises: a law in Python has its turn between two
-    calls of the native loop. What it raises, or a signal's handler, ends the run.
+    C cannot call Python functions, as it could not pass on their exceptions. A law in Python therefore runs between
+    two calls of the native loop. Its exceptions, or those of a signal handler, end the run.
     """
     library = _library()
     single, arrays = _prepare(problem, backend)
@@ -83,7 +83,7 @@ def _events(journal: Any) -> tuple[tuple[float, int], ...]:
 
 
 class _Elsewhere:
-    """A law that C does not call: what it finds at a sample, and where its answer goes."""
+    """A law outside C: arrays of its arguments at a sample, and of its answer."""
 
     def __init__(self, law: Law, single: Any) -> None:
         model = single.model
@@ -95,12 +95,12 @@ class _Elsewhere:
         model.u_own, model.z_own = self._u.ctypes.data, self._z_next.ctypes.data
 
     def answer(self) -> None:
-        """Evaluate the law at the sample at hand."""
+        """Evaluate the law at the current sample."""
         self._u[:-1], self._z_next[:] = self._law(*(array.copy() for array in self._seen.values()))
 
 
 def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None) -> None:
-    """Call the native loop in chunks of samples: interrupts, a law elsewhere and the progress get their turn."""
+    """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
     chunk, end = 16, len(problem.t)
@@ -120,7 +120,7 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere 
 
 
 def _answered(law: _Elsewhere | None, problem: Problem, tick: int, until: int) -> int:
-    """Have a law elsewhere answer where it is due at a tick, and return how far that leads."""
+    """Evaluate a law outside C if it is due at a tick; return the tick up to which the loop may continue."""
     if law is None or problem.hold_every is None:
         return until
     if tick % problem.hold_every == 0:
@@ -148,7 +148,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
     records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
     arrays |= records
     numbers = [event.numbers for event in problem.events]
-    arrays["events"] = np.array(numbers, dtype=np.int32)  # kept as long as the others
+    arrays["events"] = np.array(numbers, dtype=np.int32)  # must live as long as the others
     pointers = {name: array.ctypes.data for name, array in arrays.items()}
     schedule = _Schedule(
         t=pointers["t"],
@@ -184,7 +184,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
 
 
 def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
-    """Return where the C functions are that the loop calls."""
+    """Return the addresses of the C functions that the loop calls."""
     controller, sampled = problem.controller, problem.hold_every is not None
     manifest = problem.model.manifest
     calls = loop_calls(manifest, controller, problem.suffix, sampled, problem.method)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as files: NetCDF, CSV, Parquet or MATLAB, as the file's name ends."""
+"""Result files in NetCDF, CSV, Parquet or MATLAB format, chosen by the file's ending."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
 
 _DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
-"""Before the hash of all bytes of a file, at its end, where HDF5 reads nothing: damage can make it search for ever."""
+"""Mark before the hash of all bytes of a file, at its end, where HDF5 does not read: damage can make HDF5 loop."""
 _END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3": slice(28, 36)}
-"""Where HDF5 writes the end of a file, by the version of its first block (the superblock of its format)."""
+"""Positions of the end-of-file address in HDF5 files, by the version of the superblock (the first block)."""
 _MATLAB_HEADER = 116
 """Bytes of free text at the start of a MAT-file."""
 _MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 _NUMBERS = "biuf"
-"""Kinds of NumPy's types that are real numbers."""
+"""NumPy kinds of real numbers."""
 
 
 def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a result; the file is complete or absent, an old one stays until then.
+    """Write a result; the file is written completely or not at all, and replaces an old one only then.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         A result, as `simulate` returns it.
     path : path
-        The file, in a folder that exists. Its ending says what is written: `.nc` everything, as NetCDF-4; `.csv` the
+        The file, in a folder that exists. Its ending decides the contents: `.nc` everything, as NetCDF-4; `.csv` the
         series, a column `NAME [UNIT]` each; `.parquet` the series, with units, attributes and metrics as metadata;
         `.mat` series and metrics by name, with the structures `units` and `attributes`.
 
@@ -61,16 +61,16 @@ def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     if not isinstance(dataset, xarray.Dataset):
         raise bad_value("dataset", dataset, "a result, as `simulate` or `batch` returns it", "the call")
     try:
-        content = _FORMATS[suffix](dataset)  # in memory first: HDF5 does not report every write that failed
+        content = _FORMATS[suffix](dataset)  # in memory first: HDF5 does not report every failed write
     except (MehvarError, MemoryError):
         raise
-    except Exception as error:  # what a format holds is known to its library alone, and each raises errors of its own
+    except Exception as error:  # each library has limits and exceptions of its own
         raise InputError(f"{_name(path)}: this dataset cannot be written as {suffix}: {_one_line(error)}") from error
     write_atomic(path, content)
 
 
 def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Read a result file whole.
+    """Read a complete result file.
 
     Parameters
     ----------
@@ -94,11 +94,11 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     if not _whole(Path(path).read_bytes()):
         raise InputError(f"{name} is not a result file as it was written: its bytes do not match its checksum")
     try:
-        with h5py.File(path, "r") as file:  # first: h5netcdf leaves half an object behind attributes it cannot read
+        with h5py.File(path, "r") as file:  # first: for unreadable attributes h5netcdf leaves a broken object behind
             dict(file.attrs)
         with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as dataset:
             result = dataset.load()
-    except Exception as error:  # a damaged file makes HDF5 and its readers raise anything
+    except Exception as error:  # for a damaged file HDF5 and its readers raise anything
         raise InputError(f"{name} is not a result file: {_one_line(error)}") from error
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
         raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
@@ -108,12 +108,12 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 
 def checked_format(path: str | os.PathLike[str]) -> str:
-    """Return the ending of a result file in small letters.
+    """Return the ending of a result file in lower case.
 
     Raises
     ------
     InputError
-        If it is no format, or the format needs a package that is not installed.
+        If the ending is not a format, or the format needs a package that is not installed.
     """
     name = _name(path)
     suffix = Path(name).suffix.lower()
@@ -141,7 +141,7 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
 
 
 def _whole(content: bytes) -> bool:
-    """Return whether a file is what its seal says; one with nothing behind its end, which another has written, is."""
+    """Return True if a file matches its seal; a file of another program, which ends without one, counts as intact."""
     field = _END.get(content[8:9])
     if field is None or len(content) <= int.from_bytes(content[field], "little"):
         return True
@@ -150,9 +150,9 @@ def _whole(content: bytes) -> bool:
 
 
 def _digest(dataset: xarray.Dataset) -> str:
-    """Return a hash of all values, names, dimensions, units and attributes, apart from their order.
+    """Return a hash of all values, names, dimensions, units and attributes, regardless of their order.
 
-    HDF5's own checksums cover the values of a series, not where the file says they lie.
+    HDF5's checksums cover the values of a series, but not their position in the file.
     """
     digest = hashlib.sha256()
     for name in sorted(dataset.variables, key=str):
@@ -166,7 +166,7 @@ def _digest(dataset: xarray.Dataset) -> str:
 
 
 def _about(attributes: Mapping[Any, Any]) -> str:
-    """Return attributes as text, the same whether a file holds a number as Python's or as NumPy's."""
+    """Return attributes as text, the same for Python and NumPy numbers."""
     return repr(sorted((str(name), np.asarray(value).tolist()) for name, value in attributes.items()))
 
 
@@ -211,7 +211,7 @@ def _matlab(dataset: xarray.Dataset) -> bytes:
     content = io.BytesIO()
     values = {name: array.values for name, array in columns.items()}
     savemat(content, {**values, **about}, oned_as="column", long_field_names=True)
-    header = b"MATLAB 5.0 MAT-file, written by mehvar".ljust(_MATLAB_HEADER)  # where SciPy puts the time of day
+    header = b"MATLAB 5.0 MAT-file, written by mehvar".ljust(_MATLAB_HEADER)  # SciPy's contains the time of day
     return header + content.getvalue()[_MATLAB_HEADER:]
 
 
@@ -222,11 +222,11 @@ _FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
     ".mat": _matlab,
 }
 ENDINGS = tuple(_FORMATS)
-"""Of the names of result files."""
+"""Endings of result files."""
 
 
 def _series(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return the variables along time, or raise InputError for a dataset that is no table."""
+    """Return the variables along time, or raise InputError for a dataset that is not a table."""
     wide = [str(name) for name, array in dataset.data_vars.items() if array.dims not in ((), ("t",))]
     if wide or set(dataset.coords) != {"t"}:
         raise InputError("only a single run can be a table: save this dataset as .nc, or take what you need of it")
@@ -245,7 +245,7 @@ def _metrics(dataset: xarray.Dataset) -> dict[str, xarray.DataArray]:
 
 
 def _metrics_text(dataset: xarray.Dataset) -> str:
-    """Return the metrics as JSON, which knows no infinity: what is not finite is a text."""
+    """Return the metrics as JSON, with text for numbers that are not finite, as JSON has no infinity."""
     values = {name: (float(array), array.attrs.get("units", "")) for name, array in _metrics(dataset).items()}
     return json.dumps(
         {

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Closed loops without a compiler: the generated NumPy module under SciPy's integrators.
 
-Same meaning as the native loop. A continuous loop with an adaptive method takes the integrator's own steps
-and reads the samples from its dense output; everything else stops at every tick.
+The results are the same as those of the native loop. A continuous loop with an adaptive method takes the integrator's
+own steps and reads samples from its dense output; all other loops stop at every tick.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ _PROGRESS_SECONDS = 0.1
 _DENSE = 0.01
 """Factor of the tolerances where samples come from the dense output, which is less accurate than the steps.
 
-Samples of a smooth closed loop at 1e-8, a hundred a second, are off by 2e-9 with dop853 and by 1e-8 with dopri5;
-without it, by 1e-7 and 2e-6. Those of rodas5p are as accurate as its steps. The native loop, which steps to every
-sample, is off by 4e-8. Half of it takes 0.9 and 2.3 times the evaluations.
+For a smooth closed loop at tolerance 1e-8 and a hundred samples a second, samples are off by 2e-9 with dop853 and 1e-8
+with dopri5; without the factor by 1e-7 and 2e-6. Those of rodas5p are as accurate as its steps. The native loop, which
+steps to every sample, is off by 4e-8. Half the factor takes 0.9 and 2.3 times the evaluations.
 """
 
 _NEWTON_STEPS, _SETTLED = 10, 0.1
-"""As in native/step/implicit.h."""
+"""Newton steps and tolerance as in native/step/implicit.h."""
 
 _Slope = Callable[[float, FloatArray], FloatArray]
 
 
 class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an error
-    """The run ends before its time."""
+    """The run ends early."""
 
     def __init__(
         self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None, t_stiff: float = math.nan
@@ -85,12 +85,12 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
 
 
 class _Loop:
-    """The generated functions with one problem's parameters filled in, and the rows recorded so far."""
+    """The generated functions with the parameters of one problem, and the rows recorded so far."""
 
     def __init__(self, problem: Problem, backend: PythonBackend) -> None:
         manifest, law = problem.model.manifest, identifier(problem.controller.name)
         raw, self.continuous, own = backend.raw, problem.hold_every is None, problem.own
-        charted = self.continuous and own is None  # a law in Python gives the input of the state's own chart
+        charted = self.continuous and own is None  # a law in Python returns the input in the chart of the state
         self.problem = problem
         self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
@@ -129,7 +129,7 @@ class _Loop:
         self.watch = Watch(self.guards, problem.events, float(problem.t[-1])) if problem.events else None
 
     def guards(self, t: float, q: FloatArray) -> FloatArray:
-        """Return what crosses zero at events."""
+        """Return the guards, whose zero crossings are events."""
         assert self._guards is not None
         if self._guards_of_loop:
             values = self._guards(q, self.reference(t), self.problem.p, self.problem.c)
@@ -141,7 +141,7 @@ class _Loop:
         return self.observed(t, q)[1] if self.continuous else self.u
 
     def happen(self, t: float, q: FloatArray, fires: Sequence[int]) -> FloatArray:
-        """Let events happen; return the coordinates after them."""
+        """Apply events; return the coordinates after them."""
         assert self.watch is not None
         before = q
         for event in fires:
@@ -157,7 +157,7 @@ class _Loop:
         return q
 
     def begin(self, t: float, q: FloatArray) -> None:
-        """Look where guards are when a step begins; end the run that is past an event which ends it."""
+        """Evaluate the guards at the start of a step; end a run that has passed an event that ends it."""
         if self.watch is None:
             return
         begins = self.watch.begins
@@ -168,7 +168,7 @@ class _Loop:
         self.end_at(t, q, begins)
 
     def end_at(self, t: float, q: FloatArray, begins: bool = False) -> None:
-        """End the run where an event has happened that does that, with a sample unless there is one."""
+        """End the run at an event that ends it; record a sample unless there is one."""
         ends = {self.problem.events[event].ends for at, event in self.happened if at == t} - {""}
         if not ends:
             return
@@ -179,7 +179,7 @@ class _Loop:
         raise _EndOfRun(Status.FAILURE if failed else Status.EVENT, t)
 
     def diffused(self, q: FloatArray, slope: FloatArray, h: float) -> FloatArray:
-        """Return what process noise adds over a step from q, as native/step/random.h has it."""
+        """Return the increment of process noise over a step from q, as in native/step/random.h."""
         change = np.zeros(len(q))
         if self._diffuse is None:
             return change
@@ -215,13 +215,13 @@ class _Loop:
         return slope
 
     def held(self, _t: float, x: FloatArray) -> FloatArray:
-        """Return x' under the input that is held now."""
+        """Return x' under the currently held input."""
         slope: FloatArray = self.rhs(x, self.u, self.problem.p)
         return slope
 
     @property
     def closed_jacobian(self) -> _Slope | None:
-        """The Jacobian of `closed`; that of a loop with a law in Python is not known."""
+        """The Jacobian of `closed`; unknown for a loop with a law in Python."""
         if self._jacobian is None:
             return None
         function, problem = self._jacobian, self.problem
@@ -247,18 +247,18 @@ class _Loop:
         return x, u, command[0] if command else u
 
     def projected(self, q: FloatArray) -> FloatArray:
-        """Return coordinates put back on their manifold."""
+        """Return coordinates projected onto their manifold."""
         if self._project is None:
             return q
         plant = self._project(q[: len(q) - self._own_states], *self._of_manifold)
         return np.concatenate((plant, self.own_states(q)))
 
     def own_states(self, q: FloatArray) -> FloatArray:
-        """Return the memory of a continuous law, the last of what is integrated."""
+        """Return the memory of a continuous law, the last of the integrated coordinates."""
         return q[len(q) - self._own_states :]
 
     def start(self) -> FloatArray:
-        """Return what is integrated of a continuous loop, at the start."""
+        """Return the integrated coordinates of a continuous loop at the start."""
         plant = np.asarray(self.to_coordinates(self.problem.x0), dtype=np.float64)
         return np.concatenate((plant, self.problem.z0[: self._own_states]))
 
@@ -275,7 +275,7 @@ class _Loop:
         z: FloatArray | None = None,
         violated: int | None = None,
     ) -> None:
-        """Record a sample where one is due; end the run when it is not finite or a limit is violated."""
+        """Record a sample if one is due; end a run that is not finite or violates a limit."""
         t = float(self.problem.t[tick])
         healthy = all(bool(np.all(np.isfinite(v))) for v in (x, u_cmd, u))
         last = tick + 1 == len(self.problem.t) or not healthy or violated is not None
@@ -294,7 +294,7 @@ class _Loop:
         self.rows.append(tuple(np.array(v, dtype=np.float64) for v in (t, x, u, u_cmd, y, z)))
 
     def check(self, t: float, q: FloatArray) -> None:
-        """End a continuous loop where a limit is violated at a sample between the ends of a step."""
+        """End a continuous loop that violates a limit at a sample within a step."""
         if self.limits is None:
             return
         x, u, _ = self.observed(t, q)
@@ -303,18 +303,18 @@ class _Loop:
             raise _EndOfRun(Status.LIMIT, t, violated, x)
 
     def margins(self, t: float, q: FloatArray) -> FloatArray:
-        """Return what stays positive along a run."""
+        """Return the margins, which stay positive along a run."""
         assert self.limits is not None
         of_state = not self.continuous or self.problem.model.manifest.limits_of_state
         x, u = (q[: len(self.problem.x0)], self.u_cmd) if of_state else self.observed(t, q)[:2]
         return np.asarray(self.limits(x, u, self.problem.p), dtype=np.float64)
 
     def end_beyond(self, limit: int, t: float, q: FloatArray) -> None:
-        """End the run beyond a limit."""
+        """End the run at a violated limit."""
         raise _EndOfRun(Status.LIMIT, t, limit, self.observed(t, q)[0] if self.continuous else q)
 
     def violated(self, x: FloatArray, u: FloatArray) -> int | None:
-        """Return the first limit that does not hold."""
+        """Return the first violated limit."""
         if self.limits is None:
             return None
         indices = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
@@ -343,7 +343,7 @@ def _run_dense(loop: _Loop) -> None:
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss something."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where longer steps may miss something."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed, loop.closed_jacobian)
     q = loop.start()
     for tick in range(len(t)):
@@ -353,7 +353,7 @@ def _run_stopping(loop: _Loop) -> None:
 
 
 def _run_sampled(loop: _Loop) -> None:
-    """Run a sampled law with a held, perhaps delayed input."""
+    """Run a sampled law with a held and possibly delayed input."""
     problem, t = loop.problem, loop.problem.t
     assert problem.hold_every is not None
     x, z = problem.x0, problem.z0
@@ -381,7 +381,7 @@ def _run_sampled(loop: _Loop) -> None:
 
 
 def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
-    """Let algebraic states be what their equations say under the input that is held now, as native/step/implicit.h."""
+    """Return the state with algebraic states solved for the held input, as in native/step/implicit.h."""
     problem, moving = loop.problem, np.asarray(loop.mass) != 0
     for _ in range(_NEWTON_STEPS):
         slope = np.where(moving, 0.0, loop.held(0.0, x))
@@ -399,7 +399,7 @@ def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
 def _command(
     loop: _Loop, tick: int, x: FloatArray, applied: FloatArray, z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what a sampled law commands at a tick, and its memory afterwards."""
+    """Return the command of a sampled law at a tick, and its memory afterwards."""
     problem = loop.problem
     assert problem.hold_every is not None
     r = loop.reference(problem.t[tick])
@@ -415,7 +415,7 @@ def _command(
 
 @dataclass
 class _Cut:
-    """A step that ends at an event, as a SciPy solver shows itself; `y` is the state after it."""
+    """A step that ends at an event, with the interface of a SciPy solver; `y` is the state after the event."""
 
     t: float
     y: FloatArray
@@ -430,7 +430,7 @@ class _Cut:
 
 
 class _Solver:
-    """Steps of one method; the step size survives from one interval to the next."""
+    """Steps of one method; the step size carries over from one interval to the next."""
 
     def __init__(self, loop: _Loop, slope: _Slope, jacobian: _Slope | None) -> None:
         from .solvers import StiffTest
@@ -456,7 +456,7 @@ class _Solver:
         )
 
     def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
-        """Integrate to `end` exactly, with a look at the limits after every step."""
+        """Integrate to `end` exactly, and check the limits after every step."""
         self.trials = 0
         if self._loop.problem.method in FIXED:
             return self._advance_fixed(t, x, end)
@@ -514,7 +514,7 @@ class _Solver:
             self._end_beyond(t, x)
 
     def _shorter(self, t: float, x: FloatArray, h: float, y: FloatArray) -> float | None:
-        """Return how far to try a step again that breaks a limit; None to keep it."""
+        """Return the length at which to repeat a step that violates a limit; None to keep it."""
         return self._margins.shorter(t, x, h, y) if self._margins else None
 
     def _end_beyond(self, t: float, x: FloatArray) -> None:
@@ -522,7 +522,7 @@ class _Solver:
             self._loop.end_beyond(self._margins.broken, t, x)
 
     def _cut(self, solver: Any) -> _Cut | None:
-        """Return the part of a step that ends at an event, which has happened."""
+        """Return the part of a step up to an event, after applying the event."""
         assert self._loop.watch is not None
         t, h, dense = solver.t_old, solver.t - solver.t_old, solver.dense_output()
         self._check_guards(solver.t, solver.y)
@@ -538,12 +538,12 @@ class _Solver:
         return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
 
     def _check_guards(self, t: float, x: FloatArray) -> None:
-        """End a run in which a guard has no value at the end of a step: it would never cross."""
+        """End a run in which a guard has no value at the end of a step: its crossing would be missed."""
         if not np.all(np.isfinite(self._loop.guards(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
 
     def project(self, step: Any) -> FloatArray:
-        """Put a SciPy solver's point back on the manifold, its slope with it."""
+        """Project a SciPy solver's state and slope onto the manifold."""
         moved = self._loop.projected(step.y)
         if moved is not step.y:
             step.y, step.f = moved, self._evaluate(step.t, moved)
@@ -588,7 +588,7 @@ class _Solver:
         return x + h * slope + self._loop.diffused(x, slope, h)
 
     def _past_events(self, t: float, x: FloatArray, h: float) -> FloatArray:
-        """Take a fixed step, with an end at each event on the way."""
+        """Take a fixed step, divided at each event in it."""
         watch, end = self._loop.watch, t + h
         assert watch is not None
         self._loop.begin(t, x)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that sum up a run."""
+"""Metrics: numbers that summarise a run."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ if TYPE_CHECKING:
     import xarray
 
 COUNT = "events"
-"""The kind of metric that counts events instead of summing up series."""
+"""The kind of metric that counts events instead of evaluating series."""
 
 
 def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
-    """Return every metric that a model defines, by name.
+    """Return all metrics that a model defines, by name.
 
     Parameters
     ----------
     run : Run or xarray.Dataset
-        A run, or what `to_dataset` or `open_result` make of it.
+        A run, or its dataset from `to_dataset` or `open_result`.
     manifest : Manifest
-        Says what to compute.
+        Manifest with the definitions.
 
     Returns
     -------
     dict of str to float
-        `inf` for a settling time of something that does not settle; NaN where the series holds NaN, where the run ended
-        before the part that counts, and where it is cut short of what the metric is about, see `is_open`. Under a law
-        that is none of the model's, those are left out that are about what the model's laws report.
+        `inf` for the settling time of a signal that does not settle. NaN where the series holds NaN, where the run
+        ended before the metric's window, and where an early end leaves the metric undetermined, see `is_open`. Under
+        a law from outside the model, metrics of the model's law reports are omitted.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
 
 
 def cut_of(run: Run | xarray.Dataset) -> float:
-    """Return where a run ended before its time, s; infinity for one that did not."""
+    """Return the instant at which a run ended early, s; infinity if it did not."""
     if isinstance(run, Run):
         return math.inf if run.status is Status.DONE else run.t_stop
     status = run.attrs.get("status", Status.DONE.text)
@@ -70,7 +70,7 @@ def cut_of(run: Run | xarray.Dataset) -> float:
 
 
 def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
-    """Return the metrics of runs under a law: all, or those whose variables a law in Python has too."""
+    """Return the metrics of runs under a law: all of them, or for a law in Python those whose variables exist."""
     if law is None or law in manifest.controllers:
         return dict(manifest.metrics)
     reports = {q.name for one in manifest.controllers.values() for q in (*one.memory, *one.outputs)}
@@ -83,26 +83,26 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
 
 
 def is_open(metric: Metric, cut: float) -> bool:
-    """Tell whether a metric is about what comes after the end of a run that is cut short.
+    """Return True for a metric that an early end of the run leaves undetermined.
 
-    What a run has been through, its extremes, sums and counts, is known up to its end, and so is where it ended. That
-    something stays where it is, and a value at an instant, are not.
+    Extremes, sums and counts are known up to the end of a run, and so is its final value. Whether a signal has settled,
+    and a value at a later instant, are not.
     """
     of_the_end = metric.kind in OF_SECONDS or (metric.kind == "final" and math.isfinite(metric.until))
     return of_the_end and cut < metric.until
 
 
 def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: float = math.inf) -> dict[str, str]:
-    """Say why each metric is undetermined of whose window a run has no sample, or not the end.
+    """Return the reason for each undetermined metric: no sample in its window, or no end of it.
 
     Parameters
     ----------
     metrics : mapping of str to Metric
-        Those of a run.
+        Metrics of a run.
     end, dt : float
-        Where the run ends and its sampling step, s.
+        End of the run and its sampling step, s.
     cut : float
-        The same where it ended before its time.
+        Instant at which the run ended early.
     """
     reasons = {}
     for name, metric in metrics.items():
@@ -116,7 +116,7 @@ def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: floa
 
 
 def grouped(notes: Mapping[str, str]) -> list[str]:
-    """Return notes about metrics with a line for each reason."""
+    """Return notes about metrics, one line for each reason."""
     names: dict[str, list[str]] = {}
     for name, note in notes.items():
         names.setdefault(note, []).append(name)
@@ -124,11 +124,11 @@ def grouped(notes: Mapping[str, str]) -> list[str]:
 
 
 _ROUNDING = 1e-12
-"""Of instants that are counted in steps: a window's end on a sample is not before it. A window is longer."""
+"""Relative rounding of instants: a window that ends at a sample includes it. Windows are longer than this."""
 
 
 def event_number(metric: Metric, name: str, events: Sequence[Event]) -> int:
-    """Return which event of a loop a metric counts, or raise InputError."""
+    """Return the number of the loop's event that a metric counts, or raise InputError."""
     names = [event.name for event in events]
     if name not in names:
         raise unknown_name(f"event in metric {metric.name}", name, names)
@@ -142,7 +142,7 @@ def evaluate(
     counts: Mapping[str, int] | None = None,
     cut: float = math.inf,
 ) -> float:
-    """Return one metric of series by name, of a run with these counts of its events and cut short at an instant."""
+    """Return a metric from series by name, the run's event counts, and the instant of an early end."""
     if metric.kind == COUNT:
         return float(sum((counts or {}).get(name, 0) for name in metric.of))
     if metric.kind not in _KINDS:
@@ -179,7 +179,7 @@ def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
 
 
 def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], band: float) -> float:
-    """Return where the line between the last sample outside the band and the next one enters it."""
+    """Return the instant at which linear interpolation after the last sample outside the band enters it."""
     if outside.size == 0:
         return float(t[0])
     last = outside[-1]
@@ -191,7 +191,7 @@ def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], 
 
 
 def _sum(values: FloatArray) -> float:
-    """Add up in the order of time and then over the rows, as a batch does: the same bits."""
+    """Add up along time and then over the rows, in the order of a batch, for the same bits."""
     rows = np.add.accumulate(values, axis=1)[:, -1:]
     return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
 

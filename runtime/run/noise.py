@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise: standard normal numbers that depend on seed, run, what they are for, and sample or step alone.
+"""Noise: standard normal numbers that depend only on seed, run, stream, and sample or step.
 
-Philox4x64-10 (Salmon, Moraes, Dror & Shaw, SC11) with the key (seed, run) counts through the samples; pairs of its
-words become pairs of normal numbers by the method of Box and Muller. Every sample starts at a counter of its own; what
-the numbers are for is the upper half of the counter.
+Philox4x64-10 (Salmon, Moraes, Dror & Shaw, SC11) with the key (seed, run) counts through the samples. The method of Box
+and Muller turns pairs of its words into pairs of normal numbers. Every sample has its own counter; the stream is the
+upper half of the counter.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from ..compiling.library import load_native
 from ..model.functions import FloatArray
 
-_WORDS = 4  # that Philox makes per counter value
-_BLOCK = 512  # steps whose numbers are drawn at once: with a half or twice as many a run takes as long
+_WORDS = 4  # per counter value of Philox
+_BLOCK = 512  # steps whose numbers are drawn at once; half or twice as many take the same time
 
 
 class Stream(IntEnum):
-    """What numbers are for, as in native/random/noise.h."""
+    """Purpose of numbers, as in native/random/noise.h."""
 
     MEASUREMENTS = 0
     WIENER_PROCESSES = 1
@@ -38,7 +38,7 @@ def normals(seed: int, run: int, samples: int, size: int, native: bool = True) -
     samples, size : int
         Evaluations of the law, and numbers for each.
     native : bool
-        Compute in C, to the bits that a batch has; NumPy agrees to the last few.
+        Compute in C, bit-identical to a batch; NumPy agrees up to the last few bits.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a caller may ask of a run: one table of names, kinds, units, defaults, checks and texts.
+"""Options of a run: one table of names, kinds, units, defaults, checks and texts.
 
 The fields of `RunOptions` are its rows. Python, the command line, campaign files, batches, boards and the reference
-read them; none of them holds a default or a bound of its own.
+read them; none of them has a default or a bound of its own.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ Need = Literal["fixed", "adaptive", "sampled", "noise"]
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)  # numbered as in the native integrator
 METHODS: tuple[Method, ...] = get_args(Method)
 AUTO: Method = "auto"
-"""By `EXPLICIT`, and where a run turns out to be stiff to it again from the start by `STIFF`."""
+"""Use `EXPLICIT`; repeat a run that turns out stiff from the start with `STIFF`."""
 EXPLICIT: Integrator = "dop853"
 STIFF: Integrator = "rodas5p"
 IMPLICIT: tuple[Integrator, ...] = ("rodas5p",)
-"""Methods that take the Jacobian of the loop."""
+"""Methods that use the Jacobian of the loop."""
 STOCHASTIC: tuple[Integrator, ...] = ("euler", "platen")
 """Methods for process noise: of strong order 1/2, and 1 where the noise commutes."""
 FIXED: tuple[Integrator, ...] = ("rk4", *STOCHASTIC)
-"""Methods whose step is the same everywhere."""
-SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
-_SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
+"""Methods with a fixed step."""
+SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding error
+_SMALLEST_ATOL = sys.float_info.min  # below it a double has fewer digits
 _COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32
 _NEEDS: Mapping[Need, str] = {
     "fixed": "the method has a fixed step, as rk4 has",
@@ -46,7 +46,7 @@ _NEEDS: Mapping[Need, str] = {
     "sampled": "the law is sampled, by its own period or by `hold`",
     "noise": "the law is sampled and the model has measurement noise or random steps, or it has process noise",
 }
-"""What a loop must be for an option to have an effect on it."""
+"""Conditions on a loop for an option to have an effect."""
 
 
 @dataclass(frozen=True)
@@ -60,17 +60,17 @@ class Option:
     text, unit : str
         One line for people, and the unit in which a number is given.
     default, otherwise : object, str
-        What holds unless given; for None, `otherwise` says it in words.
+        Default value; for None, `otherwise` describes the default in words.
     least, above, below : float, optional
         Bounds of a number: at least, larger than, smaller than.
     words : tuple of str
-        What a word may be.
+        Allowed words.
     refused : mapping of str to str
-        Places that do not take the option, each with what to do instead.
+        Places that refuse the option, each with advice.
     needs : {"fixed", "adaptive", "sampled", "noise"}, optional
-        What the loop must be for the option to have an effect; with another loop it is refused.
+        Condition on the loop for the option to have an effect; it is refused for other loops.
     name : str
-        What people call it: the field's name unless given.
+        Name for users: the field's name unless given.
     """
 
     kind: Kind
@@ -88,7 +88,7 @@ class Option:
 
     @property
     def allowed(self) -> str:
-        """What a value must be, in words."""
+        """Allowed values, in words."""
         if self.words:
             return either(self.words)
         kind, digits = ("a whole number", ".0f") if self.kind == "count" else ("a number", ".3g")
@@ -97,23 +97,23 @@ class Option:
 
     @property
     def meaning(self) -> str:
-        """The text, and where the option may be given."""
+        """The text, and the condition for the option."""
         return f"{self.text}; only where {_NEEDS[self.needs]}" if self.needs else self.text
 
     @property
     def help(self) -> str:
-        """The meaning with the words or the unit, and what holds unless given."""
+        """The meaning with words or unit, and the default."""
         kind = f": {either(self.words)}" if self.words else f", {self.unit}" if self.unit else ""
         otherwise = self.otherwise or ("" if self.default in (None, MISSING) else f"{self.default}")
         return f"{self.meaning}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
 
     def check(self, value: object, origin: str, place: Place | None = None) -> Any:
-        """Return a value as this option takes it.
+        """Return a value, converted and checked.
 
         Raises
         ------
         InputError
-            For anything else, and where the place does not take the option.
+            For a value that is not allowed, or a place that refuses the option.
         """
         if place is not None and place in self.refused:
             raise bad_value(self.name, value, self.refused[place], origin)
@@ -153,7 +153,7 @@ def word_row(text: str, words: tuple[str, ...], **more: Any) -> dict[str, Option
 
 
 def rows(table: type) -> dict[str, Option]:
-    """Return the options among the fields of a dataclass; one that must be given has `MISSING` for a default."""
+    """Return the options among the fields of a dataclass; a required one has the default `MISSING`."""
     return {
         f.name: replace(row := f.metadata["option"], name=row.name or f.name, default=f.default)
         for f in fields(table)
@@ -162,7 +162,7 @@ def rows(table: type) -> dict[str, Option]:
 
 
 def _count(value: object, number: float) -> int:
-    """Return a whole number to its last digit, which a float above 2^53 has lost."""
+    """Return a whole number exactly; as a float above 2^53 it would lose digits."""
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -175,7 +175,7 @@ _IN_BATCH: dict[Place, str] = {"run": "left out: only a batch has it", "board": 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """Options of a run, checked; the fields say what each one is.
+    """Checked options of a run; the fields describe them.
 
     Raises
     ------
@@ -289,7 +289,7 @@ class RunOptions:
                 object.__setattr__(self, name, row.check(value, "the call"))
 
     def changes(self) -> dict[str, Any]:
-        """Return by name what differs from the defaults."""
+        """Return the values that differ from the defaults, by name."""
         return {name: value for name, row in OPTIONS.items() if (value := getattr(self, name)) != row.default}
 
 
@@ -304,9 +304,9 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
     settings : mapping of str to object
         Values by name.
     place : {"run", "batch", "board"}
-        Where they are to hold.
+        Where the options apply.
     origin : str
-        How error messages call the settings.
+        Origin of the settings in error messages.
 
     Raises
     ------
@@ -318,18 +318,18 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
 
 
 def check_effects(given: Mapping[str, object], method: Method, sampled: bool, noisy: bool, origin: str) -> None:
-    """Refuse an option that would change nothing.
+    """Refuse an option that would have no effect.
 
     Parameters
     ----------
     given : mapping of str to object
-        Options that somebody gave, be it with the value that holds anyway; None stands for one that is not given.
+        Options given by the user, even if equal to the default; None stands for an option that is not given.
     method : str
-        Of the run.
+        Method of the run.
     sampled, noisy : bool
-        Whether the law is sampled, and whether the runs depend on a seed.
+        True for a sampled law, and for runs that depend on a seed.
     origin : str
-        How error messages call the options.
+        Origin of the options in error messages.
 
     Raises
     ------
@@ -365,7 +365,7 @@ def split_settings(
     Raises
     ------
     InputError
-        For an option that its row or the place does not allow. Who knows the parameters checks those.
+        For an option that its row or the place does not allow. Parameters are checked by the caller.
     """
     options, others = read_options(settings, place, origin)
     selection = {name: others.pop(name) for name in choices if name in others}
@@ -374,12 +374,12 @@ def split_settings(
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
-    """Return parameters that come in a mapping and by name.
+    """Return parameters given in a mapping and by name, merged.
 
     Raises
     ------
     InputError
-        When one comes twice, or the mapping has an option.
+        When one is given twice, or the mapping has an option.
     """
     for name, value in parameters.items():
         if name in OPTIONS:
@@ -391,11 +391,11 @@ def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str
 
 
 def first_integrator(method: Method) -> Integrator:
-    """Return what a run begins with."""
+    """Return the integrator that a run starts with."""
     return EXPLICIT if method == "auto" else method
 
 
 def either(words: Iterable[str]) -> str:
-    """Return words as in "a, b or c"."""
+    """Return words joined as in "a, b or c"."""
     *others, last = words
     return f"{', '.join(others)} or {last}" if others else last

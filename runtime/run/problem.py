@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One closed loop as every backend takes it, posed from what a caller asks, and what a backend answers."""
+"""A closed loop as the common input of all backends, its construction from a call, and the backends' output."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ STAGES = 16  # the most that a method has, and the length of a row of its coeffi
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in native/step/schedule.h; 5 is of batches, for runs that never began."""
+    """End of a run, numbered as in native/step/schedule.h; batches use 5 for runs that never began."""
 
     DONE = 0
     NOT_FINITE = 1
@@ -53,22 +53,22 @@ class Status(IntEnum):
 
     @property
     def text(self) -> str:
-        """The status in a few words."""
+        """The status in words."""
         return self.name.lower().replace("_", " ")
 
     @property
     def complete(self) -> bool:
-        """Whether the run came to its end: the end time, or an event that is declared to end it."""
+        """True where the run reached its end: the end time, or an event that ends runs regularly."""
         return self in COMPLETE
 
     @property
     def by_event(self) -> bool:
-        """Whether an event that ends runs ended it."""
+        """True where an event ended the run."""
         return self in (Status.EVENT, Status.FAILURE)
 
 
 COMPLETE = (Status.DONE, Status.EVENT)
-"""Of runs that came to their end."""
+"""Statuses of runs that reached their end."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,11 @@ class Problem:
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
     seed, run : int
-        What all noise of the run depends on.
+        Seed and run number, on which all noise of the run depends.
     suffix : str
-        Of the functions that the chosen variant of the plant has of its own.
+        Suffix of the functions that only the chosen variant of the plant has.
     real : str
-        What a sampled law computes with, "double" or "float".
+        Number type of a sampled law, "double" or "float".
     t : array
         Ticks in seconds, the first at 0 and the last at the end; integration stops at each of them exactly.
     dt, hold : float
@@ -106,15 +106,15 @@ class Problem:
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float
-        Largest step of a method with a fixed one, s.
+        Largest step of a method with a fixed step, s.
     max_steps : int
-        Trial steps from one tick to the next after which the run ends.
+        Trial steps between two ticks after which the run ends.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
         Evaluates the sampled law in place of the generated function.
     own : OwnLaw, optional
-        The law, where it is none of the model's but in Python.
+        A law written in Python instead of a law of the model.
     """
 
     model: Model
@@ -148,7 +148,7 @@ class Problem:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What may happen in the loop."""
+        """Events of the loop."""
         return events_of(self.model.manifest, self.controller, self.hold_every is not None)
 
 
@@ -156,10 +156,10 @@ class Problem:
 class Trajectory:
     """Recorded samples, one row each, and how the run ended.
 
-    `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
-    Status.LIMIT is about, and `x_stop` the state there. `error` is the largest of a step over its tolerance, NaN where
-    the backend does not keep it. `t_stiff` is where a run of `AUTO`
-    turned out to be stiff, NaN elsewhere. `events` has the instant of each event and its number in `Problem.events`.
+    `z` is the law's memory at the sample, before its evaluation. `violated` is the index of the limit behind
+    Status.LIMIT, and `x_stop` the state there. `error` is the largest error of a step over its tolerance, NaN where the
+    backend does not keep it. `t_stiff` is the instant at which a run of `AUTO` turned out stiff, NaN for other runs.
+    `events` has the instant of each event and its number in `Problem.events`.
     """
 
     t: FloatArray
@@ -191,9 +191,9 @@ def pose(
     origin: str,
     own: OwnLaw | None = None,
 ) -> Problem:
-    """Return the problem that options, scenario and parameters describe, or raise InputError.
+    """Return the problem for options, scenario and parameters, or raise InputError.
 
-    `given` are the options that somebody gave, for which each must have an effect; `own` is the law if it is in Python.
+    `given` has the options from the user, each of which must have an effect; `own` is the law if it is in Python.
     """
     origin = of_scenario(options, scenario, origin)
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
@@ -249,12 +249,12 @@ def pose(
 
 
 def of_scenario(options: RunOptions, scenario: Scenario, origin: str) -> Origin:
-    """Return the origin of options, of which those that nobody gave are the scenario's."""
+    """Return the origin of options; those that are not given come from the scenario."""
     return Origin(origin, {n: f"scenario {scenario.name}" for n in ("t_end", "dt_out") if getattr(options, n) is None})
 
 
 def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: str) -> str:
-    """Return what the names of the functions of a variant end with."""
+    """Return the suffix of a variant's function names."""
     for name, value in choices.items():
         if name not in manifest.choices:
             raise unknown_name(f"option or choice of {manifest.model}", name, (*OPTIONS, *manifest.choices), origin)
@@ -271,21 +271,21 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
 
 
 def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> None:
-    """Refuse a delay after which no input of a run ever acts: one that lasts to its end, or longer."""
+    """Refuse a delay that lasts to the end of a run, so that no input acts."""
     periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
     if delay and delay >= periods:
         raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
 
 
 def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
-    """Refuse to sample a law otherwise than the period says that it computes with."""
+    """Refuse to sample a law at another period than the one it computes with."""
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
         raise bad_value("hold", hold, allowed, origin)
 
 
 def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
-    """Refuse a method that is not made for a model's process noise or its absence, and random steps that never come."""
+    """Refuse a method that does not suit the process noise of a model, and random steps that never happen."""
     if manifest.wiener and method not in STOCHASTIC:
         allowed = f"{either(STOCHASTIC)}: {manifest.model} has process noise"
         raise bad_value("method", method, allowed, f"{origin}, or the default")
@@ -319,21 +319,21 @@ def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int 
 
 
 def check_integrated(hold: float | None, law: Controller, origin: str) -> None:
-    """Refuse to sample a continuous law whose own states are integrated with the plant's."""
+    """Refuse to sample a continuous law whose own states are integrated with those of the plant."""
     if hold is not None and law.period is None and law.memory:
         allowed = f"left out: the states of the continuous law {law.name} are integrated"
         raise bad_value("hold", hold, allowed, origin)
 
 
 def evaluations_of(ticks: int, hold_every: int | None) -> int:
-    """Return how often a sampled law is evaluated in a run of so many ticks."""
+    """Return the number of evaluations of a sampled law in a run with this many ticks."""
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
 def misses(model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> FloatArray:
-    """Return how far algebraic states are at the start from what their equations say, shape (..., states).
+    """Return Newton's correction of each algebraic state at the start, shape (..., states); zero for other states.
 
-    By Newton's correction, the other states kept, in the loop of a continuous law of the model; zero of other states.
+    Other states are kept. The loop is that of a continuous law of the model.
     """
     functions, name = model.functions, identifier(law.name)
     r = functions["reference"](0.0, p, s)
@@ -352,7 +352,7 @@ def misses(model: Model, law: Controller, p: FloatArray, c: FloatArray, s: Float
 
 
 def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
-    """Tell of each state whether it is at the start what its equation says, within the tolerances of the run."""
+    """Return True for each state that satisfies its equation at the start within the run's tolerances."""
     allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
     return allowed
 
@@ -360,7 +360,7 @@ def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> 
 def _check_consistent(
     model: Model, law: Controller, resolved: Resolved, x0: FloatArray, options: RunOptions, origin: str
 ) -> None:
-    """Refuse algebraic states that do not satisfy their equations when the run begins."""
+    """Refuse algebraic states that do not satisfy their equations at the start of the run."""
     if law.name not in model.manifest.controllers:
         return
     corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
@@ -378,14 +378,14 @@ def _check_consistent(
 
 
 _NEWTON_STEPS = 50
-"""From a start far away. Newton's method gains a bit a step at a double root and more elsewhere, so that it has come to
-the digits of a double by then or never does; half as many leave out double roots."""
+"""Newton steps from a distant start. Newton's method gains one bit a step at a double root and more elsewhere, so it
+reaches the precision of a double within these steps or never; half as many would miss double roots."""
 
 
 def _solved(
     model: Model, law: Controller, resolved: Resolved, x0: FloatArray, corrections: FloatArray, options: RunOptions
 ) -> FloatArray | None:
-    """Return the start with algebraic states that satisfy their equations; None if Newton's method finds none."""
+    """Return the start with solved algebraic states; None if Newton's method does not converge."""
     x = x0
     with np.errstate(all="ignore"):
         for _ in range(_NEWTON_STEPS):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a run reads the parameters that somebody gives it."""
+"""Check that a run uses the parameters it is given."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ def check_read(
     states: Collection[str],
     origin: str,
 ) -> None:
-    """Refuse a parameter that changes nothing: what would read it does not run, or somebody gives what it decides.
+    """Refuse a parameter without effect: its readers do not run, or the values it decides are given too.
 
     Parameters
     ----------
     manifest, law
-        What is run.
+        The model and its law.
     suffix : str
-        Of the functions that the chosen variant of the plant has of its own.
+        Suffix of the functions that only the chosen variant of the plant has.
     sampled : bool
-        Whether the law is sampled.
+        True for a sampled law.
     values : mapping of str to object
-        Parameters that somebody gives, be it as a number or as a distribution.
+        Given parameters, as numbers or distributions.
     states : collection of str
-        States whose start is given.
+        States with a given start.
     origin : str
-        How error messages call the values.
+        Origin of the values in error messages.
 
     Raises
     ------
     InputError
-        With a line for each; it names what would read the parameter.
+        With a line for each parameter; it names the readers.
     """
     reading = _Reading(manifest, law, _functions(manifest, law, suffix, sampled), {*values, *states})
 
@@ -56,18 +56,18 @@ def check_read(
 
 
 def _functions(manifest: Manifest, law: Controller, suffix: str, sampled: bool) -> set[str]:
-    """Return the functions of a run whose results it shows or goes by."""
+    """Return the functions whose results a run shows or uses."""
     generated, name = law.name in manifest.controllers, identifier(law.name)
     calls = {identifier(f.name) for f in loop_calls(manifest, law, suffix, sampled or not generated).values()}
     if generated or law.name == OPEN_LOOP:
-        calls.discard("reference")  # what takes it into account is a reader itself; a law in Python may look at it
+        calls.discard("reference")  # its users are readers themselves, but a law in Python may use it
     if not sampled:
         calls.discard("measure")
     return calls | {f"{name}_outputs"}
 
 
 class _Reading:
-    """Which parameters reach the functions of a run, where some elements are given instead of computed."""
+    """Parameters that reach the functions of a run in which some elements are given instead of computed."""
 
     def __init__(self, manifest: Manifest, law: Controller, functions: set[str], given: set[str]) -> None:
         self._law, self._functions, self._given = law, functions, given
@@ -76,7 +76,7 @@ class _Reading:
             self._readers.setdefault(q.name, set()).update(q.readers)
 
     def acts(self, name: str) -> bool:
-        """Tell whether a parameter has an effect."""
+        """Return True if a parameter has an effect."""
         decided = self._decided(name)
         return (
             name in (self._law.period, self._law.delay)
@@ -85,7 +85,7 @@ class _Reading:
         )
 
     def reason(self, name: str) -> str:
-        """Say why a parameter has no effect."""
+        """Return the reason why a parameter has no effect."""
         elements = [element for element in self._decided(name) if element in self._given]
         if elements:
             return f"it decides nothing here but {', '.join(elements)}, which is given too"
@@ -93,7 +93,7 @@ class _Reading:
         return f"nothing in a run under {self._law.name} reads it{', only ' + ', '.join(others) if others else ''}"
 
     def _decided(self, name: str) -> dict[str, bool]:
-        """Return the states and parameters that follow from a parameter, and whether it is a state's start."""
+        """Return the states and parameters that depend on a parameter, with True for starts of states."""
         places = {_INITIAL: True, f"{identifier(self._law.name)}_defaults": False}
         pairs = (reader.split(".") for reader in self._readers[name] if "." in reader)
         return {element: places[function] for function, element in pairs if function in places}

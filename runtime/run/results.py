@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as labelled datasets that say how they came about."""
+"""Results as labelled datasets with their origin."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
     Parameters
     ----------
     run : Run
-        What `simulate` returns.
+        Result of `simulate`.
 
     Returns
     -------
@@ -57,16 +57,16 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 _Texts = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
-"""Names with their attributes, as what can be looked up."""
+"""Names with their attributes, as a hashable value."""
 
 
 def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:
     return tuple((name, tuple(about.items())) for name, about in attributes.items())
 
 
-@functools.lru_cache(maxsize=8)  # as models at work at once; to align 50 variables with their index costs a millisecond
+@functools.lru_cache(maxsize=8)  # for several models at once; aligning 50 variables with their index costs 1 ms
 def _form(instants: bytes, series: _Texts, numbers: _Texts) -> xarray.Dataset:
-    """Return a result without its numbers: what runs of a law at the same instants have in common."""
+    """Return a result without its numbers: the common part of runs of a law at the same instants."""
     import xarray
 
     t = np.frombuffer(instants)
@@ -76,7 +76,7 @@ def _form(instants: bytes, series: _Texts, numbers: _Texts) -> xarray.Dataset:
 
 
 def notes_of(run: Run) -> dict[str, str]:
-    """Say of each metric of a run that is undetermined why."""
+    """Return the reason for each undetermined metric of a run."""
     return _notes(run, metrics_of(run.manifest, run.controller.name, run.variables()))
 
 
@@ -85,7 +85,7 @@ def _notes(run: Run, known: Mapping[str, Metric]) -> dict[str, str]:
 
 
 def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:
-    """Return what a result says of a metric; a note says why it has no number."""
+    """Return the attributes of a metric in a result; a note says why it has no number."""
     about = {"units": metric.unit, "long_name": metric.description}
     return about if note is None else {**about, "note": note}
 
@@ -93,7 +93,7 @@ def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:
 def hidden_names(manifest: Manifest) -> list[str]:
     """Return the names in a model's results that are attributes of `xarray.Dataset` too.
 
-    `run.NAME` is then the attribute; `run["NAME"]` is the variable always.
+    `run.NAME` is then the attribute; `run["NAME"]` is always the variable.
     """
     import xarray
 

@@ -43,19 +43,19 @@ class Run:
     Attributes
     ----------
     manifest, controller, scenario, backend
-        What was run: the model, its law and scenario, and "c", "python" or "casadi".
+        Model, law and scenario of the run, and "c", "python" or "casadi".
     t : array, (n,)
         Sample instants in seconds.
     x, y : array, (n, nx) and (n, ny)
         States and outputs.
     u : array, (n, nu)
-        The input really applied over [t_k, t_k+1); u(t_k) of a continuous loop.
+        The applied input over [t_k, t_k+1); u(t_k) for a continuous loop.
     u_cmd : array, (n, nu)
-        What the law commanded; differs from u with a delay.
+        The commanded input; differs from u with a delay.
     z : array, (n, nz)
-        The law's memory as the law found it at t_k; a continuous law's own states.
+        The law's memory at t_k, before its evaluation; a continuous law's own states.
     w : array, (n, nw)
-        What the law reports.
+        Reports of the law.
     status : Status
         How the run ended.
     reason : str
@@ -71,17 +71,17 @@ class Run:
     parameters : Resolved
         Effective parameters with their origins.
     advice : tuple of str
-        What the law warns of: parameters that it accepts but should not have.
+        Warnings of the law: parameters that it accepts but does not recommend.
     options : mapping
         Effective method, tolerances, sampling.
     changed : mapping
-        What the caller set other than the scenario has it: choices, parameters, options, initial states, inputs.
+        Changes to the scenario: choices, parameters, options, initial states, inputs.
     events : tuple of (float, str)
-        What happened: the instant of each event in seconds, and its name.
+        Instant of each event in seconds, and its name.
     method : str
-        What integrated the run: of `method="auto"`, what that came to.
+        The integrator; for `method="auto"`, the one finally used.
     t_stiff : float
-        Where `method="auto"` found the run stiff, which was then made again from the start, s; NaN otherwise.
+        Instant at which `method="auto"` found the run stiff and restarted it, s; NaN otherwise.
     statistics : mapping
         Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
     compile_seconds, run_seconds : float
@@ -117,7 +117,7 @@ class Run:
     run_seconds: float
 
     def variables(self) -> dict[str, FloatArray]:
-        """Return every series by the name it has in a result file."""
+        """Return every series by its name in a result file."""
         manifest = self.manifest
         columns = {q.name: self.x[:, i] for i, q in enumerate(manifest.states)}
         columns |= {f"u_{q.name}": self.u[:, i] for i, q in enumerate(manifest.inputs)}
@@ -130,14 +130,14 @@ class Run:
 
     @property
     def possible_events(self) -> tuple[Event, ...]:
-        """What may happen in the loop."""
+        """Events of the loop."""
         return events_of(self.manifest, self.controller, self.hold is not None)
 
     @property
     def checksum(self) -> str:
-        """CRC-32 of every number of the run: t, x, u, u_cmd, y and z one after the other, as little-endian doubles.
+        """CRC-32 of all numbers of the run: t, x, u, u_cmd, y and z one after the other, as little-endian doubles.
 
-        Two runs with the same checksum have, but for one chance in 2^32, the same bits; a NaN counts as any other.
+        Runs with the same checksum have the same bits, except for one chance in 2^32. All NaN count as equal.
         """
         total = 0
         for series in (self.t, self.x, self.u, self.u_cmd, self.y, self.z):
@@ -145,13 +145,13 @@ class Run:
         return f"{total:08x}"
 
     def stiffness(self) -> list[str]:
-        """Say where `method="auto"` found the run stiff, and what it did."""
+        """Return where `method="auto"` found the run stiff, and its action."""
         if math.isnan(self.t_stiff):
             return []
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
-        """Say of each report of the law that is above what it should be when, how long and by how much."""
+        """Return for each report of the law that exceeds its bound when, how long and by how much."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
             above = np.flatnonzero(series > report.at_most)
@@ -186,7 +186,7 @@ def simulate(
     Parameters
     ----------
     model : Model, str or path
-        A loaded model, or what `load` takes.
+        A loaded model, or an argument of `load`.
     controller : str or callable
         The control law: one of the model by name, or a function law(t, x) -> u, with a memory law(t, x, z) ->
         (u, z_next). None for an open loop.
@@ -195,22 +195,22 @@ def simulate(
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
-        States that start elsewhere than the scenario says.
+        States with another start than the scenario's.
     inputs : mapping or xarray.Dataset, optional
         Without a controller: inputs by name, each a number, arrays (t, values) or a function of t; or an earlier run.
     interpolation : {"hold", "linear"}, optional
-        What arrays of inputs mean between their instants; "hold" unless given.
+        Meaning of arrays of inputs between their instants; "hold" unless given.
     period : float, optional
-        Time from one evaluation of a function to the next, s; continuous unless given, and then on the Python backend.
+        Time between two evaluations of a function, s; continuous unless given, and then on the Python backend.
     memory : array_like, optional
-        What a function keeps from one sample to the next, before the first one.
+        Memory of a function before its first sample.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
-        Evaluates a sampled law elsewhere, such as on a board: (x, r, v, z) -> (u, z_next) as the generated function,
-        with the state as measured and the input v applied over the last period. Needs the C backend.
+        Evaluates a sampled law elsewhere, such as on a board: (x, r, v, z) -> (u, z_next) like the generated function,
+        with the measured state and the input v applied over the last period. Needs the C backend.
     origin : str
-        How error messages call these arguments.
+        Origin of these arguments in error messages.
     **settings : float or str
         Options of the run, as in `t_end=5.0` (`RunOptions` has them all), choices of the model, as in
         `plant="reduced"`, and further parameters by name, as in `disturbance=0.001`.
@@ -218,14 +218,14 @@ def simulate(
     Returns
     -------
     Run
-        Also when the run ends early; see its status.
+        A run that ended early is returned too; see its status.
 
     Raises
     ------
     InputError
         For anything unknown, out of bounds or infeasible; the message says where the value came from.
     LawError
-        If a function fails during the run, or gives what is no input; the message says when.
+        If a function fails during the run, or returns an invalid input; the message says when.
     """
     check_arguments("text", "the call", origin=origin)
     check_arguments("text", origin, scenario=scenario)
@@ -308,7 +308,7 @@ def simulate(
 
 
 def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> FloatArray:
-    """Return what the law reports at each sample."""
+    """Return the reports of the law at each sample."""
     model, law = problem.model, problem.controller
     if not law.outputs:
         return np.empty((len(trajectory.t), 0))
@@ -319,7 +319,7 @@ def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> Fl
 
 
 def _integrate(problem: Problem) -> Trajectory:
-    """Run a loop, and again from the start by another method where it turns out to be stiff."""
+    """Integrate a loop; repeat it from the start with another method if it turns out stiff."""
     trajectory = _attempt(problem)
     if math.isnan(trajectory.t_stiff):
         return trajectory
@@ -335,7 +335,7 @@ def _attempt(problem: Problem) -> Trajectory:
 
 
 def _continuous(problem: Problem, settings: Mapping[str, object], origin: str) -> Problem:
-    """Return the loop of a continuous law in Python on the backend that asks it for every slope."""
+    """Return the loop of a continuous law in Python on the Python backend, which evaluates it for every slope."""
     if settings.get("backend") not in (None, "python"):
         raise bad_value(
             "backend", settings["backend"], "'python' for a continuous law in Python: or give a period", origin
@@ -377,7 +377,7 @@ def _start(
 
 
 def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
-    """Say in words how a run ended."""
+    """Return the end of a run in words."""
     model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"
     if trajectory.status is Status.DONE:
         return "end time reached"
@@ -401,7 +401,7 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
 
 
 def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
-    """Say which event ended a run, and how."""
+    """Return the event that ended a run, in words."""
     last = [problem.events[k] for t, k in trajectory.events if t == trajectory.t_stop]
     ends = [event for event in last if event.ends]
     event = next((event for event in ends if event.ends == "failure"), ends[0])
@@ -414,7 +414,7 @@ def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
 def _changed_values(
     manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
 ) -> dict[str, float]:
-    """Return the given parameters whose values are not the scenario's."""
+    """Return the given parameters that differ from the scenario's."""
     parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
     defaults = {q.name: q.default for q in parameters}
     plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
@@ -422,14 +422,14 @@ def _changed_values(
 
 
 def _changed_options(case: Scenario, options: RunOptions) -> dict[str, float | str]:
-    """Return the options that are neither the defaults nor the scenario's, but for who computes and when to give up."""
+    """Return the options that differ from defaults and scenario, except for backend and step limit."""
     plain = {"t_end": case.duration, "dt_out": case.step}
     others = ("backend", "max_steps")
     return {name: v for name, v in options.changes().items() if name not in others and v != plain.get(name)}
 
 
 def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Dataset | None) -> dict[str, float | str]:
-    """Return inputs as a title names them: numbers, and of all others that they are given."""
+    """Return inputs for a title: numbers, and "given" for all others."""
     if not inputs:
         return {}
     values = {name: inputs[name] for name in names if name in inputs}

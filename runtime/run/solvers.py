@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The methods `rock4` and `rodas5p` as solvers of SciPy's, for the Python backend."""
+"""The methods `rock4` and `rodas5p` as SciPy solvers, for the Python backend."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..model.functions import FloatArray
 _ROCK_STAGES = 16
 _RODAS_STAGES = 8
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
-"""Of SciPy's own explicit solvers."""
+"""Step-size constants of SciPy's own explicit solvers."""
 _TIME_STEP = numbers("step/implicit.h")["TIME_STEP"]
 
 
@@ -47,7 +47,7 @@ def _rodas_rows() -> FloatArray:
 
 
 class StiffTest:
-    """Whether stability and not error holds the steps of SciPy's DOP853: the test of native/step/stiffness.h."""
+    """Test of SciPy's DOP853 for steps limited by stability instead of error, as in native/step/stiffness.h."""
 
     _STABLE_PIECE, _STIFF_STEPS, _SMOOTH_STEPS = 6.1, 15, 6
 
@@ -55,7 +55,7 @@ class StiffTest:
         self._stiff = self._smooth = 0
 
     def is_stiff_after(self, solver: Any) -> bool:
-        """Look at the step that was taken last."""
+        """Check the last step; return True if enough steps so far were limited by stability."""
         h, slopes, last = solver.h_previous, solver.K, solver.n_stages - 1
         place = solver.y_old + h * (solver.A[last, :last] @ slopes[:last])
         if h * norm(slopes[-1] - slopes[last]) > self._STABLE_PIECE * norm(solver.y - place):
@@ -77,7 +77,7 @@ class Rodas5P(OdeSolver):  # type: ignore[misc]  # SciPy has no annotations
     jac : callable, optional
         Jacobian of the slope, as a function of time and coordinates; by differences unless given.
     mass : array, optional
-        What stands before each rate: one, and zero of algebraic states.
+        Diagonal of the mass matrix: one, and zero for algebraic states.
     """
 
     A, G, (C, D), DENSE = np.split(_rodas_rows(), (8, 16, 18))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When a run stops to look, record and control.
+"""Instants at which a run stops to check, record and control.
 
-Instants are counted: the k-th is k times a fraction, rounded once. A sum or a product of doubles is not: 3 times 0.3 is
-below 0.9, and what begins at 0.9 would miss its sample.
+The k-th instant is k times a fraction, rounded once. Sums or products of doubles are not exact: 3 times 0.3 is below
+0.9, and an event at 0.9 would miss its sample.
 """
 
 from __future__ import annotations
@@ -18,25 +18,26 @@ from mehvar.errors import InputError, bad_value, whence
 from ..model.functions import FloatArray
 
 _MULTIPLE = 1e-9
-"""Relative tolerance of "is a whole number of times", for numbers written with nine digits and more; at half or twice
-of it only such numbers are taken otherwise. Decimals and simple fractions are exact multiples or far from it."""
+"""Relative tolerance of whole multiples, for numbers with nine or more digits; half or twice this value affects only
+such numbers. Decimals and simple fractions are either exact multiples or far from one."""
 _DENOMINATOR = 10**6
-"""Of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Fractions up to it are 1e-12 apart, so
-that below some thousand seconds no other lies within the rounding of one; with twice as many, half so far."""
+"""Largest denominator of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Such fractions are
+1e-12 apart, so below some thousand seconds none lies within the rounding error of another; with twice the
+denominator, half as far."""
 _SPACINGS = 4
-"""Of the double that a fraction may be off by: sums and products of a few decimals, such as 0.1 + 0.2, are those that
-were meant. Half as many lose products of three; with twice as many no fraction is mistaken below 500 s."""
+"""Allowed error of a double, in spacings: sums and products of a few decimals, such as 0.1 + 0.2, count as the intended
+fraction. Half as many exclude products of three; with twice as many no fraction is mistaken below 500 s."""
 _EXACT = 2**53  # whole numbers up to it are doubles
 _FINEST = 10_000
-"""Parts of a sampling step at most that inputs over time may ask for: instants that were measured, not chosen, have no
-common step but their last digit. With half or twice as many only grids between are taken otherwise."""
+"""Largest number of parts of a sampling step for inputs over time. Measured instants have no common step except their
+last digit. Half or twice this value only affects grids in between."""
 _MOST_TICKS = 20_000_000
 _MOST_SAMPLES = 5_000_000
 
 
-@functools.lru_cache(maxsize=4096)  # of a handful a run, and of the instants of inputs over time
+@functools.lru_cache(maxsize=4096)  # for a handful of values per run, and the instants of inputs over time
 def fraction(value: float) -> Fraction:
-    """Return the simple fraction that a number is the rounding of, or else its decimal digits."""
+    """Return the simple fraction that rounds to a number, or else its decimal digits."""
     simple = Fraction(value).limit_denominator(_DENOMINATOR)
     if abs(float(simple) - value) <= _SPACINGS * math.ulp(value):
         return simple
@@ -44,15 +45,15 @@ def fraction(value: float) -> Fraction:
 
 
 def multiples(step: Fraction, count: int) -> FloatArray:
-    """Return 0, step, ..., (count - 1) step, each the double next to it."""
+    """Return 0, step, ..., (count - 1) step, each rounded to the nearest double."""
     over, under = step.numerator, step.denominator
     if count * over <= _EXACT and under <= _EXACT:
-        return np.arange(count, dtype=np.float64) * over / under  # exact but for the division
+        return np.arange(count, dtype=np.float64) * over / under  # exact except for the division
     return np.array([k * over / under for k in range(count)])
 
 
 def times_in(longer: float, shorter: float) -> int | None:
-    """Return how many times one span holds another; None when that is no whole number, or none."""
+    """Return the number of times one span fits into another; None when it is not a positive whole number."""
     ratio = longer / shorter
     if not 0.5 < ratio < _EXACT or abs(ratio - round(ratio)) > _MULTIPLE * ratio:
         return None
@@ -60,7 +61,7 @@ def times_in(longer: float, shorter: float) -> int | None:
 
 
 def grid(end: float, step: Fraction) -> FloatArray:
-    """Return the multiples of a step from 0 up to an end; one that is the end but for rounding is it."""
+    """Return the multiples of a step from 0 up to an end; a multiple equal to the end up to rounding is the end."""
     last = fraction(end)
     count = math.floor(last / step + Fraction(_MULTIPLE))
     instants = multiples(step, count + 1)
@@ -70,7 +71,7 @@ def grid(end: float, step: Fraction) -> FloatArray:
 
 
 def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
-    """Return the instants of a series with a row every so often."""
+    """Return the instants of a series with this time between rows."""
     steps = times_in(every, dt)
     if steps is None or every > end * (1 + _MULTIPLE):
         allowed = f"a multiple of the sampling step {dt:g} s, at most the end time {end:g} s"
@@ -79,7 +80,7 @@ def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
 
 
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
-    """Return the instants at which a run stops, the end among them; ticks per recorded sample; ticks per hold."""
+    """Return the instants at which a run stops, with the end; ticks per recorded sample; ticks per hold."""
     shortest = dt if hold is None else min(dt, hold)
     if end / shortest > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {shortest:g} s", origin)
@@ -107,7 +108,7 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
     Raises
     ------
     InputError
-        When there is none but a tiny one.
+        When the only one is too small.
     """
     step = fraction(dt)
     for instant in instants:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board emit`: a law and its link as a package for the build system of a project of one's own.
+"""`mehvar board emit`: a law and its link as a package for the build system of another project.
 
-Each package is the same folder `src`, and beside it what one build system wants to read. Settings that change bits are
-in the text, because not every build system lets a library have flags of its own.
+Each package has the same folder `src`, and the file that its build system reads. Settings that change bits are in the
+sources, because not every build system gives a library its own flags.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _SETTINGS = """\
 
 """
 _NOT_IN_A_PACKAGE = ("boards/", "main.c")
-"""What every project writes itself: the functions of mehvar/board.h, and a main loop."""
+"""Files that every project supplies itself: the functions of mehvar/board.h, and a main loop."""
 _LICENSE = "# SPDX-License-Identifier: Apache-2.0\n"
 
 
@@ -157,4 +157,4 @@ def _stm32cube(name: str, units: list[str]) -> dict[str, str]:
 KINDS: Mapping[str, Callable[[str, list[str]], dict[str, str]]] = {
     "cmake": _cmake, "zephyr": _zephyr, "platformio": _platformio, "arduino": _arduino, "stm32cube": _stm32cube,
 }  # fmt: skip
-"""What each build system reads, from the package's name and the names of its sources."""
+"""Files of each build system, from the package's name and the names of its sources."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board evidence`: what can be said of a law in an image, from equation to address."""
+"""`mehvar board evidence`: evidence for a law in an image, from equation to address."""
 
 from __future__ import annotations
 

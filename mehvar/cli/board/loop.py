@@ -48,12 +48,12 @@ Tunable = Annotated[
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that can still be set when the others are constants; None when none is a constant.
+    """Return the parameters that can still be set when the others are constants; None when no parameter is.
 
     Raises
     ------
     InputError
-        For names without constants, which would say nothing.
+        For names without constants, where they have no effect.
     """
     if names is not None and not inline:
         raise bad_value(
@@ -63,7 +63,7 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
 
 
 def compiled(model: str) -> Model:
-    """Return a model on the C backend: a board and what it is compared with run the same C."""
+    """Return a model on the C backend, so that a board and its reference run the same C."""
     return load(model, backend="c")
 
 

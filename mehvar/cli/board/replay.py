@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board replay`: what a board answered, computed again on this machine and compared to the bit."""
+"""`mehvar board replay`: a board's answers repeated on this machine and compared bit by bit."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What git calls to show an equations.json."""
+"""Commands that git calls to show an equations.json."""

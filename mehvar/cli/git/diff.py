@@ -24,9 +24,9 @@ def command(
 
 
 def external_diff(arguments: Sequence[str]) -> None:
-    """Print how two versions of an equations.json differ, under its path.
+    """Print the differences of two versions of an equations.json, under its path.
 
-    Git takes any exit status but 0 for a failure, so there is no other. What cannot be compared is said so.
+    Git takes any other exit status than 0 for a failure, so there is no other. Incomparable files are reported.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Any inertia, wheels and orbit, torquers and instruments: what becomes of the paper's claims, and what is new."""
+"""The paper's claims and new ones with any inertia, wheels, orbit, torquers and instruments."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 _BEFORE = {"t_end": 199.5}
-"""s: up to the first switch of the reference."""
+"""s: until the first switch of the reference."""
 
 
 def _tracks(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the satellite's paper claims, each checked by running the model."""
+"""Claims of the satellite's paper, each checked by running the model."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the paper says of the design: tracking and regulation apart, PD by root locus, and the time of a cycle."""
+"""Design claims of the paper: independent tracking and regulation, PD by root locus, and the cycle time."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _MODELS = (5.0, 10.0, 20.0)
 _POLES = (0.3, 0.5, 0.7)
 """Poles of Ac, which has the part of C2 in the law that keeps the zero; its default, and one to either side."""
 _OFF: dict[str, Any] = {"matched": 0, "roll_0_deg": 1.0, "pitch_0_deg": 1.0, "yaw_0_deg": 0.5}
-"""A start beside the reference model, a disturbance for regulation. From ten times as far the torques that take it out
-in a few samples throw the other axes, and the loop is no longer linear."""
+"""A start beside the reference model, as a disturbance for regulation. From ten times as far, the torques that remove
+it in a few samples disturb the other axes, and the loop is no longer linear."""
 _SAMPLES = 12
-"""Of regulation that are compared, 6 s: with pole 0.7 an error of 1 deg is near 0.2 deg then. Later the coupling of
-the manoeuvre, which a faster model makes larger, is what is left."""
+"""Compared samples of regulation, 6 s: with pole 0.7 an error of 1 deg is then near 0.2 deg. Later the coupling of the
+manoeuvre dominates, which a faster model increases."""
 
 _DAMPING = 0.7
 """A usual choice, with an overshoot of 5 %."""
@@ -54,7 +54,7 @@ def linear(runs: Runs) -> tuple[FloatArray, FloatArray]:
 
 
 def independent(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Check that C1 decides tracking alone, and C2 regulation alone."""
+    """Check that C1 affects only tracking, and C2 only regulation."""
     errors = [_errors(_regulating(runs, tau, 0.5)) for tau in _MODELS]
     faster = [_errors(_regulating(runs, 10.0, rho)) for rho in _POLES]
     angles = [_angles(runs("mrac", "paper", rho=rho)) for rho in _POLES]
@@ -90,7 +90,7 @@ def _change(series: Sequence[FloatArray]) -> FloatArray:
 
 
 def independence_figure(runs: Runs) -> Figure:
-    """Draw what another C1 and another C2 change: the error after a start beside the model, and the manoeuvre."""
+    """Draw the effects of other C1 and C2 on the error after a start beside the model, and on the manoeuvre."""
     figure = new_figure(10.0, 5.2)
     axes = figure.subplots(2, 2)
     models: list[tuple[str, dict[str, Any]]] = [(f"C1: {tau:g} s", {"tau_m": tau}) for tau in _MODELS]
@@ -190,9 +190,9 @@ def _ray(ax: Axes, pole: complex, color: str) -> None:
 
 
 def cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Check that the printed times fit one another, and why a torque waits for the next sample.
+    """Check that the printed times are consistent, and the reason why a torque waits for the next sample.
 
-    Nothing here measures the paper's board. Beside its times stands our own, emulated one.
+    Nothing here measures the paper's board. Beside its times stand those of our own, emulated board.
     """
     longest, least, period = expected("cycle"), expected("least"), runs("mrac", "paper").parameters.values["Ts"]
     faster = runs("mrac", "paper", delay=1, Ts=least, dt_out=least)
@@ -227,6 +227,6 @@ def _our_cycle(runs: Runs, wire: float, least: float) -> Sequence[Check]:
 
 
 def _late_zero(rest: float) -> float:
-    """Return the largest zero of a double integrator whose torque comes when `rest` of the sample is left."""
+    """Return the largest zero of a double integrator whose torque starts when `rest` of the sample is left."""
     zeros: Iterable[float] = np.roots([rest**2 / 2, 0.5 + rest - rest**2, (1 - rest) ** 2 / 2]).real
     return float(max(zeros, key=abs))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the figures of the satellite's paper are made of: angles, torques and estimates over time. Axes in degrees."""
+"""Elements of the satellite's figures: angles, torques and estimates over time. Axes in degrees."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Place = Literal["outside upper center", "outside lower center"]
 
 SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 COLORS = (BLUE, VERMILLION, GREEN)
-"""Of roll, pitch and yaw, and of what belongs to them."""
+"""Colours of roll, pitch and yaw, and of related series."""
 _DASHED = (0, (4, 2.5))
 _PROPER, _LITERAL = "law that keeps the zero", "law (32)"
 _HOST = "host, float"
@@ -88,7 +88,7 @@ def angles_figure(adaptive: Run, literal: Run) -> Figure:
 
 
 def torques_figure(*runs: tuple[str, Run]) -> Figure:
-    """Draw the three torques of each run below each other, each run on a scale of its own: figures 5 and 9."""
+    """Draw the three torques of each run below each other, with a scale for each run: figures 5 and 9."""
     figure = new_figure(5.0 * len(runs) + (2.0 if len(runs) == 1 else 0.0), 5.6)
     axes = figure.subplots(3, len(runs), sharex=True, sharey="col", squeeze=False)
     for column, (title, run) in enumerate(runs):
@@ -164,7 +164,7 @@ def both_figure(series: Series, t: ArrayLike) -> Figure:
 
 
 def legend(figure: Figure, place: Place = "outside upper center", host: bool = False) -> None:
-    """Say outside the panels what the lines of the angles mean."""
+    """Explain the lines of the angles in a legend outside the panels."""
     from matplotlib.lines import Line2D
 
     handles = [
@@ -228,7 +228,7 @@ def _estimates_legend(figure: Figure) -> None:
 
 
 def errors_figure(runs: Runs) -> Figure:
-    """Draw figure 13: what is left between angle and reference model, adaptive law and PD."""
+    """Draw figure 13: the error between angle and reference model, for the adaptive law and PD."""
     figure = new_figure(10.0, 6.0)
     axes = figure.subplots(3, 2, sharex=True, sharey="col")
     for column, (law, title) in enumerate((("mrac", "adaptive law"), ("pd", "PD"))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The claims of the satellite's paper that do not hold as we read it, under other readings of what it leaves out."""
+"""Claims of the satellite's paper that fail in our reading, under other readings of its omissions."""
 
 from __future__ import annotations
 

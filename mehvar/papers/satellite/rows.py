@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The metric table of the satellite: runs with their expected numbers, and what is measured of a run.
+"""The metric table of the satellite: runs with their expected numbers, and the measurement of a run.
 
 From 200 s to the end: error against the reference model, torque, ring; and the settling time after the last switch.
 Expected numbers are in expected.toml.
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 AXES = ("roll", "pitch", "yaw")
 LATE = 200.0
-"""Start of the window, s: after the first half period of the reference, in which the estimator learns."""
+"""Start of the window, s: after the first half period of the reference, during which the estimator learns."""
 SEEDS = 16
-"""Runs with noise: their mean is off by a quarter of what one of them is."""
+"""Runs with noise: the error of their mean is a quarter of that of a single run."""
 
 _LAST_SWITCH = 600.0
 _SETTLED_DEG = (1.0, 1.2, 0.5)
@@ -100,7 +100,7 @@ _WHAT = (
     ("settling", "settling after the last switch", "s", 1),
     ("ring", "ring", "", 3),
 )
-"""Each number of a row: what it is, its unit, and the digits after the point that are given."""
+"""Numbers of a row: description, unit, and digits after the decimal point."""
 
 TABLE = read_data(Path(__file__).with_name("expected.toml"), AxisTable)
 PRINTED_B = tuple(TABLE.printed_b[axis] for axis in AXES)
@@ -168,9 +168,9 @@ def _checks(runs: Runs, row: TableRow) -> tuple[Check, ...]:
 
 
 def compare(expected: AxisMetrics, repeats: list[AxisMetrics]) -> tuple[Check, ...]:
-    """Compare each number with the mean over the repeats, of which there are several only where there is noise.
+    """Compare each number with the mean over the repeats; only runs with noise are repeated.
 
-    Allowed beside the relative deviation: half of the last digit given, and half of the range over the repeats.
+    Besides the relative deviation, half of the last digit given and half of the range over the repeats are allowed.
     """
     checks = []
     for name, what, unit, digits in _WHAT:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The satellite that follows its reference: what the report's animation shows."""
+"""Animation of the satellite following its reference, for the report."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 1 to 3 of the satellite's paper, from what its text says: the controller, the test bed and its parts."""
+"""Figures 1 to 3 of the satellite's paper, from its text: the controller, the test bed and its parts."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def controller(runs: Runs) -> Figure:
 
 
 def bed(runs: Runs) -> Figure:
-    """Draw figure 2: what runs on the simulating computer, what on the board, and what goes over the line."""
+    """Draw figure 2: the parts on the simulating computer, those on the board, and the data on the line."""
     p = runs("mrac", "paper").parameters.values
     figure, ax = _sheet(10.0, 3.6)
     _frame(ax, (0.1, 0.75), 4.2, 3.05, "1  simulating computer", VERMILLION)
@@ -85,7 +85,7 @@ def bed(runs: Runs) -> Figure:
 
 
 def parts(runs: Runs) -> Figure:
-    """Draw figure 3: computer, interface and board, as a person at the bench sees them."""
+    """Draw figure 3: computer, interface and board as real devices."""
     figure, ax = _sheet(10.0, 3.0)
     _computer(ax, (1.7, 1.7))
     _interface(ax, (5.5, 1.4))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which first covariances law (32) survives, by its pole, the delay and how the satellite is stepped."""
+"""Initial covariances that law (32) survives, by its pole, the delay and the integration of the satellite."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ CLEAN = 0.12
 
 
 _LOST_AT = 100.0
-"""Where a run without an end is drawn, deg: above the largest error of one that has."""
+"""Plotted error of a run that does not reach its end, deg: above the largest error of a run that does."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Survival:
 
     @property
     def clean(self) -> BoolArray:
-        """Which runs reach their end and keep every axis below `CLEAN`."""
+        """True for the runs that reach their end with every axis below `CLEAN`."""
         return self.done & (self.rms < CLEAN).all(axis=1)
 
     def calm(self, most: float) -> BoolArray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tanks that drain, an engine that lags and a regulator: what becomes of the proofs, and which law flies."""
+"""Draining tanks, an engine with lag and a regulator: validity of the proofs, and the performance of the laws."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the slosh paper claims, each checked by running the model."""
+"""Claims of the slosh paper, each checked by running the model."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 _MORE = 1.5
-"""What is called more swing, as a ratio of paths: 2.0 to 2.3 was measured, and 1 would be none."""
+"""Ratio of paths that counts as more swing: 2.0 to 2.3 was measured, and 1 would be equal."""
 _ROUNDED = 0.03
 """Relative, of an angle given with two digits: 17 deg is 16.5 to 17.5."""
 _STEP = 1e-5
 """Of a central difference of V along the flow, s: only its sign matters."""
 _DECAY = (475.0, 600.0)
-"""s, between which time constants are taken: the attitude is at rest, and the velocities are far above rounding."""
+"""Interval for time constants, s: the attitude is at rest, and the velocities are far above rounding error."""
 _TURNING = 30.0
-"""s, in which extrema are counted: the swings under V2 are over by then; half of it still tells the laws apart."""
+"""Interval for counting extrema, s: the swings under V2 are over by then; half of it still distinguishes the laws."""
 _LATE = 100.0
 """s: from then on the bobs hang in the direction of the apparent gravity."""
 LENGTHS: Mapping[str, float] = {"h1": 0.16, "h2": 0.19, "b": -0.16, "l1": 0.12}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 AXES = (BLUE, VERMILLION, GREEN)
-"""Of what belongs to x, y and z."""
+"""Colours for x, y and z."""
 BOBS = (PURPLE, ORANGE)
 """Of the two pendulums."""
 V1, V2 = BLUE, VERMILLION
@@ -159,7 +159,7 @@ def laws(runs: Runs, angle: str, symbol: str) -> Figure:
 
 
 def thrust(runs: Runs) -> Figure:
-    """Draw figure 11: where the thrust goes, in the full loop, the reduced one and one that asks for too much."""
+    """Draw figure 11: the thrust in the full loop, in the reduced one, and in one with too large a demand."""
     figure = new_figure(10.0, 3.4)
     left, right = figure.subplots(1, 2)
     loops = (

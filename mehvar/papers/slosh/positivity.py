@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the Lyapunov functions (27) and (28) of the slosh paper are positive."""
+"""Regions where the Lyapunov functions (27) and (28) of the slosh paper are positive."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _values(runs: Runs, law: str, states: FloatArray, weights: Mapping[str, floa
 
 
 def _least_of_f(runs: Runs, states: FloatArray, weights: Mapping[str, float]) -> FloatArray:
-    """Return the least eigenvalue of f, which is what is left of the body rates in V1 once the square is completed.
+    """Return the least eigenvalue of f, the quadratic form in the body rates of V1 after completing the square.
 
     V1 is quadratic in the rates, so its second derivatives are differences of its values.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Other ways to read what the slosh paper prints, and the checks of its claims under each."""
+"""Other readings of the slosh paper, and the checks of its claims under each."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DAMPING_PER_MASS: Settings = {
 }
 INERTIA_PER_MASS: Settings = {f"I{k}": i * m for k, (i, m) in enumerate(zip((10.0, 1.0), MASSES, strict=True), 1)}
 LIKELY: Settings = {**INERTIA_PER_MASS, **STROKES}
-"""What the paper's run was very likely made with."""
+"""Very likely the settings of the paper's run."""
 
 
 def _attitude(weight: float, gain: float) -> dict[str, float]:

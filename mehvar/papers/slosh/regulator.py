@@ -23,18 +23,18 @@ MEASURED = 3
 _HALF_ANGLE = np.array([1.0, 2.0, *[1.0] * 6])
 """An attitude angle is twice the quaternion's component."""
 _LARGE = np.array([10.0, 0.03, 0.02, 0.3, 0.5, 0.3, 0.5, 0.3])
-"""States that weigh alike: Bryson's rule. With 15 m/s in place of 10 the paper's v_y settles in 752 s, not in 532; with
-0.05 rad in place of 0.03 the hull leans out farther, by 0.127 rad in place of 0.088."""
+"""States of equal weight: Bryson's rule. With 15 m/s in place of 10 the paper's v_y settles in 752 s, not in 532; with
+0.05 rad in place of 0.03 the hull tilts farther, by 0.127 rad in place of 0.088."""
 _EFFORT = np.array([1000.0, 0.3])
-"""Moment, N m, and gimbal angle, rad, that weigh as much: about two thirds and a half of what the paper's laws use."""
+"""Moment, N m, and gimbal angle, rad, of equal weight: about two thirds and half of the values of the paper's laws."""
 BURNT = 300.0
-"""Fuel burnt where the plane is linearised, kg. Poles of the loop, 1/s, full and with 400 and 475 kg burnt: for 300 kg
--0.011, -0.031, -0.046; for full tanks -0.017, +0.44, +0.79, for the pendulums of low tanks are longer than it knows."""
+"""Fuel burnt at the linearisation, kg. Poles of the loop, 1/s, full and with 400 and 475 kg burnt: for 300 kg -0.011,
+-0.031, -0.046; for full tanks -0.017, +0.44, +0.79, as the pendulums of low tanks are longer than assumed."""
 _DISTURBANCE = np.array([0.01, 1e-4, 1e-3, 0.01, 0.01, 0.02, 0.02, 1e-3])
-"""What a sample of 0.1 s may add to a state that the model does not know: standard deviations."""
+"""Standard deviations of unmodelled disturbances to the states per sample of 0.1 s."""
 _NOISE = np.array([0.05, 5e-4, 5e-4])
-"""Of velocity, m/s, attitude, rad, and body rate, rad/s, as an inertial unit has them. A run has no noise: they weigh
-the filter alone."""
+"""Standard deviations of velocity, m/s, attitude, rad, and body rate, rad/s, of an inertial unit. A run has no noise:
+they only tune the filter."""
 
 
 def plane(model: Model, p: Array, burnt: float = BURNT) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ FULL: Mapping[str, Any] = {}
 
 @dataclass(frozen=True)
 class TableColumn:
-    """A run of the table: what distinguishes it in words, law and settings."""
+    """A run of the table: its description, law and settings."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -79,7 +79,7 @@ def measure(runs: Runs, column: TableColumn) -> dict[str, float]:
 
 
 def largest_inputs(run: Run, every: int) -> dict[str, float]:
-    """Return the largest size of each input among every so many samples."""
+    """Return the largest size of each input over samples at this spacing."""
     series = run.variables()
     return {name: float(np.nanmax(np.abs(series[f"u_{name}"][::every]))) for name in _INPUTS}
 
@@ -116,7 +116,7 @@ def _between(run: Run) -> Check:
 
 
 def near(measured: list[float], expected: list[float]) -> bool:
-    """Tell whether numbers are the expected ones, within 1 %: times and amplitudes alike, as `captions.toml` says."""
+    """Return True if numbers match the expected ones within 1 %, times and amplitudes alike, as in `captions.toml`."""
     return bool(np.all(np.abs(np.subtract(measured, expected)) <= TIMES * np.abs(expected)))
 
 

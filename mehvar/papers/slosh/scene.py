@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The spacecraft with its pendulums: what the report's animation shows."""
+"""Animation of the spacecraft with its pendulums, for the report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.simulate import Run
 
 _UNTIL = 120.0
-"""Seconds that are shown: the bobs hang still after one minute, and what is left is slow."""
+"""Length of the animation, s: the bobs hang still after one minute, and the remaining motion is slow."""
 _STATES = ("att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2")
 _DEGREES = 180 / np.pi
 

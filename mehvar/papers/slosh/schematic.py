@@ -47,7 +47,7 @@ def craft(runs: Runs) -> Figure:
 
 
 def pendulums_drawn(runs: Runs) -> Figure:
-    """Draw the two pendulums from the side, distances to scale, and the azimuth of a bob seen along the thrust."""
+    """Draw the two pendulums from the side, distances to scale, and the azimuth of a bob along the thrust."""
     p = runs("lyapunov-v1", "paper").parameters.values
     figure = new_figure(10.0, 4.2)
     side, across = figure.subplots(1, 2, width_ratios=(2.3, 1.0))
@@ -112,7 +112,7 @@ def _pendulum(ax: Axes, pivot: float, length: float, name: str, color: str) -> N
 
 
 def _thrust(ax: Axes, nozzle: float) -> None:
-    """Draw the thrust (cos d1, -sin d1) that pushes at the gimbal, seen in the x-z plane."""
+    """Draw the thrust (cos d1, -sin d1) that pushes at the gimbal, in the x-z plane."""
     tail = (nozzle - 0.42 * np.cos(_GIMBAL), 0.42 * np.sin(_GIMBAL))
     look = {"arrowstyle": "-|>", "color": VERMILLION, "lw": 2.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
     ax.annotate("", (nozzle, 0), tail, arrowprops=look, zorder=6)

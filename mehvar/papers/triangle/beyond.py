@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masses that forces move: what the paper's laws cost, bear and do in orbit."""
+"""Masses moved by forces: cost, tolerance and behaviour in orbit of the paper's laws."""
 
 from __future__ import annotations
 

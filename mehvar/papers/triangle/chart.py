@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The chart of the triangle's laws: the shape seen from its target, equations (25)-(28).
+"""The chart of the triangle's laws: the shape relative to its target, equations (25)-(28).
 
 Points of the disc are complex numbers: zeta = rho exp(i phi), and w = rho~ exp(i phi~) points from the shape to the
 target zeta_f, turned by -phi_f.

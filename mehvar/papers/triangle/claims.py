@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the triangle's paper claims, each checked by running the model."""
+"""Claims of the triangle's paper, each checked by running the model."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ _PAIRS = 40
 model's tests run 10^5."""
 _DRIFT = 0.001
 _CLOSER = 0.8
-"""What is left at 100 s of an error at 35 s, at most: the sliding law creeps and keeps 0.64 of the attitude's."""
+"""Largest remaining part at 100 s of an error at 35 s: the sliding law creeps and keeps 0.64 of the attitude's."""
 _EXACT = 1e-6
-"""Relative, of what follows from the equations by algebra: the six digits that are shown agree."""
+"""Relative tolerance for algebraic consequences of the equations: the six printed digits agree."""
 _OUTSIDE = 1e-6
-"""How far a law may pass the circle that limits it: within a step of the integrator. The path law does by 4e-15."""
+"""Distance by which a law may pass its limiting circle within an integration step. The path law does by 4e-15."""
 _GROWTH = 1e-8
 """rad: errors of integration, with tolerances of 1e-9, about a shifted attitude that is practically zero."""
 _STEP = 1e-7
-"""Of central differences about a point of size 0.01: rounding leaves 1e-7 of the slope, of which 1e-3 is allowed."""
+"""Step of central differences at a point of size 0.01: rounding changes the slope by 1e-7, and 1e-3 is allowed."""
 ALIKE = 0.05
-"""Times by which two laws can be compared, relative: theirs differ by 1.2 %, with the gain as printed by 90 %."""
+"""Relative deviation of comparable times of two laws: theirs differ by 1.2 %, with the printed gain by 90 %."""
 
 
 def errors_at(run: Run, t: float) -> FloatArray:
@@ -183,7 +183,7 @@ def _gain_scales_time(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def _shape_rates(runs: Runs, run: Run) -> float:
-    """Return the largest rod rate that the change of shape alone would need at mu = 1 m^2, m/s."""
+    """Return the largest rod rate needed for the change of shape by itself at mu = 1 m^2, m/s."""
     x, u = run.x.copy(), run.u.copy()
     x[:, 2], u[:, 2] = 1.0, 0.0
     return float(np.abs(runs.model.functions["length_rates"](x, u)).max())

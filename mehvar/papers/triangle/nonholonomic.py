@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of what the opening of the paper's section 3 says: the attitude is an area, Brockett, the usual laws."""
+"""Checks of the opening of the paper's section 3: attitude as an area, Brockett's condition, the usual laws."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _POINTS = 400
 """Of a loop, by the trapezoidal rule, which is exact for a circle."""
 _COLLINEAR = math.sqrt(0.5)
 _REST = 1e-12
-"""What counts as no rate, 1/s, and as a singular value of zero: rounding leaves 1e-16 of rates near 1."""
+"""Bound for zero rates, 1/s, and zero singular values: rounding leaves 1e-16 of rates near 1."""
 
 _GAIN = 0.5
 """1/s: the speed of the path law, so that times can be compared."""
@@ -43,7 +43,7 @@ another attitude, not none."""
 
 @dataclass(frozen=True)
 class _Start:
-    """Where the paper's run begins, seen from its target."""
+    """Start of the paper's run relative to its target."""
 
     w: complex
     theta: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle's claims under other readings of the paper's damaged numbers; claims.toml says what each changes."""
+"""Claims of the triangle's paper under other readings of its damaged numbers; claims.toml describes each reading."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle that turns by changing its shape: what the report's animation shows."""
+"""Animation of the triangle that turns by changing its shape, for the report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.simulate import Run
 
 _EVERY = 0.05
-"""Of the run, s: from one place to the next, between which a picture goes on straight lines."""
+"""Time between two positions of the run, s; pictures move along straight lines in between."""
 _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "path law": ("path", {}),
     "sliding law": ("sliding", {}),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 1 to 4 of the triangle's paper: what a shape is and where it lies in the disc.
+"""Figures 1 to 4 of the triangle's paper: the definition of shapes and their position in the disc.
 
 Points of the plane are complex numbers. Shapes come from the model's `lengths` and `shape`.
 """
@@ -212,7 +212,7 @@ def _rod_legend(figure: Figure) -> None:
 
 
 def shifted_origin(runs: Runs) -> Figure:
-    """Draw figure 4: the shape seen from the target of scenario paper-b."""
+    """Draw figure 4: the shape relative to the target of scenario paper-b."""
     target = target_shape(runs.model, runs("path", "paper-b"))
     target_phi, point = float(np.angle(target)), 0.50 * np.exp(1j * np.radians(66))
     way = target - point

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run on a board has shown, as plain numbers for JSON and for the report."""
+"""Results of a run on a board, as plain numbers for JSON and for the report."""
 
 from __future__ import annotations
 

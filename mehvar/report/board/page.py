@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run on a board has shown, as one HTML page and as JSON."""
+"""Results of a run on a board, as one HTML page and as JSON."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
 
 
 def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str, str]]:
-    """Return metrics as rows: what, how much on the board and elsewhere, how it is known."""
+    """Return metrics as rows: description, values on the board and elsewhere, evidence."""
     known = outcome.board.manifest.metrics
     return [
         (
@@ -76,9 +76,9 @@ def _loop_figure(outcome: BoardRun) -> Figure:
 
 
 def inputs_figure(outcome: BoardRun) -> Figure:
-    """Draw each input as the board commanded it, below it the law in float on this machine, and how far apart they are.
+    """Draw each input as the board commanded it, the law in float on this machine below it, and their difference.
 
-    A column for each unit; at the bottom, what float costs: the difference from the law in double.
+    One column for each unit; at the bottom, the cost of float: the difference from the law in double.
     """
     units = list(dict.fromkeys(q.unit for q in outcome.board.manifest.inputs))
     with style():
@@ -123,7 +123,7 @@ def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequ
 
 
 def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
-    """Return what, how much, and how it is known; `more` are rows about the closed loop."""
+    """Return rows of description, value and evidence; `more` are rows about the closed loop."""
     image, same = results["image"], results["equivalence"]
     rows = [
         (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OnBoard:
-    """What a law's run on the emulated board has shown; `extent` is how much of the scenario it was."""
+    """Results of a law's run on the emulated board; `extent` is the part of the scenario that was run."""
 
     law: str
     same: bool
@@ -31,14 +31,14 @@ class OnBoard:
 
 @dataclass(frozen=True)
 class Boards:
-    """Every law of a model on the emulated board, or why there is none."""
+    """Every law of a model on the emulated board, or the reason why there is none."""
 
     laws: Sequence[OnBoard] = ()
     missing: str = ""
 
     @property
     def same(self) -> bool:
-        """Whether every law has the bits of the host."""
+        """True where every law is bit-identical to the host."""
         return all(law.same for law in self.laws)
 
 
@@ -67,7 +67,7 @@ def _on_board(outcome: BoardRun) -> OnBoard:
 
 
 def _extent(outcome: BoardRun, results: dict[str, Any]) -> str:
-    """Say how much of the scenario was run, and how it ended unless at the end that was asked for."""
+    """Return the part of the scenario that was run, and the reason for an early end."""
     run = outcome.board
     whole, reached = run.scenario.duration, run.t[-1]
     part = "all" if reached >= whole else f"{reached:g} of the {whole:g} s"

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A batch on disk: its arrays, the records that prove them, the lock of who writes."""
+"""Batch on disk: arrays, the records that verify them, and the writer's lock."""

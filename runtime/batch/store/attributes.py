@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a store says of its batch: attributes, held against a schema before anything uses them."""
+"""Attributes of a batch store, checked against a schema before use."""
 
 import json
 from collections.abc import Collection, Mapping
@@ -13,29 +13,29 @@ from .records import FORMAT, digest
 NAMES = ("mehvar_batch", "variables")
 """Attributes of every store: its format, and the names of its variables."""
 IDENTITY = ("model", "model_hash", "campaign", "success", "until", "numerics", "law")
-"""Those that all blocks have in common: every record has a hash of them. Only a law in Python has `law`."""
+"""Attributes shared by all blocks: every record has a hash of them. Only a law in Python has `law`."""
 
 
 @dataclass(frozen=True)
 class Attributes:
-    """Of the group of a store, besides its format.
+    """Attributes of the group of a store, besides its format.
 
     Attributes
     ----------
     variables : tuple of str
         Arrays with one row per run.
     model, model_hash, model_source, title, controller, scenario : str
-        Name and hash of the model, what `load` found it by, its title with that of the law; law and scenario.
+        Name and hash of the model, the name `load` found it by, its title with that of the law; law and scenario.
     success, until : str
         Conditions, empty for none.
     seed : int
-        What all random numbers start from.
+        Seed of all random numbers.
     campaign, numerics, drawn, metrics, nominal, structure, versions : str
         JSON of `Texts`.
     profile, flags, compiler : str
-        What the first process compiled with.
+        Compilation settings of the first process.
     law : str
-        The text of a law in Python.
+        The code of a law in Python.
     """
 
     variables: tuple[str, ...]
@@ -78,7 +78,7 @@ class CampaignText:
 
 @dataclass(frozen=True)
 class Texts:
-    """Attributes that are JSON."""
+    """Attributes that hold JSON."""
 
     campaign: CampaignText
     numerics: Mapping[str, str]
@@ -90,18 +90,18 @@ class Texts:
 
 
 _KINDS = {"long_name": str, "units": str, "note": str, "flag_values": int, "flag_meanings": str, "ends": str}
-"""Attributes of an array: each is one of these, or a list of them."""
+"""Types of an array's attributes: each is of its type, or a list of it."""
 _OWN = ("t_stop", "error", "t_stiff")
 """Numbers of a run that are neither drawn nor metrics."""
 
 
 def batch_hash(identity: Mapping[str, Any], chunk: int) -> str:
-    """Return a hash of what all blocks have in common, and of how many runs a block has."""
+    """Return a hash of everything that all blocks share, and of the runs per block."""
     return digest(json.dumps([identity, chunk], sort_keys=True).encode())
 
 
 def check_attributes(attributes: Mapping[str, Any]) -> None:
-    """Refuse attributes that are not those of a batch, or that contradict its campaign.
+    """Refuse attributes that are not those of a batch, or contradict its campaign.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
 
 
 def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None:
-    """Refuse attributes of another batch than a record is of.
+    """Refuse attributes of another batch than a record's.
 
     Raises
     ------
@@ -148,16 +148,16 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
 
 
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:
-    """Refuse variables that are not the ones the attributes are about, or that say what none of ours does.
+    """Refuse variables that contradict the attributes, and attributes of arrays that this project does not write.
 
-    An attribute that is not known can change what others read: `scale_factor` multiplies the values in xarray.
+    An unknown attribute can change what others read: `scale_factor` multiplies the values in xarray.
 
     Parameters
     ----------
     attributes : mapping
-        Of the group.
+        Attributes of the group.
     numbers : collection of str
-        Variables that are one number of each run.
+        Variables with one number per run.
     own : mapping of str to mapping
         Attributes of each variable and coordinate.
 

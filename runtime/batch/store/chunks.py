@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a store as Zarr reads and writes them: each that is read is held against the record that lists it."""
+"""Files of a store as Zarr reads and writes them; each file read is checked against its record."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Chunks(WrapperStore[LocalStore]):
-    """A folder of Zarr's.
+    """A folder as a store of Zarr.
 
-    A chunk of a block without a record does not exist: somebody is writing it, or was killed.
+    A chunk of a block without a record counts as absent: its writer is still at work, or was killed.
 
     Attributes
     ----------
     digests : dict of str to str
-        Of the files written since it was emptied.
+        Digests of the files written since it was last emptied.
     """
 
     def __init__(self, store: LocalStore) -> None:
@@ -47,7 +47,7 @@ class Chunks(WrapperStore[LocalStore]):
         Raises
         ------
         DamageError
-            If there is none that is whole.
+            If no intact one exists.
         """
         if self._proof.store is None:
             raise DamageError(f"{self.root} is damaged: {STORE} is missing or changed; {CURE}")
@@ -59,7 +59,7 @@ class Chunks(WrapperStore[LocalStore]):
         Raises
         ------
         DamageError
-            If there is one that is not whole, or of another block or batch.
+            If it is not intact, or of another block or batch.
         """
         if block not in self._blocks:
             record = self._proof.block(block)
@@ -71,18 +71,18 @@ class Chunks(WrapperStore[LocalStore]):
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Read a record again when it is needed: it is written anew, and the end that was sealed is not its end."""
+        """Read a record again at its next use: its block is written anew, and the end's digest of it is void."""
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 
     async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Buffer | None:
-        """Return a file; Zarr asks for parts of one only where an array has shards, which these have not."""
+        """Return a file; Zarr asks for parts of a file only in arrays with shards, and these have none."""
         where, record = "", self.record
         if key not in record.digests:
             block = _block_of(key)
             if block is None:
                 return await super().get(key, prototype, byte_range)
-            # before the file: a writer makes the file first
+            # before the file: a writer writes the record last
             of_block = self.block(block)
             if of_block is None:
                 return None
@@ -106,7 +106,7 @@ class Chunks(WrapperStore[LocalStore]):
 
 
 def _block_of(key: str) -> int | None:
-    """Return the block of a chunk; None for what is none, as a file that Zarr looks for in vain."""
+    """Return the block of a chunk; None for other names, such as files that Zarr looks for in vain."""
     name = key.split("/")
     return int(name[2]) if len(name) > 2 and name[1] == "c" else None
 

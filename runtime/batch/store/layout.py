@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A store without runs: its arrays, names and attributes as Zarr keeps them."""
+"""Layout of a store: its arrays, names and attributes as Zarr keeps them, without runs."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 STATUS = "status"
 NOT_RUN = 255
 _LARGEST_CHUNK = 2**22
-"""Bytes of a chunk of series, which is held in memory and compressed whole: half as many make twice the files, and a
-reader of a few samples decompresses half as much."""
+"""Bytes of a chunk of series, which is held in memory and compressed as a whole. Half as many make twice the files; a
+reader of a few samples then decompresses half as much."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """An array of a store: one row per run, or none of the runs' dimension for a coordinate.
+    """An array of a store: one row per run, or a coordinate without the run dimension.
 
     `size` is the length of a second dimension.
     """
@@ -41,7 +41,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What stands along a second dimension: names, or numbers such as instants."""
+    """Coordinate along a second dimension: names, or numbers such as instants."""
 
     values: Sequence[str] | NDArray[np.float64]
     attributes: Mapping[str, Any] = field(default_factory=dict)
@@ -49,20 +49,20 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Layout:
-    """All of a store but its runs.
+    """Everything in a store except its runs.
 
     Attributes
     ----------
     n, chunk : int
-        Runs in all and in one block.
+        Runs in total and in one block.
     variables : sequence of Variable
-        What is held for each run; `status` is one of them.
+        Variables of each run; `status` is one of them.
     coordinates : mapping
         Names and instants along second dimensions, by dimension.
     identity : mapping of str to str
-        What all blocks have in common; a store whose identity is another is not continued.
+        Everything that all blocks share; a store with another identity is not continued.
     attributes : mapping
-        Of the group besides; whatever JSON can say.
+        Other attributes of the group; any JSON values.
     """
 
     n: int
@@ -78,11 +78,11 @@ class Layout:
         return batch_hash(self.identity, self.chunk)
 
     def about(self, **more: Any) -> dict[str, Any]:
-        """Return what every record says: of which batch, and how many runs a block has."""
+        """Return the facts in every record: its batch, and the runs per block."""
         return {"format": FORMAT, "batch": self.batch, "chunk": self.chunk, **more}
 
     def build(self, target: Any) -> zarr.Group:
-        """Write it into a folder or a store of Zarr's."""
+        """Write the layout into a folder or a Zarr store."""
         import zarr
         from zarr.core.group import ConsolidatedMetadata, GroupMetadata
 
@@ -90,7 +90,7 @@ class Layout:
         attributes = {**dict(zip(NAMES, (FORMAT, names), strict=True)), **self.attributes, **self.identity}
         arrays = {variable.name: _array(variable, self.n, self.chunk) for variable in self.variables}
         arrays |= {name: _coordinate(name, coordinate) for name, coordinate in self.coordinates.items()}
-        # all at once: one array after the other is written, and read again for the group's copy, in eight times as long
+        # all at once: writing each array and reading it again for the group's copy takes eight times as long
         listed = ConsolidatedMetadata(metadata=dict(sorted(arrays.items())))
         group = GroupMetadata(attributes=attributes, zarr_format=3, consolidated_metadata=listed)
         store = zarr.storage.LocalStore(target) if isinstance(target, Path) else target
@@ -101,13 +101,13 @@ class Layout:
         return made
 
     def build_files(self, folder: Path) -> None:
-        """Write it into an empty folder, with the record of the store."""
+        """Write the layout into an empty folder, with the record of the store."""
         self.build(folder)
         (folder / STORE).parent.mkdir()
         (folder / STORE).write_bytes(self.record(folder).content())
 
     def record(self, folder: Path) -> Record:
-        """Return the record of what `build` has written."""
+        """Return the record of the files that `build` has written."""
         own = [
             *folder.rglob("zarr.json"),
             *(path for name in self.coordinates for path in (folder / name).rglob("c/*")),
@@ -117,11 +117,11 @@ class Layout:
 
 
 def consolidate(group: zarr.Group) -> None:
-    """Copy all metadata into the group's own, where xarray looks for it first."""
+    """Copy all metadata into the group's own metadata, where xarray looks first."""
     import zarr
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Zarr 3 has no word on consolidated metadata yet; readers may ignore it
+        warnings.simplefilter("ignore")  # Zarr 3 does not specify consolidated metadata yet; readers may ignore it
         zarr.consolidate_metadata(group.store, zarr_format=3)
 
 
@@ -148,7 +148,7 @@ def _array(variable: Variable, n: int, chunk: int) -> Any:
 
 
 def _coordinate(name: str, coordinate: Coordinate) -> Any:
-    """Return the metadata of a coordinate, which is one chunk."""
+    """Return the metadata of a coordinate, which has one chunk."""
     values = _values(coordinate)
     text = values.dtype == object
     return _metadata(
@@ -168,13 +168,13 @@ def _values(coordinate: Coordinate) -> NDArray[Any]:
 
 
 def _bytes(dtype: str) -> dict[str, Any]:
-    """Return the codec of numbers: one byte has no order."""
+    """Return the codec of numbers; single bytes have no byte order."""
     wide = np.dtype(dtype).itemsize > 1
     return {"name": "bytes", **({"configuration": {"endian": "little"}} if wide else {})}
 
 
 def _metadata(shape: Sequence[int], chunks: Sequence[int], dtype: str, **more: Any) -> Any:
-    """Return metadata as the Zarr core specification, version 3, has them."""
+    """Return metadata of the Zarr core specification, version 3."""
     from zarr.core.metadata.v3 import ArrayV3Metadata
 
     return ArrayV3Metadata.from_dict(

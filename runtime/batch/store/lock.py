@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One process at a time writes a store: a locked file in it, which names the process."""
+"""Lock of a store: a locked file that names the one process allowed to write."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from .places import make_place
 
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""A lock is emptied and written: not what a link leads to, and a pipe keeps nobody waiting."""
+"""Flags of a lock file, which is emptied and written: links are not followed, and a pipe does not block."""
 _LOOKS, _LOOK = 20, 0.005
-"""Times, and seconds after each, that a writer tries: who looks whether it is locked has it locked for microseconds."""
+"""Attempts of a writer, and seconds between them; a process that only checks the lock holds it for microseconds."""
 _LONGEST = 256
-"""Bytes of a file that names a process; a name of a host has 255 at most, and more than a line of it tells nobody."""
+"""Bytes of a file that names a process: a host name has 255 at most, and more than a line would not help."""
 
 
 class Lock:
     """The right to write into a folder, until it is released or the process ends.
 
-    The file is removed at the end; what a killed process leaves behind is locked by nobody.
+    The file is removed at the end; the file of a killed process is not locked.
 
     Parameters
     ----------
     folder : Path
-        It is there.
+        An existing folder.
     name : str
-        How messages call it.
+        Name of the folder in messages.
 
     Raises
     ------
     InputError
-        If another process has it; the message says which.
+        If another process has it; the message names that process.
     OSError
         If the folder cannot be written.
     """
@@ -48,23 +48,23 @@ class Lock:
         os.write(self._handle, f"process {os.getpid()} on {platform.node()}\n".encode())
 
     def __del__(self) -> None:
-        """Let others write, if nobody has said so."""
+        """Release the lock, if that was not done before."""
         if self._handle >= 0:
             os.close(self._handle)
 
     def follow(self, folder: Path) -> None:
-        """Say that the folder has been renamed."""
+        """Register that the folder has been renamed."""
         self._place = folder / FILE
 
     def release(self) -> None:
-        """Let others write."""
+        """Release the lock."""
         self._place.unlink(missing_ok=True)
         os.close(self._handle)
         self._handle = -1
 
 
 def holder(folder: Path) -> str | None:
-    """Return who is writing into a folder; None if nobody is."""
+    """Return the process that is writing into a folder; None if there is none."""
     try:
         handle = os.open(folder / FILE, os.O_RDONLY | _PLAIN)
     except OSError:
@@ -76,9 +76,9 @@ def holder(folder: Path) -> str | None:
 
 
 def is_abandoned(folder: Path) -> bool:
-    """Whether a process that made this folder named itself in the lock, and has ended.
+    """Return True if a process that made this folder named itself in the lock, and has ended.
 
-    A lock without a name may be that of a process which is about to lock it.
+    A lock without a name may belong to a process that is about to lock it.
     """
     try:
         return bool((folder / FILE).read_bytes()) and holder(folder) is None
@@ -96,7 +96,7 @@ def _locked(place: Path, name: str) -> int:
             raise InputError(f"another process is writing {name}: {writer}")
         if _is_still(handle, place):
             return handle
-        os.close(handle)  # of one who has just released it
+        os.close(handle)  # the file of a process that has just released it
 
 
 def _name(handle: int) -> str:
@@ -119,9 +119,9 @@ def _locks(handle: int) -> bool:
 
 
 def _lock(handle: int, alone: bool = True) -> bool:
-    """Lock a file until it is closed; false when another process has. File systems without locks are trusted.
+    """Lock a file until it is closed; return False when another process has it. Without file locks, return True.
 
-    Who only looks lets others look at the same time.
+    Without `alone`, the lock is shared: several processes can check a file at the same time.
     """
     try:
         import fcntl

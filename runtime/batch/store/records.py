@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a store proves itself with: a record of the store, one of each block, one of the end, forced to the disk.
+"""Records of a store: one of the store, one of each block, one of the end, forced to disk.
 
-A record is a file that lists other files with their digests. It is written when they are on the disk, whole or not at
-all, and it holds a digest of itself: what a record lists is either there, byte for byte, or damaged.
+A record is a file that lists other files with their digests, and a digest of itself. It is written in one piece after
+its files are on disk. Each listed file is therefore either intact, byte for byte, or damaged.
 """
 
 from __future__ import annotations
@@ -24,57 +24,57 @@ from .places import is_plain, make_place
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
 ROOT = "zarr.json"
-"""Of the group, with the attributes."""
+"""Metadata of the group, with the attributes."""
 FORMAT = 2
 _PARTIAL = ".partial"
-"""Ending of a file that is being written, as Zarr has it."""
+"""Ending of files that are being written, as in Zarr."""
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
-"""Names of such files: what Zarr or `replace_file` put a random number into. Others that end so are somebody's."""
+"""Names of such files: those with the random number of Zarr or `replace_file`. Others may be the user's."""
 _SELF = "sha256"
 CURE = "the command that made it mends it with --resume (resume=True)"
 
 
 class DamageError(InputError):
-    """A file of a store is missing or is not the one that was written; the message names its block and runs."""
+    """A file of a store is missing or changed; the message names its block and runs."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """Facts, and the digests of the files that they are about.
+    """Facts, and the digests of their files.
 
     Attributes
     ----------
     about : mapping
-        Whatever JSON can say.
+        Any JSON values.
     digests : mapping of str to str
-        Files by their place in the store, and their SHA-256.
+        SHA-256 of files, by path in the store.
     """
 
     about: Mapping[str, Any]
     digests: Mapping[str, str]
 
     def content(self) -> bytes:
-        """Return the bytes of the file: the same ones for the same record."""
+        """Return the bytes of the file, the same ones for equal records."""
         facts = {"about": self.about, "files": self.digests}
         return _text({**facts, _SELF: digest(_text(facts))})
 
 
 @dataclass(frozen=True)
 class Stray:
-    """A record that counts for nothing in its place; `what` says why, as in "of another batch"."""
+    """A record that is not valid at its path; `what` says why, as in "of another batch"."""
 
     what: str
 
 
 class Proof:
-    """The records of a store. Who reads a store asks here, and each record is asked of which batch it is.
+    """The records of a store, each checked for its batch. Readers of a store use this class.
 
     Attributes
     ----------
     store : Record or None
-        That of the store; None if there is none that is whole.
+        Record of the store; None if no intact one exists.
     end : Record, Stray or None
-        That of the end; None if the batch has not come to it.
+        Record of the end; None if the batch has not ended.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -98,7 +98,7 @@ class Proof:
         return record
 
     def unseal(self, block: int) -> None:
-        """Take a block's record for what it is, whatever the end says of the one before."""
+        """Trust a block's own record, even if the end lists the digest of an older one."""
         self._seals.pop(block_record(block), None)
 
     def _read(self, name: str) -> Record | Stray | None:
@@ -107,24 +107,24 @@ class Proof:
             return None
         record = read_record(place)
         if record is None:
-            return Stray("changed") if place.exists() or place.is_symlink() else None  # or a writer has removed it
+            return Stray("changed") if place.exists() or place.is_symlink() else None  # a writer may have removed it
         if self.store is not None and any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
             return Stray("of another batch")
         return record
 
 
 def block_record(block: int) -> str:
-    """Return where the record of a block is."""
+    """Return the path of the record of a block."""
     return f"{FOLDER}/{block}.json"
 
 
 def digest(content: Any) -> str:
-    """Return the digest of bytes, or of what has their buffer."""
+    """Return the digest of bytes, or of an object with a buffer."""
     return hashlib.sha256(content).hexdigest()
 
 
 def file_digest(path: Path) -> str | None:
-    """Return the digest of a file; None if there is none that can be read, or a pipe or a device in its place."""
+    """Return the digest of a file; None if it cannot be read, or is a pipe or a device."""
     if not path.is_file():
         return None
     try:
@@ -135,7 +135,7 @@ def file_digest(path: Path) -> str | None:
 
 
 def read_record(path: Path) -> Record | None:
-    """Return a record by its place in a store; None if there is no file, or it is not one that was written."""
+    """Return a record by its path; None if the file is missing or damaged."""
     try:
         content = path.read_bytes() if is_plain(path.parents[1], f"{FOLDER}/{path.name}") else b""
         facts = json.loads(content)
@@ -147,7 +147,7 @@ def read_record(path: Path) -> Record | None:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a record of another version, whatever else is in it.
+    """Refuse a record of another version, whatever its contents.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def check_format(path: Path) -> None:
 
 
 def _is_about_a_store(about: Mapping[str, Any]) -> bool:
-    """Whether what a record says has the kinds that `Layout.about` writes: of the store and the end, or of a block."""
+    """Return True if facts have the types that `Layout.about` writes: of the store and the end, or of a block."""
     own = ("block", "first", "last") if "block" in about else ("runs",)
     counts = {name: about[name] for name in ("format", "chunk", *own)}
     refusals = about.get("refusals", {})
@@ -177,13 +177,13 @@ def _is_about_a_store(about: Mapping[str, Any]) -> bool:
 
 
 def write_record(folder: Path, name: str, record: Record) -> None:
-    """Write a record, and return when it is on the disk."""
+    """Write a record; return when it is on disk."""
     replace_file(folder, name, record.content())
     force([(folder / name).parent])
 
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
-    """Put a whole file into its place in a store; its bytes are on the disk before its name is."""
+    """Write a complete file in a store, by renaming; its bytes are on disk before its name is."""
     path = folder / name
     make_place(folder, name)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -196,12 +196,12 @@ def replace_file(folder: Path, name: str, content: bytes) -> None:
 
 
 def leftovers(folder: Path) -> list[Path]:
-    """Return the files that a process which was killed was writing."""
+    """Return the unfinished files of a killed process."""
     return [path for path in folder.rglob(f"*{_PARTIAL}") if _LEFTOVER.fullmatch(path.name)]
 
 
 def force(paths: Iterable[Path]) -> None:
-    """Return when files, and the names in folders, are on the disk."""
+    """Return when files, and the names in folders, are on disk."""
     for path in paths:
         handle = os.open(path, os.O_RDONLY)
         try:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A batch on disk: a Zarr group whose blocks of runs are either recorded or absent.
+"""Batch on disk: a Zarr group whose blocks of runs are either recorded or absent.
 
-One chunk of every variable is one block of runs. When all chunks of a block are on the disk, its record is written,
-which holds their digests; a block counts as stored when it is there. Whatever else a killed process left behind is
-written again with the same bytes.
+One chunk of every variable is one block of runs. When all chunks of a block are on disk, its record is written with
+their digests. A block counts as stored when its record exists. Other files of a killed process are written again,
+with the same bytes.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ if TYPE_CHECKING:
     from .chunks import Chunks
 
 _CODECS = {"bytes", "vlen-utf8", "zstd"}
-"""What a store of ours is coded with; a codec of another name is code that somebody else registered."""
+"""Codecs of our stores; a codec of any other name is code that somebody else registered."""
 
 _NEW = ".new"
 """Ending of a store that is being made."""
 
 
 class StoreError(MehvarError, OSError):
-    """The store cannot take the next block; what it has is kept."""
+    """The store cannot take the next block; it keeps what it has."""
 
     exit_status = 3
     resumable = True
@@ -78,9 +78,9 @@ class Store:
     Attributes
     ----------
     path : Path or None
-        Where it is; None for one in memory.
+        Its folder; None for a store in memory.
     attributes : mapping
-        Whatever was said at creation.
+        Attributes set at creation.
     chunk, n : int
         Runs per block, and runs in all.
     """
@@ -103,7 +103,7 @@ class Store:
 
     @property
     def name(self) -> str:
-        """How messages call it."""
+        """Name in messages."""
         return str(self.path) if self.path else "the store in memory"
 
     def blocks(self) -> int:
@@ -120,7 +120,7 @@ class Store:
         Raises
         ------
         DamageError
-            If a record of one is not whole, or of another block or batch.
+            If the record of one is damaged, or of another block or batch.
         """
         if self._chunks is None:
             return sorted(self._memory)
@@ -137,7 +137,7 @@ class Store:
         return block in self._memory if self._chunks is None else self._chunks.block(block) is not None
 
     def about(self, block: int) -> Mapping[str, Any]:
-        """Return what was said when a stored block was written."""
+        """Return the facts recorded with a stored block."""
         if self._chunks is None:
             return self._memory[block]
         record = self._chunks.block(block)
@@ -146,7 +146,7 @@ class Store:
         return record.about
 
     def verify(self) -> Verification:
-        """Hold every file against the records; there is nothing to hold in memory."""
+        """Check every file against the records; a store in memory has no files."""
         if self.path is not None:
             return verify(self.path)
         whole = self.stored()
@@ -154,21 +154,21 @@ class Store:
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
 
     def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
-        """Store a block: return when its chunks and then its record are on the disk.
+        """Store a block; return when its chunks, and then its record, are on disk.
 
         Parameters
         ----------
         block : int
-            Which.
+            Number of the block.
         values : mapping
-            Of each variable.
+            Values of each variable.
         **about
-            What its record says besides.
+            Further facts for its record.
 
         Raises
         ------
         StoreError
-            If the disk is full or cannot be written; the message says which store.
+            If the disk is full or cannot be written; the message names the store.
         """
         runs = self.runs(block)
         try:
@@ -189,7 +189,7 @@ class Store:
             raise _store_error(error, self.name) from error
 
     def end(self, n: int) -> None:
-        """Say that the first n runs, a whole number of blocks or all, are the batch; what is beyond them is removed.
+        """End the batch after its first n runs, a whole number of blocks or all; later runs are removed.
 
         Raises
         ------
@@ -219,7 +219,7 @@ class Store:
         Raises
         ------
         DamageError
-            If a chunk is missing or is not the one that was written.
+            If a chunk is missing or changed.
         """
         array = self._array(name)
         selection = self.stored() if blocks is None else blocks
@@ -233,7 +233,7 @@ class Store:
         return out
 
     def coordinate(self, name: str) -> NDArray[Any]:
-        """Return a variable that is not one row per run."""
+        """Return a variable without the run dimension."""
         with self._reading(name):
             values: NDArray[Any] = self._array(name)[:]
         return values
@@ -245,7 +245,7 @@ class Store:
             return np.concatenate([array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks])
 
     def variables(self) -> dict[str, Variable]:
-        """Return what the store holds, by name."""
+        """Return the variables of the store, by name."""
         variables: dict[str, Variable] = {}
         for name, array in self._arrays.items():
             first, *rest = array.metadata.dimension_names
@@ -259,11 +259,11 @@ class Store:
         return {name: dict(array.attrs) for name, array in self._arrays.items()}
 
     def dataset(self) -> xarray.Dataset:
-        """Open it with xarray; values are read, and held against the records, when they are used."""
+        """Open it with xarray; values are read, and checked against the records, on use."""
         import xarray
 
         names: list[str] = self.attributes["variables"]
-        # a unit such as "days since 2000" would make other numbers of ours
+        # otherwise xarray would convert numbers with a unit such as "days since 2000"
         opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None, decode_times=False)
         ordered: xarray.Dataset = opened[names]
         return ordered
@@ -307,9 +307,9 @@ class Store:
 
     @contextlib.contextmanager
     def _reading(self, name: str, where: str = "") -> Iterator[None]:
-        """Turn whatever Zarr and its codecs raise over a chunk that nobody of ours wrote into an error that says which.
+        """Turn any error of Zarr and its codecs for a chunk that we did not write into an error that names the file.
 
-        A chunk that is missing or changed since is refused before it comes to them.
+        Missing or changed chunks are refused before Zarr reads them.
         """
         try:
             yield
@@ -321,19 +321,19 @@ class Store:
 
 
 def create(path: Path | None, layout: Layout) -> Store:
-    """Make a store without runs; it appears under its name when it is complete, and locked by this process.
+    """Make a store without runs; it appears under its name when complete, locked by this process.
 
     Parameters
     ----------
     path : Path or None
         A new folder; None keeps the store in memory.
     layout : Layout
-        What is in it.
+        Its contents.
 
     Raises
     ------
     InputError
-        If there is something of that name, or no folder to put it into.
+        If the name exists already, or its parent folder does not.
     OSError
         If it cannot be written.
     """
@@ -352,24 +352,24 @@ def create(path: Path | None, layout: Layout) -> Store:
 
 
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
-    """Open a store to go on, locked by this process; metadata, names and instants are mended where they are damaged.
+    """Open a store to continue it, locked by this process; repair damaged metadata, names and instants.
 
-    Nothing is touched before the folder is known to be a store that `compare` lets go on. One that cannot be written
-    and is complete is opened to be read.
+    Nothing is changed before `compare` has accepted the folder as a store to continue. A complete store that cannot
+    be written is opened for reading.
 
     Parameters
     ----------
     path : Path
         The store.
     layout : Layout
-        What it would be made of now; the store's own attributes and size of blocks are kept if they are whole.
+        The layout of a new store; the store's own attributes and block size are kept if they are intact.
     compare : callable
-        Raises InputError for the attributes of a store that is not to be continued.
+        Raises InputError for the attributes of a store that must not be continued.
 
     Raises
     ------
     InputError
-        If there is no store, another process is writing it, or nothing that is whole says that it is of this batch.
+        If there is no store, another process is writing it, or no intact part identifies it as this batch.
     StoreError
         If it cannot be written.
     """
@@ -397,7 +397,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     Raises
     ------
     InputError
-        If there is none, it is not a batch of this version, or what it says about itself is damaged.
+        If there is none, it is not a batch of this version, or its metadata are damaged.
     """
     folder = store_folder(path)
     if not (folder / FOLDER).is_dir():
@@ -428,7 +428,7 @@ def _opened(folder: Path) -> Store | DamageError:
         return error
     except InputError:
         raise
-    except Exception as error:  # what is no store makes Zarr and its parsers raise anything
+    except Exception as error:  # for a folder that is not a store, Zarr and its parsers raise anything
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
 
 
@@ -438,19 +438,19 @@ def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
     from .chunks import Chunks
 
     chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
-    # to be written, it was made or mended by this process: the group's own copy of the metadata is good
+    # for writing, this process has made or repaired it: the group's own copy of the metadata is good
     return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=mode == "r+"), chunks
 
 
 def _arrays(group: Any) -> dict[str, Any]:
     """Return the variables and the coordinates along their second dimensions, by name.
 
-    A chunk that holds nothing but the fill value is a file all the same, so that a missing one is told.
+    A chunk of fill values is stored as a file too, so that a missing file is detected.
     """
     import zarr
 
     with zarr.config.set({"array.write_empty_chunks": True}):
-        # one after the other: opened all at once, several damaged ones leave errors behind that nobody collects
+        # one after the other: opened at once, several damaged arrays leave errors behind that nobody collects
         arrays = {name: group[name] for name in group.attrs["variables"]}
         dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
         arrays |= {name: group[name] for name in sorted(dimensions) if name in group}
@@ -462,7 +462,7 @@ def _arrays(group: Any) -> dict[str, Any]:
 
 
 def _created(path: Path, layout: Layout) -> Lock:
-    """Make a store under a name of its own, and rename it when it is complete and on the disk."""
+    """Make a store under a temporary name, and rename it when it is complete and on disk."""
     scratch = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_NEW}")
     scratch.mkdir()
     try:
@@ -490,7 +490,7 @@ def _refuse_existing(path: Path) -> None:
 
 
 def _remove_abandoned(path: Path) -> None:
-    """Remove what processes that were killed while they made this store have left behind."""
+    """Remove the remains of processes that were killed while making this store."""
     for scratch in path.parent.glob(f".{glob.escape(path.name)}.*{_NEW}"):
         if is_abandoned(scratch):
             shutil.rmtree(scratch, ignore_errors=True)
@@ -502,7 +502,7 @@ def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
 
 
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
-    """Put damaged metadata, names and instants right, and finish an end that was not finished; return the layout."""
+    """Repair damaged metadata, names and instants, complete an unfinished end, and return the layout."""
     layout, record, files = _layout_there(path, layout, compare)
     if record is None or files or record.about["runs"] != layout.n:
         _lay_again(path, layout, record)
@@ -513,12 +513,12 @@ def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], N
 def _layout_there(
     path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]
 ) -> tuple[Layout, Record | None, Mapping[str, str]]:
-    """Return the layout of a store that is to go on, its record, and what is wrong with its own files.
+    """Return the layout of a store to continue, its record, and the damage of its own files.
 
     Raises
     ------
     InputError
-        If what is whole of the folder does not say that it is of this batch.
+        If the intact part of the folder does not identify it as this batch.
     """
     proof, files = own_files(path)
     record = proof.store
@@ -535,7 +535,7 @@ def _layout_there(
 
 
 def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> int:
-    """Return the runs per block of a store whose attributes are damaged, if what is whole says it is of this batch."""
+    """Return the runs per block of a store with damaged attributes, if its intact part identifies this batch."""
     records = [record for file in (path / FOLDER).glob("*.json") if (record := read_record(file)) is not None]
     for record in records:
         if record.about["batch"] != replace(layout, chunk=record.about["chunk"]).batch:
@@ -551,7 +551,7 @@ def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[st
 
 
 def _chunk_by_metadata(path: Path) -> int:
-    """Return the runs per block as the metadata of a variable have it; 0 if they have none. Nothing proves them."""
+    """Return the runs per block from the metadata of a variable, unverified; 0 if they have none."""
     try:
         metadata = json.loads((path / STATUS / ROOT).read_bytes())
         runs = metadata["chunk_grid"]["configuration"]["chunk_shape"][0]
@@ -561,7 +561,7 @@ def _chunk_by_metadata(path: Path) -> int:
 
 
 def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
-    """Write all of a store but its runs, except for files that a record of the same size says are whole."""
+    """Write everything in a store except its runs, and except files that a record of the same size confirms."""
     kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
     with tempfile.TemporaryDirectory() as scratch:
         fresh = Path(scratch) / "store"
@@ -577,20 +577,20 @@ def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
 
 
 def _remove_beyond(folder: Path, blocks: int) -> None:
-    """Remove the blocks from a number on: records first, since chunks without one do not count."""
+    """Remove the blocks from a number on: records first, since chunks without a record do not count."""
     for path in (*folder.glob(f"{FOLDER}/*.json"), *folder.glob("*/c/*")):
         if path.stem.isdigit() and int(path.stem) >= blocks and path.parent.parent.name not in _coordinates(folder):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _coordinates(folder: Path) -> set[str]:
-    """Return the variables whose chunks are no blocks: those that the record of the store lists."""
+    """Return the variables whose chunks are not blocks: those in the record of the store."""
     record = read_record(folder / STORE)
     return {name.split("/")[0] for name in (record.digests if record else ()) if "/c/" in name}
 
 
 def _force_files(folder: Path, names: Iterable[str]) -> None:
-    """Return when files and all folders on the way to them are on the disk."""
+    """Return when files, and all folders on their paths, are on disk."""
     files = [folder / name for name in names]
     parents = {parent for file in files for parent in file.parents if parent.is_relative_to(folder)}
     force([*files, *sorted(parents)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a store is what was written: every file held against the records, without reading an array."""
+"""Verification of a store: every file checked against the records, without reading an array."""
 
 from __future__ import annotations
 
@@ -34,24 +34,24 @@ from .records import (
 T = TypeVar("T")
 
 _LOOKS, _LOOK = 10, 0.1
-"""Looks at a store that is being written, and seconds between them: the end of a batch cut short rewrites its metadata
-in some 0.1 s. Longer takes only the repair of a damaged store, which is not waited for."""
+"""Attempts at a store that is being written, and seconds between them: ending a batch early rewrites its metadata in
+some 0.1 s. Only the repair of a damaged store takes longer; it is not waited for."""
 _SHOWN = 3
-"""Files of a block, and blocks, that a message names: as many as fit into a few lines of a terminal."""
+"""Number of files of a block, and of blocks, in a message: a few lines of a terminal."""
 
 
 @dataclass(frozen=True)
 class BlockDamage:
-    """A block whose files are not those that its record lists.
+    """A block whose files differ from its record.
 
     Attributes
     ----------
     block : int
-        Which.
+        Number of the block.
     first, last : int
         Its runs.
     files : mapping of str to str
-        Places of files to "missing" or "changed".
+        Paths of files, each "missing" or "changed".
     """
 
     block: int
@@ -65,27 +65,27 @@ class BlockDamage:
 
 @dataclass(frozen=True)
 class Verification:
-    """What `verify` finds.
+    """Result of `verify`.
 
     Attributes
     ----------
     store : str
         Its path.
     runs, blocks : int
-        In all. Where no record says how many, runs is None and blocks those that have a record.
+        Totals. If no record has them, runs is None and blocks counts those with a record.
     whole, missing : tuple of int
-        Blocks that are as they were written, and those that have not been.
+        Intact blocks, and blocks not yet written.
     damaged : tuple of BlockDamage
-        The others.
+        All other blocks.
     files : mapping of str to str
-        What is wrong with files that belong to no block: metadata, names, instants, the record of the end.
+        Damage of files outside the blocks: metadata, names, instants, the record of the end.
     ended : bool
-        Whether the batch came to its end, and said so.
+        True if the batch ended and recorded its end.
     writer : str or None
-        Who is writing it now.
+        The process that is writing it now.
     others : tuple of str
-        Files that no record lists, so that nobody reads them: what was put beside, or what a killed process left of a
-        block that is not stored. Whether the store is whole does not depend on them.
+        Files that no record lists and nobody reads: files of the user, or of a killed process and a block that is
+        not stored. They do not affect the verdict.
     """
 
     store: str
@@ -101,26 +101,26 @@ class Verification:
 
     @property
     def sound(self) -> bool:
-        """Whether nothing is damaged, finished or not."""
+        """True where nothing is damaged, finished or not."""
         return not self.damaged and not self.files
 
     @property
     def complete(self) -> bool:
-        """Whether it is sound and holds all its runs."""
+        """True where it is sound and holds all its runs."""
         return self.sound and self.ended and not self.missing
 
     def damage(self) -> list[str]:
-        """Return a line for what belongs to no block and one for each damaged block."""
+        """Return one line for all files outside the blocks, and one for each damaged block."""
         return [*([listed(self.files)] if self.files else []), *map(str, self.damaged)]
 
     def summary(self) -> str:
-        """Return the first of these lines, and how many there are."""
+        """Return the first of these lines, and the number of the others."""
         lines = self.damage()
         more = f"; and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
         return "; ".join(lines[:_SHOWN]) + more
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON has it."""
+        """Return it as JSON values."""
         damaged = [{"block": d.block, "first": d.first, "last": d.last, "files": dict(d.files)} for d in self.damaged]
         return {
             **{"store": self.store, "complete": self.complete, "sound": self.sound, "ended": self.ended},
@@ -130,7 +130,7 @@ class Verification:
 
 
 def verify(path: str | os.PathLike[str]) -> Verification:
-    """Hold every file of a store against the records of what was written.
+    """Check every file of a store against its records.
 
     Parameters
     ----------
@@ -140,28 +140,28 @@ def verify(path: str | os.PathLike[str]) -> Verification:
     Returns
     -------
     Verification
-        `complete` is whether all of it is there and whole; `missing` and `damaged` name the blocks.
+        `complete` is True where all of it is present and intact; `missing` and `damaged` name the blocks.
 
     Raises
     ------
     InputError
-        If there is no store of this version, or its attributes are no batch's.
+        If there is no store of this version, or its attributes are not those of a batch.
     """
     folder = store_folder(path)
     return settled(folder, lambda writer: _verification(folder, writer), lambda verification: verification.sound)
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
-    """Return what a look at a store shows; where that is not sound and somebody is writing, look again.
+    """Return the result of `look`; repeat it while it is not sound and a process is writing.
 
     Parameters
     ----------
     folder : Path
         The store.
     look : callable
-        Called with who is writing, None for nobody.
+        Called with the writing process, or None.
     is_sound : callable
-        Of what `look` returns.
+        Called with the result of `look`.
     """
     for wait in (*(_LOOK,) * _LOOKS, 0.0):
         before = holder(folder)
@@ -182,7 +182,7 @@ def _verification(folder: Path, writer: str | None) -> Verification:
 
 
 def store_folder(path: str | os.PathLike[str]) -> Path:
-    """Return the folder of a store, whole or not.
+    """Return the folder of a store, intact or not.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
-    """Return the records of a store, and what is wrong with that of the store, the files that it lists, and places.
+    """Return the records of a store, and the damage of its own record, of the files it lists, and of foreign paths.
 
     Raises
     ------
@@ -214,12 +214,12 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
-    """Return the attributes of a store as they stand in its file.
+    """Return the attributes of a store from its file.
 
     Raises
     ------
     InputError
-        If they are no batch's, or of another than its record says, if that is whole.
+        If they are not those of a batch, or contradict an intact record.
     """
     if not is_plain(folder, ROOT):
         raise InputError(f"{folder} is not a batch store: it has no {ROOT}")
@@ -234,7 +234,7 @@ def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
 
 
 def listed(files: Mapping[str, str]) -> str:
-    """Return what is wrong with files in a line, the first ones by name."""
+    """Return the damage of files in a line, the first ones by name."""
     shown = [f"{name} is {what}" for name, what in list(files.items())[:_SHOWN]]
     more = len(files) - len(shown)
     return ", ".join([*shown, *([f"and {more} more files"] if more > 0 else [])])
@@ -268,7 +268,7 @@ def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verifica
 
 
 def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
-    """Yield the places of plain files that are not known."""
+    """Yield the paths of plain files that are not known."""
     for parent, folders, files in os.walk(folder):
         folders.sort()
         for place in (Path(parent, name) for name in sorted(files)):
@@ -278,7 +278,7 @@ def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
 
 
 def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:
-    """Return runs in all and in a block, and blocks, from whichever record is whole."""
+    """Return the total runs, runs per block and number of blocks from any intact record."""
     record = end or store
     if record is not None:
         runs, chunk = record.about["runs"], record.about["chunk"]

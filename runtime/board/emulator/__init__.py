@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A board inside this process, and what a step costs on it."""
+"""Emulated board inside this process, and the cost of a step on it."""

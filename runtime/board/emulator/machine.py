@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A board inside this process: Unicorn runs the whole image, its drivers included, and this file is the hardware.
+"""Emulated board inside this process: Unicorn runs the whole image with its drivers; this module is the hardware.
 
-Time stands still unless `advance` moves it, so a run is the same each time.
+Time advances only by `advance`, so every run is the same.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ _IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
 _IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
-"""The counter's flag tells of one wrap, so the program must run at least once between two: 2^24 ticks are 99.9 ms at
-the 168 MHz of the fastest board."""
+"""The counter's flag shows only one overflow, so the program must run at least once between two: 2^24 ticks are
+99.9 ms at the 168 MHz of the fastest board."""
 
 Hook = Callable[[int, int], None]
 """Called with address and size of each block of instructions before it runs."""
@@ -53,7 +53,7 @@ class EmulatedBoard:
     elf : Elf
         Image for `board`.
     board : Board
-        Its memory and its registers.
+        Its memory and registers.
     """
 
     def __init__(self, elf: Elf, board: Board) -> None:
@@ -67,7 +67,7 @@ class EmulatedBoard:
         self.watchdog: int | None = None
         """Ticks at which the independent watchdog was last reloaded; None until it is started."""
         self.registers: dict[int, int] = {}
-        """What was written to the registers of the peripherals that have no behaviour of their own."""
+        """Values written to peripheral registers without behaviour of their own."""
         self.clock_control = {_RCC_CR: _HSI_ON_AND_READY, _RCC_CFGR: 0}
         self._uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self._uc.ctl_set_cpu_model(_CPUS[board.cpu])
@@ -83,7 +83,7 @@ class EmulatedBoard:
             if not first <= address <= address + len(content) <= first + size:
                 raise InputError(f"the image is not for {self._board.name}: it begins at {address:#010x}")
             self._uc.mem_write(address, content)
-        self._uc.ctl_flush_tb()  # or what it translated of the program that was there before goes on
+        self._uc.ctl_flush_tb()  # otherwise the translation of the previous program would run on
         stack, start = struct.unpack("<2I", bytes(self._uc.mem_read(self._board.flash[0], 8)))
         self._uc.reg_write(arm_const.UC_ARM_REG_SP, stack)
         self._pc = start
@@ -105,7 +105,7 @@ class EmulatedBoard:
         return data
 
     def run(self) -> None:
-        """Run until the board sleeps with nothing on the line, or hangs and takes nothing from it."""
+        """Run until the board sleeps with nothing on the line, or hangs and reads nothing from it."""
         while True:
             waiting = len(self._to_board)
             try:
@@ -121,7 +121,7 @@ class EmulatedBoard:
                 return
 
     def advance(self, ms: float) -> None:
-        """Let time pass."""
+        """Advance the time."""
         while ms > 0:
             step = min(ms, _STEP_MS)
             before = self._ticks
@@ -134,11 +134,11 @@ class EmulatedBoard:
             ms -= step
 
     def reload_watchdog(self) -> None:
-        """Start the independent watchdog's count anew."""
+        """Restart the count of the independent watchdog."""
         self.watchdog = self._ticks
 
     def pulses(self) -> tuple[int, ...]:
-        """Return the pulse widths that the timer of the outputs was given, in its ticks."""
+        """Return the pulse widths set in the output timer, in its ticks."""
         return tuple(self.registers.get(at, 0) for at in _TIM3_CCR)
 
     def _hung(self) -> bool:
@@ -175,7 +175,7 @@ class EmulatedBoard:
         return int(self._uc.reg_read(arm_const.UC_ARM_REG_CPSR))
 
     def register(self, name: str) -> int:
-        """Return what a register holds."""
+        """Return the value of a register."""
         return int(self._uc.reg_read(getattr(arm_const, f"UC_ARM_REG_{name.upper()}")))
 
     def unhook(self) -> None:
@@ -190,13 +190,13 @@ class EmulatedBoard:
         return bytes(self._uc.mem_read(address, size))
 
     def link_register(self) -> int:
-        """Return where the function that runs now returns to."""
+        """Return the return address of the current function."""
         return int(self._uc.reg_read(arm_const.UC_ARM_REG_LR)) & ~1
 
     def _map(self) -> None:
         for address, size in (self._board.flash, self._board.ram):
             self._uc.mem_map(address, size)
-        # the exception returns of M-profile and everything else that is never executed stay unmapped
+        # exception returns of the M-profile and other addresses that never execute code stay unmapped
         reads, writes = _REGISTERS[self._board.source]
         self._uc.mmio_map(
             *_PERIPHERALS,
@@ -233,7 +233,7 @@ class EmulatedBoard:
         return self._to_board.popleft()
 
     def waiting(self) -> bool:
-        """Whether a byte has come for the board."""
+        """Return True if a byte is waiting for the board."""
         return bool(self._to_board)
 
     def send(self, byte: int) -> None:

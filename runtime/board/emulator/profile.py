@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a step costs on the target: instructions, exactly; cycles, estimated; and which lines ran.
+"""Cost of a step on the target: exact instruction counts, estimated cycles, and the lines that ran.
 
-The image is the one that would be flashed: nothing is instrumented, the emulator reports the blocks that it runs.
+The image is the one for flashing, without instrumentation: the emulator reports the blocks that it runs.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _PER_REGISTER = ("ldm", "stm", "push", "pop", "vldm", "vstm", "vpush", "vpop")
 
 @dataclass
 class Profile:
-    """What was seen of the steps so far.
+    """Counts of the steps so far.
 
     Attributes
     ----------
     most, least : int
         Instructions of a step.
     cycles : int
-        Of the step with the most, estimated for a Cortex-M4F without wait states.
+        Cycles of the step with the most, estimated for a Cortex-M4F without wait states.
     steps : int
-        How many were counted.
+        Number of counted steps.
     addresses : set of int
         Instructions that ran.
     """
@@ -53,7 +53,7 @@ class Profile:
 class StepProfiler:
     """Watches a machine while it evaluates steps.
 
-    Call `count` after each exchange; the first one only finds where a step returns to.
+    Call `count` after each exchange; the first call only finds the return address of a step.
     """
 
     def __init__(self, machine: EmulatedBoard, elf: Elf, cycles: bool) -> None:
@@ -79,7 +79,7 @@ class StepProfiler:
             self._blocks.append((address, size))
 
     def count(self) -> None:
-        """Count the step that was just evaluated."""
+        """Count the last step."""
         if self._return is None:
             return
         if not self.profile.steps and not self._blocks:
@@ -97,7 +97,7 @@ class StepProfiler:
         blocks.clear()
 
     def _length(self, block: tuple[int, int]) -> int:
-        """Return the instructions of a block, and note on first sight that they ran."""
+        """Return the number of instructions of a block, and record them as executed at the first call."""
         if block not in self._lengths:
             instructions = self._instructions(*block)
             self.profile.addresses.update(address for address, _, _ in instructions)
@@ -174,7 +174,7 @@ def _cost(name: str, operands: str) -> int:
 
 
 def registers(operands: str) -> int:
-    """Return how many registers an operand like {r4, r6-r8} lists."""
+    """Return the number of registers in an operand such as {r4, r6-r8}."""
     names = operands[operands.find("{") + 1 : operands.find("}")]
     count = 0
     for part in names.split(","):
@@ -194,7 +194,7 @@ class Coverage:
 
 
 def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) -> list[Coverage]:
-    """Return how many lines of each function ran.
+    """Return the number of lines of each function that ran.
 
     Parameters
     ----------

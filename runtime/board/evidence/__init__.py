@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be said of a law in an image: from equation to address, its longest way, the ways that were taken."""
+"""Evidence for a law in an image: traces from equations to addresses, longest paths, and branch coverage."""

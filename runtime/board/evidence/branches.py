@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which way each conditional instruction of a law went, as an emulator sees it.
+"""Outcomes of each conditional instruction of a law in an emulator.
 
-A compiler turns every condition of the source into a conditional branch or an IT block, one a condition: both outcomes
-of each are decision and condition coverage of the code. That is no MC/DC, which wants each condition to decide alone.
+A compiler turns each condition of the source into a conditional branch or an IT block. Both outcomes of each give
+decision and condition coverage of the code. This is not MC/DC, where each condition must decide independently.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class Condition:
     Attributes
     ----------
     function : str
-        Where it stands.
+        Name of the function.
     address : int
-        Of the branch or the IT.
+        Address of the branch or the IT.
     outcomes : set of bool
-        Those that were seen.
+        Observed outcomes.
     """
 
     function: str
@@ -51,7 +51,7 @@ class Condition:
 
 @dataclass
 class _Call:
-    """A call that has not returned: where to, and its instructions so far."""
+    """A call that has not returned: function, return address, and its instructions so far."""
 
     function: str
     back: int
@@ -64,16 +64,16 @@ class Outcomes:
     Parameters
     ----------
     functions : sequence of str
-        Those to watch, a sample's evaluation first.
+        Functions to watch, a sample's evaluation first.
 
     Attributes
     ----------
     conditions : list of Condition
-        Of the functions.
+        Conditional instructions of the functions.
     addresses : set of int
         Half-words of instructions that ran.
     most : dict of str to int
-        Instructions of the longest call of each function that ran in a sample, from entry to return.
+        Instructions of the longest call of each function within a sample, from entry to return.
     """
 
     def __init__(self, machine: EmulatedBoard, elf: Elf, functions: Sequence[str]) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that can be said of a law in an image for an emulated board."""
+"""Collection of all evidence for a law in an image for an emulated board."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from .trace import Traced, trace
 
 
 class EvidenceError(MehvarError, RuntimeError):
-    """What was seen of an image cannot be all that there is: no page is written."""
+    """Evidence of an image is incomplete: no page is written."""
 
 
 _ODD = (0.0, -0.0, 1e-40, 1e-20, 1e31, -3e38, np.inf, -np.inf, np.nan)
-"""What a broken sensor or line may send: signs of zero, numbers that are no normal floats, too large, none at all."""
+"""Values from a broken sensor or line: zeros of both signs, subnormal, too large, infinite, NaN."""
 _SCALES = (-3.0, 3.0)
-"""Powers of ten by which memory and measurements are stretched: estimates may be off by a thousand either way."""
+"""Powers of ten that scale memory and measurements: estimates may be off by a factor of a thousand either way."""
 
 
 @dataclass(frozen=True)
 class Length:
-    """How long a function runs, with all that it calls.
+    """Duration of a function and everything it calls, in instructions.
 
     Attributes
     ----------
     bound : int or None
-        The most instructions of a call, from the image alone; None where it cannot be told.
+        Largest number of instructions of a call, from the image alone; None where it is unknown.
     reason : str
-        Why not.
+        Reason why it is unknown.
     seen : int
-        The most that a call took in the campaign.
+        Largest number of a call in the campaign.
     """
 
     function: str
@@ -64,18 +64,18 @@ class Reached:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of a law in an image.
+    """Evidence for a law in an image.
 
     Attributes
     ----------
     run : BoardRun
-        The closed loop, compared with this machine.
+        The closed loop, compared with the same law on this machine.
     disturbed : int
-        Steps of the campaign besides, from memories, parameters and measurements that were drawn.
+        Further steps of the campaign, from drawn memories, parameters and measurements.
     traced : list of Traced
         The steps of the law.
     lengths, reached, conditions
-        Of a sample's evaluation and of each function that it calls.
+        Results for a sample's evaluation and each function that it calls.
     addresses : set of int
         Instructions that ran in the campaign.
     lines : mapping of int to (str, int)
@@ -101,12 +101,12 @@ def collect(
     samples: int = 200,
     disturbed: int = 400,
 ) -> Evidence:
-    """Compile a law for an emulated board, run it, disturb it, and return what came of it.
+    """Compile a law for an emulated board, run and disturb it, and return the evidence.
 
     Parameters
     ----------
     samples : int
-        Of the closed loop.
+        Samples of the closed loop.
     disturbed : int
         Steps from drawn memories, parameters and measurements.
 
@@ -136,7 +136,7 @@ def collect(
 
 
 def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
-    """Refuse evidence that leaves out a function that ran, or instructions of the closed loop's longest step."""
+    """Refuse evidence without a function that ran, or without instructions of the closed loop's longest step."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
         raise EvidenceError(f"a step runs {', '.join(missing)}, to which no call leads whose target the image tells")
@@ -184,7 +184,7 @@ def _start(link: Link, run: BoardRun) -> None:
 
 
 def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
-    """Return what goes down the line at a sample of the closed loop."""
+    """Return the numbers sent to the board at a sample of the closed loop."""
     single = run.single
     r = model.functions["reference"](single.t[k], single.parameters.p, single.parameters.s)
     applied = single.u[k - 1] if k else np.zeros(single.u.shape[1])
@@ -196,7 +196,7 @@ def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
 
 
 def _stretched(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return numbers of which some, or none, were made larger or smaller."""
+    """Return numbers of which some, or none, were scaled up or down."""
     which = rng.random(values.size) < rng.choice([0.0, 0.05, 0.3])
     return np.where(which, values * 10 ** rng.uniform(*_SCALES, values.size), values)
 
@@ -209,7 +209,7 @@ def _broken(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np
 
 
 def _drawn_parameters(run: BoardRun, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the law's parameters, some of them at the ends of what is allowed."""
+    """Return the law's parameters, some of them at their bounds."""
     values = run.single.parameters.c.copy()
     for i, parameter in enumerate(run.image.program.law.parameters):
         ends = [end for end in (parameter.lower, parameter.upper) if np.isfinite(end)]

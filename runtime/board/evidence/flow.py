@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The most instructions that a function can run, from the instructions of the image alone.
+"""Upper bounds on the instructions of a function, from the instructions of the image alone.
 
-A function is a graph of blocks. Without loops its longest path counts. A loop counts when a register goes from one
-value to another in constant steps: then it is turned as often as that takes, each turn as long as its longest. What is
-not known (a jump through a register, a loop whose end is data) is unbounded, with the reason, and never a guess.
+A function is a graph of blocks. Without loops, its longest path counts. A loop is bounded when a register moves
+between two known values in constant steps: the bound is the number of iterations times the longest iteration. Unknown
+parts (a jump through a register, a loop whose end is data) are unbounded, with the reason; nothing is guessed.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
 _CODE = 2**32
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
-"""Bytes by which the program counter is ahead of an instruction that reads it, before it is rounded down to words."""
+"""Bytes by which the program counter is ahead of the instruction that reads it, before rounding down to words."""
 
 Value = tuple[str, int]
-"""What a register holds: the value that another one had at the start of the function, "" for none, and a number."""
+"""Value of a register: an offset from a register at the start of the function, or from "" for a constant."""
 State = dict[str, Value]
 
 
 class UnboundedError(MehvarError, ValueError):
-    """How long a function runs cannot be told from its instructions."""
+    """The instructions of a function do not determine its length."""
 
 
 @dataclass(frozen=True)
 class Instruction:
-    """An instruction: where, its text, where it jumps, which registers it changes."""
+    """An instruction: address, text, jump target, changed registers."""
 
     address: int
     size: int
@@ -54,29 +54,29 @@ class Instruction:
 
     @property
     def conditional(self) -> bool:
-        """Whether it is a branch that may be taken or not."""
+        """True for a branch that may or may not be taken."""
         return _CONDITIONAL.fullmatch(self.mnemonic) is not None
 
     @property
     def returns_if(self) -> bool:
-        """Whether it returns, or goes on, within an IT block."""
+        """True for an instruction within an IT block that either returns or continues."""
         if _RETURN_IF.fullmatch(self.mnemonic) is None:
             return False
         return self.operands == "lr" or "pc}" in self.operands
 
     @property
     def exact(self) -> bool:
-        """Whether it asks for equality, which a count must then meet."""
+        """True for a test of equality, which a counter must then meet exactly."""
         return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
 
     @property
     def call(self) -> bool:
-        """Whether it calls."""
+        """True for a call."""
         return self.mnemonic in ("bl", "blx")
 
     @property
     def leaves(self) -> bool:
-        """Whether nothing after it runs unless something jumps there."""
+        """True where the next instruction runs only if something jumps there."""
         if self.call or self.conditional or self.returns_if:
             return False
         return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
@@ -108,14 +108,14 @@ def _instruction(i: Any) -> Instruction:
 
 @dataclass(frozen=True)
 class Worst:
-    """The most instructions of one call of a function, with all that it calls."""
+    """Largest number of instructions of one call of a function: in total, and its own."""
 
     instructions: int
     own: int
 
 
 class Flow:
-    """Longest ways through the functions of an image."""
+    """Longest paths through the functions of an image."""
 
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
@@ -128,9 +128,9 @@ class Flow:
         Parameters
         ----------
         arguments : mapping, optional
-            What is known of its first four registers.
+            Known values of its first four registers.
         above : tuple of str
-            Who calls it.
+            Its callers.
 
         Raises
         ------
@@ -146,7 +146,7 @@ class Flow:
         return self._known[key]
 
     def callees(self, name: str) -> set[str]:
-        """Return the functions that a function calls, those that they call included."""
+        """Return the functions that a function calls, directly or indirectly."""
         result: set[str] = set()
         waiting = [name]
         while waiting:
@@ -175,7 +175,7 @@ class _Function:
         self._states = self._propagated(given)
 
     def worst(self) -> Worst:
-        """Return the longest way from the entry."""
+        """Return the longest path from the entry."""
         total, own = self._longest(set(self._blocks), self._entry)
         return Worst(total, own)
 
@@ -220,7 +220,7 @@ class _Function:
     # what registers hold
 
     def _propagated(self, given: State) -> dict[int, State]:
-        """Return what is known at the start of each block."""
+        """Return the known register values at the start of each block."""
         states: dict[int, State] = {self._entry: {**given, "sp": ("sp", 0)}}
         waiting = [self._entry]
         while waiting:
@@ -238,7 +238,7 @@ class _Function:
         return after
 
     def _through(self, first: int, state: State) -> Iterator[tuple[Instruction, State]]:
-        """Yield the instructions of a block with what is known before each, and at last what is known after it."""
+        """Yield the instructions of a block with the known values before each, and finally those after the block."""
         state = dict(state)
         condition = 0
         for i in self._blocks[first]:
@@ -254,7 +254,7 @@ class _Function:
         yield _END, state
 
     def _value(self, i: Instruction, state: State) -> tuple[str, Value] | None:
-        """Return the register that an instruction sets to a value that is known, constants of the image among them."""
+        """Return the register that an instruction sets to a known value, which may be a constant of the image."""
         if match := _LITERAL.fullmatch(f"{i.mnemonic} {i.operands}"):
             place = (i.address + _PC_AHEAD & ~3) + int(match[2], 0)
             return match[1], ("", int.from_bytes(self._elf.stored(place, 4), "little"))
@@ -263,11 +263,11 @@ class _Function:
     # calls
 
     def called(self) -> set[str | None]:
-        """Return the functions that it calls, by address or through a register whose value is known."""
+        """Return the functions that it calls, by address or through a register with a known value."""
         return {self._callee(i, state) for n, before in self._states.items() for i, state in self._through(n, before)}
 
     def _callee(self, i: Instruction, state: State) -> str | None:
-        """Return the function that an instruction calls or goes on with."""
+        """Return the function that an instruction calls or continues with."""
         target = None if i.target in self._instructions else i.target
         if i.call and state.get(i.operands, ("unknown", 0))[0] == "":
             target = state[i.operands][1] & ~1
@@ -276,7 +276,7 @@ class _Function:
     # lengths
 
     def _cost(self, first: int) -> tuple[int, int]:
-        """Return the instructions of a block, with what it calls and its own."""
+        """Return the instructions of a block: with its calls, and its own."""
         own = total = len(self._blocks[first])
         for i, state in self._through(first, self._states.get(first, {})):
             called = self._callee(i, state)
@@ -288,10 +288,10 @@ class _Function:
         return total, own
 
     def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
-        """Return the length of the longest way from an entry within some blocks; no way goes back to the entry."""
+        """Return the length of the longest path from an entry within some blocks; no path returns to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
         length: dict[int, tuple[int, int]] = {}
-        for component in _components(arrows, entry):  # each after those that it leads to
+        for component in _components(arrows, entry):  # each after its successors
             below = [length[m] for n in component for m in arrows[n] if m not in component]
             rest = max(below, default=(0, 0))
             cost = (
@@ -306,7 +306,7 @@ class _Function:
         return len(component) > 1 or any(n in arrows[n] for n in component)
 
     def _turns(self, loop: set[int], nodes: set[int]) -> tuple[int, int]:
-        """Return the length of a loop: its longest turn, as often as it is turned."""
+        """Return the length of a loop: its longest iteration times the number of iterations."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
             raise self._unbounded(loop, "more than one way leads into it")
@@ -316,7 +316,7 @@ class _Function:
         return turns * total, turns * own
 
     def _count(self, loop: set[int], header: int) -> int:
-        """Return how often a loop is turned at most."""
+        """Return the largest number of iterations of a loop."""
         before = [self._after(n, self._states[n]) for n in self._blocks if header in self._next[n] and n not in loop]
         start = functools.reduce(_common, before)
         for first in sorted(loop):
@@ -366,7 +366,7 @@ def _common(one: State, other: State) -> State:
 
 
 def _components(arrows: Mapping[int, list[int]], entry: int) -> list[set[int]]:
-    """Return the strongly connected parts that an entry reaches, each after those that it leads to (Tarjan 1972)."""
+    """Return the strongly connected components reachable from an entry, each after its successors (Tarjan 1972)."""
     index: dict[int, int] = {}
     low: dict[int, int] = {}
     stack: list[int] = []
@@ -407,7 +407,7 @@ _REGISTER_REGISTER = re.compile(r"(\w+), (?:(\w+), )?(\w+)(?:, lsl #(\d+))?$")
 
 
 def _value(i: Instruction, state: State) -> tuple[str, Value] | None:
-    """Return the register that an instruction sets to a value that is known, and the value."""
+    """Return the register that an instruction sets to a known value, and the value."""
     name = i.mnemonic.split(".")[0]
     if match := _REGISTER_NUMBER.match(i.operands):
         to, source, number = match[1], match[2] or match[1], int(match[3], 0)
@@ -434,7 +434,7 @@ def _sets_flags(i: Instruction) -> bool:
 
 
 def _compared(test: Instruction, start: State) -> list[tuple[str, str | int]]:
-    """Return which register a test compares with what, both ways where it compares two."""
+    """Return the operands that a test compares, in both orders where both are registers."""
     name = test.mnemonic.split(".")[0]
     if name == "cmp":
         if match := _REGISTER_NUMBER.match(test.operands):
@@ -450,7 +450,7 @@ _WRITEBACK = re.compile(r"\[(\w+)\], #(-?0x[0-9a-f]+|-?\d+)$|\[(\w+), #(-?0x[0-9
 
 
 def _step(i: Instruction, register: str) -> int | None:
-    """Return by how much an instruction moves a register on."""
+    """Return the step by which an instruction changes a register."""
     name = i.mnemonic.split(".")[0]
     if match := _WRITEBACK.search(i.operands):
         base, number = (match[1], match[2]) if match[1] else (match[3], match[4])

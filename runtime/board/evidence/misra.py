@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Findings in the text of a law and its firmware, by rule of MISRA C:2012."""
+"""Findings in the code of a law and its firmware, by rule of MISRA C:2012."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pathlib import Path
 from ..image.build import Image, sources, write_sources
 
 Findings = Counter[tuple[str, str]]
-"""How many, by rule and file."""
+"""Number of findings by rule and file."""
 
 
 def findings(image: Image) -> Findings | None:
-    """Return what cppcheck's addon finds; None where cppcheck is not installed."""
+    """Return the findings of cppcheck's addon; None where cppcheck is not installed."""
     if shutil.which("cppcheck") is None:
         return None
     with tempfile.TemporaryDirectory() as name:

@@ -33,15 +33,15 @@ class Traced:
     Attributes
     ----------
     number, title : str
-        Of the equation in the paper and what it is; empty for a step that no paper numbers.
+        Number of the equation in the paper, and its title; empty for a step without a number in the paper.
     name : str
-        In the generated text.
+        Name in the generated code.
     lines : (int, int)
-        First and last line there.
+        First and last line in the generated code.
     addresses : tuple of (int, int)
-        First and last address of each run of instructions that the compiler says are of these lines.
+        First and last address of each run of instructions that the compiler attributes to these lines.
     instructions : int
-        How many they are; none where the compiler took the step into another one.
+        Number of instructions; 0 where the compiler merged the step into another one.
     """
 
     number: str
@@ -53,7 +53,7 @@ class Traced:
 
 
 def trace(model: Model, law: str, elf: Elf, path: Path) -> list[Traced]:
-    """Return the steps of a law in the order of its text.
+    """Return the steps of a law in the order of its code.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _titles(model: Model) -> dict[str, str]:
 
 
 def _statements(text: str, symbol: str) -> Iterator[tuple[str, str, int, int]]:
-    """Yield number of the equation, name, first and last line of each statement of a function."""
+    """Yield equation number, name, first and last line of each statement of a function."""
     lines = text.splitlines()
     begin = next(k for k, line in enumerate(lines) if re.match(rf"void {symbol}\(.*\)$", line))
     first, name = 0, ""
@@ -110,7 +110,7 @@ def _runs(addresses: list[int], sizes: dict[int, int]) -> tuple[tuple[int, int],
 
 
 def _lines(path: Path, symbol: str, file: str) -> Any:
-    """Return a function from an address to a line of the law's text: where it stands, or calls what is inlined."""
+    """Return a map from address to line of the law's code: its own line, or that of the inlined call."""
     rows = line_table(path)
     calls = list(_inlined(path, symbol))
     table: dict[int, int] = {}
@@ -125,7 +125,7 @@ def _lines(path: Path, symbol: str, file: str) -> Any:
 
 
 def _inlined(path: Path, symbol: str) -> Iterator[tuple[int, int, int]]:
-    """Yield ranges of addresses of functions that were inlined into a function, and the line that calls them."""
+    """Yield the address ranges of functions inlined into a function, and the lines of their calls."""
     with path.open("rb") as stream:
         dwarf = ELFFile(stream).get_dwarf_info()
         for unit in dwarf.iter_CUs():

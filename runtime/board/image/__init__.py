@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a generated model to an image for a board, and what is in it."""
+"""Images for boards, built from a generated model, and their contents."""

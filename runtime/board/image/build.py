@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a generated model to a program for a board, compiled once per content."""
+"""Build of a board program from a generated model, compiled once per content."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 STACK_SIZE = 1536
-"""Bytes reserved; what is used is measured."""
+"""Bytes reserved; the actual use is measured."""
 FLAGS = (
     "-std=c99", "-pedantic", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
     "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
@@ -42,7 +42,7 @@ LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 _KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
 _INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LARGEST = (2 - 2.0**-23) * 2.0**127
-"""The largest number of float."""
+"""The largest finite float."""
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
@@ -50,18 +50,18 @@ _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
 
 @dataclass(frozen=True)
 class Program:
-    """What a firmware is made from.
+    """Ingredients of a firmware.
 
     Attributes
     ----------
     model, law, scenario, resolved
         The model, its law, and the parameters that are compiled in.
     period : float
-        Of the law, s.
+        Sample period of the law, s.
     raw : bool
         Bare packets instead of frames.
     tunable : tuple of str, optional
-        All other parameters are constants of the law's text; None: none is.
+        All other parameters are constants of the law's code; None: no parameter is constant.
     """
 
     model: Model
@@ -74,7 +74,7 @@ class Program:
 
     @property
     def layout(self) -> Layout:
-        """What goes over the link."""
+        """Data that go over the link."""
         return layout(self.model.manifest, self.law)
 
 
@@ -103,7 +103,7 @@ def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
 
 
 def delay_of(law: Controller) -> int:
-    """Return the samples between computing and applying an input: one for a law that can be designed for it."""
+    """Return the samples between computing and applying an input: one for a law designed for a delay."""
     return int(law.delay is not None)
 
 
@@ -116,18 +116,18 @@ def program(
     tunable: Sequence[str] | None = None,
     resolved: Resolved | None = None,
 ) -> Program:
-    """Return what the firmware of a law is made from; its compiled-in parameters are those of a scenario.
+    """Return the ingredients of a law's firmware; its compiled-in parameters are those of a scenario.
 
-    Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
+    Over a line, a command acts one sample after it was computed. A law that can be designed for that is.
 
     Parameters
     ----------
     period : float, optional
-        Time between two samples, s, which the watch over the outputs goes by; that of the law unless given.
+        Time between two samples, s, which the output watchdog uses; that of the law unless given.
     tunable : sequence of str, optional
-        Make all parameters but these constants of the law's text.
+        Make all parameters but these constants of the law's code.
     resolved : Resolved, optional
-        Other parameters than the scenario's.
+        Parameters other than the scenario's.
     """
     model.manifest.check_rates("a board's self-test")
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
@@ -143,7 +143,7 @@ def program(
 
 
 def check_float(resolved: Resolved) -> None:
-    """Refuse a parameter that is infinite in float; one that is infinite already stays so.
+    """Refuse a finite parameter that is infinite in float.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image
     Raises
     ------
     BuildError
-        If the compiler fails; the message holds the command and what it printed.
+        If the compiler fails; the message holds the command and its output.
     """
     texts = sources(firmware, board)
     commands = compile_commands(texts, firmware.model.manifest.model, board, toolchain)
@@ -215,7 +215,7 @@ def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], 
 
 
 def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
-    """Put the object of a unit into a folder; firmwares of a model, and all of a compiler, share most of theirs."""
+    """Put the object of a unit into a folder; firmwares of one model, or of one compiler, share most objects."""
     unit, name = command[-3], command[-1]
     read = (text for item in sorted(_included(unit, texts).items()) for text in item)
 
@@ -228,7 +228,7 @@ def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolcha
 
 
 def _included(unit: str, texts: Mapping[str, str]) -> dict[str, str]:
-    """Return a unit and what it includes, with all files that a name may mean."""
+    """Return a unit and its includes, with all files that a name may refer to."""
     names, rest = {unit}, [unit]
     while rest:
         place = rest.pop()
@@ -261,7 +261,7 @@ def compile_commands(
 
 
 def _below(folder: str) -> list[str]:
-    """Return the paths of the firmware's files in a folder of its."""
+    """Return the paths of the firmware's files in one of its folders."""
     return [path.relative_to(FIRMWARE).as_posix() for path in sorted((FIRMWARE / folder).rglob("*.[ch]"))]
 
 

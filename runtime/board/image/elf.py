@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is in a compiled image: segments, symbols, sizes, and routines that a float image must not have."""
+"""Contents of a compiled image: segments, symbols, sizes, and routines that a float image must not have."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Elf:
     Attributes
     ----------
     segments : tuple of (int, bytes)
-        Address and content of what is stored in flash.
+        Address and content of the data stored in flash.
     symbols : dict of str to (int, int)
         Address (of code: without the Thumb bit) and size.
     flash, ram : int
@@ -44,7 +44,7 @@ class Elf:
     functions: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
 
     def doubles(self) -> list[str]:
-        """Return the routines in double precision that the image holds."""
+        """Return the double-precision routines in the image."""
         return sorted(name for name in self.symbols if _DOUBLE.fullmatch(name))
 
     def stored(self, address: int, size: int) -> bytes:
@@ -78,7 +78,7 @@ def read_elf(path: Path) -> Elf:
 
 
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
-    """Cut each function at the symbols that say where instructions ($t) and constants ($d) begin."""
+    """Divide each function at the symbols that mark the start of instructions ($t) and constants ($d)."""
     marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
     functions: dict[str, list[tuple[int, int]]] = {}
     for symbol in table.iter_symbols():

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""law.c: a law whose parameters are constants of its text, and which writes new memory as soon as it is known.
+"""law.c: a law with constant parameters in its code that writes new memory as early as possible.
 
-A law that bears the loss of a measurement ends with `z_next[i] = SELECT(mask, new, z[i])` for each number i of its
-memory, so all new ones wait for the mask, most of them on the stack. As z and z_next are two halves of a buffer, each
-can be written where it is computed, and taken back in a sample whose mask is false. The bits are the same.
+A law that tolerates missing measurements ends with `z_next[i] = SELECT(mask, new, z[i])` for each number i of its
+memory. All new numbers then wait for the mask, most of them on the stack. As z and z_next are two halves of a buffer,
+each number can be written where it is computed, and restored in a sample whose mask is false. The bits are the same.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class _Store:
 
 
 def law_source(manifest: Manifest, law: Controller, tunable: Sequence[str], text: str) -> str:
-    """Return the text of law.c: all parameters but the tunable ones are constants of the law, for the compiler to fold.
+    """Return the code of law.c: all parameters but the tunable ones are constants, for the compiler to fold.
 
-    What a compiler computes it rounds as the processor does, so the bits stay.
+    The compiler rounds as the processor does, so the bits do not change.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _body(text: str, function: str) -> list[str]:
 
 
 def _early(statements: list[str], memory: Sequence[str]) -> list[str]:
-    """Write each new number of the memory after what it needs, and take it back where a mask turns out false."""
+    """Write each new number of the memory as soon as its inputs exist, and restore it where the mask is false."""
     stores = {k: store for k, text in enumerate(statements) if (store := _store(text, memory))}
     if not stores:
         return statements
@@ -112,14 +112,14 @@ def _early(statements: list[str], memory: Sequence[str]) -> list[str]:
 
 
 def _known(expression: str, statements: Sequence[str]) -> int:
-    """Return the statement after which an expression can be evaluated."""
+    """Return the statement after which all names of an expression are defined."""
     words = set(re.findall(r"\w+", _MEMBER.sub("", expression)))
     first = max(k for k, text in enumerate(statements) if text.startswith("enum"))
     return max((k for k, text in enumerate(statements) if words.intersection(_defined(text))), default=first)
 
 
 def _store(text: str, memory: Sequence[str]) -> _Store | None:
-    """Return what a statement writes into the memory where a mask is true, if it keeps the old number elsewhere."""
+    """Return the masked memory write in a statement, if the old number is kept otherwise."""
     match = _STORE.match(text)
     if match is None or not match[2].startswith("SELECT("):
         return None
@@ -131,7 +131,7 @@ def _store(text: str, memory: Sequence[str]) -> _Store | None:
 
 
 def _arguments(call: str) -> list[str] | None:
-    """Return the arguments of a call that is a whole expression."""
+    """Return the arguments of a call that is a complete expression."""
     parts, depth = [""], 0
     for k, character in enumerate(call[call.index("(") :], call.index("(")):
         depth += {"(": 1, ")": -1}.get(character, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the portable firmware needs to know of a model and a law, as two C headers."""
+"""Two C headers that describe a model and a law to the portable firmware."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ _LAW_ARGUMENTS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """Sizes and names of what goes over the link, all numbers in C `float`.
+    """Sizes and names of the data on the link, all numbers in C `float`.
 
     Attributes
     ----------
     inputs : tuple of str
-        Payload of a step: what is measured, references, and for a law with memory the inputs that were applied before.
+        Payload of a step: measurements, references, and, for a law with memory, the inputs applied before.
     outputs : tuple of str
         The law's inputs to the plant.
     memory : tuple of str
         The law's memory z.
     sizes : tuple of int
-        What HELLO says: numbers in a step, its answer, z, p, c, s, x.
+        Sizes in HELLO: numbers in a step, its answer, z, p, c, s, x.
     hash : bytes
-        Tells models, laws and layouts apart.
+        Hash that distinguishes models, laws and layouts.
     """
 
     model: str
@@ -54,7 +54,7 @@ class Layout:
 
 
 def layout(manifest: Manifest, law: Controller) -> Layout:
-    """Return the layout that the names of a model and a law make."""
+    """Return the layout for the names of a model and a law."""
     applied = [f"{q.name}_applied" for q in manifest.inputs] if law.memory else []
     inputs = (*(q.name for q in manifest.seen), *(q.name for q in manifest.references), *applied)
     outputs = tuple(q.name for q in manifest.inputs)
@@ -67,12 +67,12 @@ def layout(manifest: Manifest, law: Controller) -> Layout:
 
 
 def raw_numbers(link: Layout) -> int:
-    """Return how many numbers a bare packet to the board holds; those beyond the inputs are zero."""
+    """Return the count of numbers in a bare packet to the board; those beyond the inputs are zero."""
     return max(len(link.inputs), _RAW_NUMBERS)
 
 
 def board_model_header(manifest: Manifest, law: Controller, period: float) -> str:
-    """Return the text of mehvar/board_model.h: sizes and names, for the firmware and for whoever takes it along."""
+    """Return the text of mehvar/board_model.h: sizes and names, for the firmware and for users of its sources."""
     link, nr = layout(manifest, law), len(manifest.references)
     lines = [
         _LICENSE,
@@ -117,25 +117,25 @@ def board_law_header(
     suffix: str = "",
     tunable: Sequence[str] | None = None,
 ) -> str:
-    """Return the text of mehvar/private/board_law.h: the model's functions and numbers as the firmware calls them.
+    """Return the text of mehvar/private/board_law.h: the model's functions and numbers for the firmware.
 
     Parameters
     ----------
     resolved : Resolved
-        The parameters that the program has before the host sets others.
+        The parameters of the program until the host sets others.
     period : float
-        Of the law, s.
+        Sample period of the law, s.
     delay : int
         Samples between a command and its action in the self-test, 0 or 1.
     suffix : str
-        Of the right-hand side of the plant's variant, for the self-test.
+        Suffix of the plant variant's right-hand side, for the self-test.
     tunable : sequence of str, optional
-        Parameters that can be set while all others are constants of the law's text; None: all can be.
+        Parameters that can be set while all others are constants of the law's code; None: all can be set.
 
     Raises
     ------
     InputError
-        If a name is no parameter of model or law.
+        If a name is not a parameter of model or law.
     """
     link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
@@ -173,7 +173,7 @@ def board_law_header(
 
 
 def _tunable(manifest: Manifest, law: Controller, names: Sequence[str] | None) -> list[str]:
-    """Say which parameters can be set."""
+    """Return the parameters that can be set."""
     head = "static inline int mv_board_tunable(uint32_t group, uint32_t i) /* group: 1 is p, 2 is c */"
     if names is None:
         return [head, "{", "    (void)group, (void)i;", "    return 1;", "}", ""]
@@ -198,7 +198,7 @@ def _law_call(manifest: Manifest, law: Controller, p: str, c: str) -> str:
 
 
 def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inlined: bool) -> list[str]:
-    """Give the functions of the model the names and arguments that the firmware calls."""
+    """Return definitions that give the model's functions the names and arguments of the firmware."""
     name = identifier(law.name)
     names = {identifier(f) for f in manifest.functions}
     memory, start = bool(law.memory), f"{name}_start" in names
@@ -244,7 +244,7 @@ def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) ->
 
 
 def _float(value: float) -> str:
-    """Spell the nearest float so that every compiler reads the same bits."""
+    """Return the C literal of the nearest float, with the same bits in every compiler."""
     return f"K({_number(float(np.float32(value)))})"
 
 

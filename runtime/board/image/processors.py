@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors that run the firmware as a process: other ones than this machine's under QEMU's user mode."""
+"""Processors that run the firmware as a process; those other than this machine's use QEMU's user mode."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Processor:
     Attributes
     ----------
     name, title : str
-        As asked for, and for people.
+        Identifier, and name for people.
     gcc : str or None
-        Debian's name of its gcc; None where gcc has no C library for it.
+        Debian's name of its gcc; None where no C library exists for it.
     zig : tuple of str
-        What zig needs to build for it.
+        Options of zig to build for it.
     emulator : str
         QEMU's name of it.
     """

@@ -25,7 +25,7 @@ class Board:
     Attributes
     ----------
     name, title : str
-        As asked for, and for people.
+        Identifier, and name for people.
     source : str
         Its file in firmware/boards.
     cpu : {"m3", "m4f", "m7"}
@@ -37,7 +37,7 @@ class Board:
     hertz : int
         Clock of the processor.
     defines : mapping
-        Macros that its file wants.
+        Macros that its file needs.
     """
 
     name: str
@@ -67,8 +67,8 @@ BOARDS = {
     )
 }  # fmt: skip
 
-# clang avoids the M4F's vmla, which rounds twice as a*b + c must, unless it is told that it is not slow. It takes three
-# cycles against two for vmul and vadd; without it clang's images are over 14 KiB, and gcc's are not.
+# clang avoids vmla on the M4F unless told that it is not slow; a*b + c must round twice, as vmla does. It takes three
+# cycles against two for vmul and vadd, but without it clang's images exceed 14 KiB, and gcc's do not.
 _GCC_CPU = {
     "m3": ("-mcpu=cortex-m3", "-mfloat-abi=soft"),
     "m4f": ("-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
@@ -79,10 +79,10 @@ _GCC_SMALL = (
 )  # fmt: skip
 """Each makes the image of a law smaller and no step slower."""
 _GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
-"""For a law whose parameters are constants: a core that gcc uses vmla for, as clang is told to above.
+"""Option for a law with constant parameters: a core for which gcc uses vmla, as clang does above.
 
-The bits stay, as it rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, and 313 more estimated
-cycles, in which fetching instructions costs nothing."""
+The bits stay the same, as vmla rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, but 313 more
+estimated cycles; the estimate counts fetching instructions as free."""
 _ZIG_CPU = {
     "m3": ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m3"),
     "m4f": ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m4+vfp4d16sp-slowfpvmlx"),
@@ -94,7 +94,7 @@ _ZIG_CPU = {
 class Toolchain:
     """A compiler: "gcc" or "zig" (the Python package ziglang) for another processor, or "host".
 
-    `emulator` is what its programs run under on this machine; nothing for this machine's own, and for boards.
+    `emulator` is the command that runs its programs on this machine; empty for this machine's own, and for boards.
     """
 
     name: str
@@ -103,13 +103,13 @@ class Toolchain:
     emulator: tuple[str, ...] = ()
 
     def flags(self, board: Board) -> tuple[str, ...]:
-        """Return what this compiler needs to build for a board."""
+        """Return this compiler's options for a board."""
         if self.name == "gcc":
             return (*_GCC_CPU[board.cpu], "-mthumb", "-nostdlib", *_GCC_SMALL)
         return (*_ZIG_CPU[board.cpu], "-fno-sanitize=all", "-Xclang", "-Oz")  # zig makes -Os of a plain -Oz
 
     def folding(self, board: Board) -> tuple[str, ...]:
-        """Return what this compiler needs besides for a law whose parameters are constants."""
+        """Return this compiler's further options for a law with constant parameters."""
         return _GCC_FOLDING.get(board.cpu, ()) if self.name == "gcc" else ()
 
     @property
@@ -126,7 +126,7 @@ def board(name: str) -> Board:
 
 
 def toolchain(name: str | None = None) -> Toolchain:
-    """Return a cross compiler: the one asked for, else gcc, whose code is smaller and faster, else zig.
+    """Return a cross compiler: the requested one, else gcc, whose code is smaller and faster, else zig.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def toolchain(name: str | None = None) -> Toolchain:
 
 
 def host_toolchain(name: str | None = None) -> Toolchain:
-    """Return the compiler for software in the loop: zig when asked for, else the one that models are compiled with."""
+    """Return the compiler for software in the loop: zig on request, else the one for models."""
     if name not in (None, "zig"):
         raise bad_value("compiler", name, "zig, or left out for the compiler of this machine, with --target sil")
     if name == "zig":

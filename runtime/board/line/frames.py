@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 _HEADER, _CRC = struct.Struct("<BBHI"), 4
 _LONGEST = 1 << 16
-"""Bytes without a delimiter that are kept: above any frame, and a bound for a line that sends noise for ever."""
+"""Bytes kept without a delimiter: above any frame, and a bound for a line with endless noise."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What is between two delimiters, checked."""
+    """Contents between two delimiters, checked."""
 
     type: int
     flags: int
@@ -24,18 +24,18 @@ class Frame:
 
 
 def encode(frame: Frame) -> bytes:
-    """Return a frame as it goes on the line, with a delimiter at each end."""
+    """Return the bytes of a frame on the line, with a delimiter at each end."""
     body = _HEADER.pack(frame.type, frame.flags, frame.session, frame.number) + frame.payload
     return b"\0" + _stuff(body + _check(body)) + b"\0"
 
 
 class Decoder:
-    """Finds whole frames in a stream of bytes.
+    """Finds complete frames in a stream of bytes.
 
     Attributes
     ----------
     damaged : int
-        Frames that were thrown away.
+        Number of discarded frames.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Decoder:
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Take bytes and give the frames that they complete."""
+        """Take bytes and yield the frames that they complete."""
         *whole, rest = (self._rest + data).split(b"\0")
         self._rest = rest[-_LONGEST:]
         for stuffed in filter(None, whole):
@@ -66,13 +66,13 @@ def _decode(stuffed: bytes) -> Frame | None:
 
 
 def _check(content: bytes) -> bytes:
-    """Return the CRC of header and payload, and of how long the payload is."""
+    """Return the CRC of header and payload, and of the payload's length."""
     size = (len(content) - _HEADER.size).to_bytes(4, "little")
     return crc32c(size + content).to_bytes(4, "little")
 
 
 def crc32c(data: bytes) -> int:
-    """Return the CRC-32C (Castagnoli) of some bytes, as RFC 3720, B.4, has it."""
+    """Return the CRC-32C (Castagnoli) of some bytes, as in RFC 3720, B.4."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Talk to a board: one request at a time, repeated until it is answered. Types as in firmware/mehvar/server.h."""
+"""Link to a board: one request at a time, repeated until it is answered. Types as in firmware/mehvar/server.h."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ _STATS = (
 
 
 class LinkError(MehvarError, RuntimeError):
-    """The board does not answer, or answers what it should not."""
+    """The board does not answer, or sends an invalid answer."""
 
     exit_status = 3
 
 
 class RestartError(LinkError):
-    """The board has started anew, or served another host in between: memory and parameters are not ours any more."""
+    """The board has restarted, or served another host: memory and parameters are no longer ours."""
 
 
 class Flags(IntFlag):
-    """What the board says with its answer to a step."""
+    """Flags of the board's answer to a step."""
 
     LOST = 1
     DUPLICATE = 2
@@ -68,15 +68,15 @@ class Port(Protocol):
         """Send bytes."""
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come, waiting at most `timeout` seconds for the first byte."""
+        """Return the received bytes, waiting at most `timeout` seconds for the first one."""
 
     def close(self) -> None:
-        """Let go of the line, and of the emulator behind it."""
+        """Close the line and its emulator."""
 
 
 @dataclass(frozen=True)
 class Hello:
-    """What a board says of itself."""
+    """A board's description of itself."""
 
     real_size: int
     hash: bytes
@@ -109,7 +109,7 @@ class SelfTest:
 
 @dataclass
 class Counters:
-    """What the host saw on the line."""
+    """The host's counts for the line."""
 
     requests: int = 0
     resent: int = 0
@@ -131,13 +131,13 @@ class Link:
     port : Port
         The line.
     layout : Layout
-        Of the model and law that the board must run.
+        Layout of the model and law that the board must run.
     timeout : float
         Seconds to wait for an answer before the request is sent again: several times the 2 x 35 ms that 400 bytes
-        take at 115200 baud. A step that was only late is not evaluated twice, so shorter costs traffic, not bits.
+        take at 115200 baud. A delayed step is not evaluated twice, so a shorter time costs traffic, not bits.
     tries : int
-        How often a request is sent before the link is given up, five seconds with the default timeout: long enough
-        for a board to start anew.
+        Number of times a request is sent before the link is given up: five seconds with the default timeout, long
+        enough for a board to restart.
     """
 
     def __init__(self, port: Port, layout: Layout, timeout: float = 0.25, tries: int = 20) -> None:
@@ -149,20 +149,20 @@ class Link:
         self._number = 0
 
     def connect(self, patience: float = 10.0) -> Hello:
-        """Wait until the board answers and serves this host, and make sure that it runs the right program.
+        """Wait until the board answers and serves this host, and check that it runs the right program.
 
         The board then has its compiled-in parameters and no memory.
 
         Raises
         ------
         LinkError
-            If nothing answers for `patience` seconds, or the board runs a law for another host all the while.
+            If nothing answers for `patience` seconds, or the board runs a law for another host all that time.
         InputError
             If the board runs another model, law or version.
         """
         begin = time.monotonic()
         tries, timeout = self._tries, self._timeout
-        self._tries, self._timeout = 1, min(timeout, 0.05)  # knock often: nobody may be there yet to hear
+        self._tries, self._timeout = 1, min(timeout, 0.05)  # repeat quickly: the board may not listen yet
         try:
             while True:
                 try:
@@ -174,7 +174,7 @@ class Link:
             self._tries, self._timeout = tries, timeout
 
     def reset(self) -> None:
-        """Forget memory and counters and put the compiled-in parameters back."""
+        """Clear memory and counters, and restore the compiled-in parameters."""
         self._request(RESET)
 
     def step(self, numbers: FloatArray) -> Answer:
@@ -222,7 +222,7 @@ class Link:
         return dict(zip(_STATS, numbers, strict=True))
 
     def output(self) -> FloatArray:
-        """Return what the board's actuators hold."""
+        """Return the inputs that the board's actuators hold."""
         payload = self._request(STATS).payload
         return np.frombuffer(payload[4 * len(_STATS) :], "<f4").astype(np.float32)
 
@@ -245,7 +245,7 @@ class Link:
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
 
     def reboot(self) -> None:
-        """Start the board's program anew; it does not answer."""
+        """Restart the board's program; it does not answer."""
         self._port.write(encode(Frame(REBOOT, 0, self._session, self._next(), b"")))
 
     def _next(self) -> int:

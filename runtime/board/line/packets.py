@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's bare packets: numbers down, numbers up, nothing around them. See firmware/raw.c."""
+"""The paper's bare packets: numbers down and up, without frames. See firmware/raw.c."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ class BareLaw:
 
 
 class HostLaw:
-    """The same law on this machine, its memory started as the board starts it.
+    """The same law on this machine, with its memory initialised as on the board.
 
     Parameters
     ----------
     real : {"float", "double"}
-        What it computes with.
+        Its number type.
     """
 
     def __init__(self, program: Program, resolved: Resolved, real: Real = "float") -> None:
@@ -100,7 +100,7 @@ class HostLaw:
         self._p, self._c = resolved.p, resolved.c
 
     def begin(self, z: Doubles) -> None:
-        """Start from a memory, as a board that is given one by its host."""
+        """Start from a memory, like a board whose host sets it."""
         self._z = z.astype(np.float32).astype(np.float64) if self._real == "float" else z
 
 

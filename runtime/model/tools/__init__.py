@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A generated model in the terms of other libraries; each is imported when it is asked for."""
+"""Conversions of a generated model for other libraries; each library is imported at first use."""

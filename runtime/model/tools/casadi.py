@@ -22,7 +22,7 @@ _SAME = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "log1p", "ex
 
 
 class _Vector:
-    """A column of expressions that answers as the generated text asks an array: `x[..., k]`, `J.reshape(r, c)`."""
+    """A column of expressions with the array operations of generated code: `x[..., k]`, `J.reshape(r, c)`."""
 
     def __init__(self, casadi: Any, column: Any) -> None:
         self._casadi, self.column = casadi, column
@@ -56,7 +56,7 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
     arguments = [_Vector(casadi, s) if spec.shape else s for spec, s in zip(function.arguments, symbols, strict=True)]
     numpy = SimpleNamespace(
         errstate=lambda **_: nullcontext(),
-        asarray=lambda value: {(): value},  # the text takes the scalar out again: np.asarray(value)[()]
+        asarray=lambda value: {(): value},  # generated code takes the scalar out again: np.asarray(value)[()]
         **{name: getattr(casadi, name) for name in _SAME},
         **{ours: getattr(casadi, theirs) for ours, theirs in _RENAMED.items()},
     )
@@ -77,7 +77,7 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
 def _columns(
     casadi: Any, change: Callable[..., Any], point: Sequence[Any], sizes: Sequence[int], place: int
 ) -> _Vector:
-    """Return a Jacobian as the generated text does: the changes along unit vectors, as its columns."""
+    """Return a Jacobian as generated code computes it: the changes along unit vectors, as its columns."""
     columns = []
     for k in range(sizes[place]):
         along = [casadi.SX(size, 1) for size in sizes]

@@ -12,7 +12,7 @@ from ..functions import FloatArray, Functions
 
 
 class InitialValueProblem(NamedTuple):
-    """What `scipy.integrate.solve_ivp` takes; unpacks as (fun, jac, y0, t_span).
+    """Arguments of `scipy.integrate.solve_ivp`; unpacks as (fun, jac, y0, t_span).
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class InitialValueProblem(NamedTuple):
 def initial_value_problem(
     functions: Functions, input_at: Callable[[float], FloatArray], p: FloatArray, x0: FloatArray, end: float
 ) -> InitialValueProblem:
-    """Return the problem of a plant under an input that depends on time alone.
+    """Return the initial value problem of a plant under an input that depends only on time.
 
     Parameters
     ----------

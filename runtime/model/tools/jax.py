@@ -28,7 +28,7 @@ class _Numpy:
 
 
 def jax_functions(manifest: Manifest) -> Translation:
-    """Return every generated function on JAX's arrays; numbers are as wide as `jax_enable_x64` says.
+    """Return every generated function on JAX arrays; `jax_enable_x64` decides the width of numbers.
 
     Raises
     ------

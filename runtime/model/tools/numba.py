@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions as Numba compiles them: one point, plain loops and branches.
+"""Generated functions compiled by Numba: one point, plain loops and branches.
 
-Numba knows neither `np.errstate` nor arrays that it has to broadcast, so the syntax tree of the generated text is
-rewritten for scalars; the arithmetic stays as it is.
+Numba supports neither `np.errstate` nor the broadcasting of generated code. The syntax tree is therefore rewritten for
+scalars; the arithmetic does not change.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ def numba_functions(manifest: Manifest) -> Translation:
 
 
 _COLUMNS = {"jac_x": 0, "jac_u": 1}
-"""Jacobians whose text is columns of `jvp`, and which of its directions they are along."""
+"""Jacobians computed as columns of `jvp`, and the position of their directions among its arguments."""
 
 
 def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest) -> Any:
-    """Return a Jacobian as the generated text does: the changes along unit vectors, as its columns."""
+    """Return a Jacobian as generated code computes it: the changes along unit vectors, as its columns."""
     (shape,), place = manifest.functions[name].shapes, _COLUMNS[name]
     sizes = (len(manifest.states), len(manifest.inputs))
 
@@ -92,7 +92,7 @@ class _Scalar(ast.NodeTransformer):
         return ast.Call(node.func, arguments, [])
 
     def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
-        """Fill arrays of the shapes of the results, where the text stacks elements."""
+        """Fill arrays with the shapes of the results, where the code stacks elements."""
         assert node.value is not None
         several = len(self._shapes) > 1
         values = node.value.elts if several and isinstance(node.value, ast.Tuple) else [node.value]
@@ -109,7 +109,7 @@ class _Scalar(ast.NodeTransformer):
 
 
 def _elements(value: ast.expr) -> list[ast.expr]:
-    """Return what a result is made of: `_vector(...)`, that reshaped by a lambda, or `np.asarray(...)[()]`."""
+    """Return the elements of a result: `_vector(...)`, the same reshaped by a lambda, or `np.asarray(...)[()]`."""
     call = value.value if isinstance(value, ast.Subscript) else value
     assert isinstance(call, ast.Call)
     if isinstance(call.func, ast.Lambda):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated Python with other names in place of NumPy's: one text, many kinds of numbers."""
+"""The generated Python with other names in place of NumPy's: one source, many number types."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
 
 
 def library(name: str, package: str, use: str) -> ModuleType:
-    """Import what a conversion is into, or raise InputError with the command that installs it."""
+    """Import the target library of a conversion, or raise InputError with the command that installs it."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -42,7 +42,7 @@ def library(name: str, package: str, use: str) -> ModuleType:
 
 
 class Translation:
-    """Generated functions for another library, each made when its name is first asked for.
+    """Generated functions for another library, each made at the first use of its name.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Translation:
         self._module, self._translate, self._model = PythonBackend(manifest), translate, manifest.model
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # what copies and pickles look for
+        if name.startswith("__"):  # names that copy and pickle look up
             raise AttributeError(name)
         if name not in self._names:
             raise AttributeError(str(unknown_name(f"function of {self._model}", name, self._names)))

@@ -33,9 +33,9 @@ QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
 TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
 """Start of the search: a21, a31, a32, a41, a42, a43 and b of the last stages."""
 END_POINTS = (0.72, 0.87)
-"""Where the last two stages end, in steps."""
+"""Times of the last two stages, in steps."""
 LINEAR_ERROR = 1 / 100
-"""What the embedded method's coefficient of z^4 differs by: the scale of the estimate, and of nothing else."""
+"""Difference of the embedded method's coefficient of z^4: it only scales the error estimate."""
 
 
 @dataclass(frozen=True)

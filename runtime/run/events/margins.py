@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a margin is not positive: the rules of native/step/margins.h with its numbers."""
+"""Detection of margins that are not positive: the rules of native/step/margins.h with its numbers."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class Margins:
     margins, slope : callable
         (t, q) -> values, and the rates of q.
     touches : bool
-        Whether margins are looked at along slopes.
+        True where margins are checked along slopes.
     fixed : bool
-        Whether steps are fixed, so that none is tried again.
+        True for fixed steps, which are never repeated.
     end : float
-        Where the run ends, s.
+        End of the run, s.
 
     Attributes
     ----------
     broken : int or None
-        The limit that the last step broke.
+        The limit that the last step violated.
     """
 
     def __init__(self, margins: _Of, slope: _Of, *, touches: bool, fixed: bool, end: float) -> None:
@@ -43,12 +43,12 @@ class Margins:
         self.broken: int | None = None
 
     def begin(self, t: float, q: FloatArray) -> None:
-        """Take the margins where a step begins."""
+        """Evaluate the margins at the start of a step."""
         self._value = self._margins(t, q)
         self.broken = _first(~(self._value > 0))
 
     def shorter(self, t: float, q: FloatArray, h: float, y: FloatArray) -> float | None:
-        """Return how far to try the step q -> y of length h again; None to keep it, and then move on to its end."""
+        """Return the length at which to repeat the step q -> y of length h; None to keep it and move to its end."""
         end = self._margins(t + h, y)
         crossed = ~(end > 0)
         if crossed.any():
@@ -66,7 +66,7 @@ class Margins:
         return None
 
     def _touching(self, t: float, q: FloatArray, h: float, y: FloatArray, end: FloatArray) -> tuple[float, int | None]:
-        """Return the least part of a step where the tangent of a margin is zero that rises behind it."""
+        """Return the smallest part of a step where the tangent of a margin is zero and the margin rises afterwards."""
         if not self._touches:
             return 1.0, None
         ahead = self._margins(t, q + _AHEAD_PART * h * self._slope(t, q))

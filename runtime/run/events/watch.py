@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a guard crosses zero in a step: the rules of native/step/events.h with its numbers, and the roots by SciPy."""
+"""Location of zero crossings of guards in a step: rules and numbers of native/step/events.h, roots by SciPy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a step crosses a guard: its part of the step, the instant, and which events happen there."""
+    """The first crossing of a guard in a step: its part of the step, its instant, and the events there."""
 
     part: float
     t: float
@@ -35,16 +35,16 @@ class Crossing:
 
 
 class Watch:
-    """The guards of a loop and the sides that they are on.
+    """The guards of a loop and their current sides.
 
     Parameters
     ----------
     guards : callable
         (t, q) -> values.
     events : sequence of Event
-        Of the loop.
+        Events of the loop.
     end : float
-        Where the run ends, s.
+        End of the run, s.
     """
 
     def __init__(self, guards: _Guards, events: Sequence[Event], end: float) -> None:
@@ -58,9 +58,9 @@ class Watch:
         self._last, self._stalled = -np.inf, 0
 
     def begin(self, t: float, q: FloatArray) -> tuple[int, ...]:
-        """Take the sides of guards that changed otherwise than along the flow: at the start, or with an input.
+        """Update the sides of guards after a change outside the flow: at the start, or with an input.
 
-        Returns the events that end runs which the state is past.
+        Returns the events that end runs and that the state has already passed.
         """
         value = self._guards(t, q)
         same = value == self._value
@@ -68,18 +68,18 @@ class Watch:
         self._resting = np.where(same, self._resting, value == 0)
         self._noise = np.where(same, self._noise, 0.0)
         self._value = value
-        if self.begins:  # from zero an event that ends runs may happen at once
+        if self.begins:  # an event that ends runs may happen at once from zero
             self._side = np.where(value == 0, -self._forbidden, self._side)
         self.begins = False
         return _numbers(self._side * self._forbidden > 0)
 
     @property
     def finite(self) -> bool:
-        """Whether all guards are numbers where they were taken last."""
+        """True where all guards were numbers at their last evaluation."""
         return bool(np.all(np.isfinite(self._value)))
 
     def crossing(self, t: float, h: float, within: _Within) -> Crossing | None:
-        """Return the first crossing in a step, whose coordinates at a part of it are given; move on to its end."""
+        """Return the first crossing in a step and move to its end; `within` gives the coordinates at a part of it."""
         tolerance = _LOCATED * h + 2 * np.spacing(t)
 
         def values(part: float) -> FloatArray:
@@ -110,12 +110,12 @@ class Watch:
         return None
 
     def _side_from(self, side: FloatArray, part: float, value: FloatArray) -> FloatArray:
-        """Return the sides of guards: none of one that rests and has not come out of its noise."""
+        """Return the sides of guards; a resting guard that is still within its noise has none."""
         still = (side == 0) & self._resting & (np.abs(value * part) <= self._noise)
         return np.where(still, 0.0, np.sign(value))
 
     def _probe(self, values: _Within) -> FloatArray:
-        """Return where resting guards go when the step has only begun, or farther on while that cannot be told."""
+        """Return the values of resting guards just after the start of the step, or later where they are undecided."""
         part, none = _PROBE, np.zeros(len(self._side))
         value = values(part)
         open_, goes = self._resting & (value != 0), self._side_from(none, part, value)
@@ -128,7 +128,7 @@ class Watch:
         self, t: float, h: float, values: Callable[[float], FloatArray], crosses: _Mask, ahead: FloatArray,
         low: float, high: float, reaches: FloatArray, tolerance: float,
     ) -> Crossing:  # fmt: skip
-        """Return the first of the crossings in a part of a step, past it by the tolerance at most."""
+        """Return the first of the crossings in a part of a step, beyond it by the tolerance at most."""
         from scipy.optimize import brentq
 
         roots = []
@@ -140,7 +140,7 @@ class Watch:
             )
         part, located = min(min(roots) + tolerance / 2, high), tolerance
         while not (crossed := crosses & (np.sign(value := values(part)) != ahead)).any():
-            tolerance *= 2  # the state, or the guard, is too coarse: at `high` one has crossed
+            tolerance *= 2  # the state or the guard is too coarse; at `high` one has crossed
             part = min(min(roots) + tolerance / 2, high)
         past = min(_STEEPEST * tolerance / part, 1.0)
         now, stays = np.abs(value), ~self._resting & (np.sign(value) == ahead) & (ahead == self._side)
@@ -154,7 +154,7 @@ class Watch:
         return Crossing(part, t + part * h, _numbers(happens))
 
     def settle(self, t: float, before: FloatArray, q: FloatArray, fires: Sequence[int]) -> tuple[int, ...]:
-        """Take the sides after events at the coordinates `before`; return events that end runs which q is past."""
+        """Update the sides after events at the coordinates `before`; return events that end runs and lie behind q."""
         earlier, value = self._guards(t, before), self._guards(t, q)
         happens = np.isin(np.arange(len(value)), fires)
         side = np.where(happens, 0, self._side)
@@ -169,17 +169,17 @@ class Watch:
 
     @property
     def stalled(self) -> bool:
-        """Whether events come without progress in time."""
+        """True where events repeat without progress in time."""
         return self._stalled >= _CHATTERING
 
     def _counts(self, side: FloatArray) -> _Mask:
-        """Tell which guards an event is about that leave a side."""
+        """Return True for the guards that have an event on leaving a side."""
         counts: _Mask = np.where(self._direction == 0, side != 0, side * self._direction < 0)
         return counts
 
 
 def _over(side: FloatArray, value: FloatArray) -> FloatArray:
-    """Return the sides of guards that have moved to a value: a zero is on the other side."""
+    """Return the sides of guards after a move to a value; a zero counts as the other side."""
     return np.where((value == 0) & (side != 0), -side, np.sign(value))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which law a run has: one of the model, a function in Python, or none but inputs over time."""
+"""The law of a run: one of the model, a function in Python, or inputs over time without a law."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ def law_of(
     end: float,
     origin: str,
 ) -> tuple[Controller, OwnLaw | None]:
-    """Return what describes the law of a run, and the law itself where it is in Python.
+    """Return the description of a run's law, and the law itself if it is in Python.
 
     Parameters
     ----------
     manifest : Manifest
-        Of the model.
+        Manifest of the model.
     controller, inputs, interpolation, period, memory
         As for `simulate`.
     end : float
-        Of the run, s.
+        End of the run, s.
     origin : str
-        How error messages call the arguments.
+        Origin of the arguments in error messages.
 
     Raises
     ------
     InputError
-        For a law that is none, or an argument that this kind of law does not take.
+        For an invalid law, or an argument that this kind of law does not take.
     """
     given = {"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory}
     if period is not None:

@@ -25,22 +25,21 @@ Table = dict[str, tuple[FloatArray, FloatArray]]
 
 
 def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xarray.Dataset:
-    """Read inputs as an open loop takes them.
+    """Read inputs for an open loop.
 
     Parameters
     ----------
     path : path
-        A result in NetCDF; or a table in CSV with a column `t` and one for each input, by its name or as a result has
-        it, `u_NAME`; a unit in brackets after a name must be the model's. Of a result in CSV the other columns are
-        left out.
+        A result in NetCDF; or a table in CSV with a column `t` and one for each input, by its name or, as in results,
+        `u_NAME`. A unit in brackets after a name must be the model's. Other columns of a result in CSV are ignored.
     manifest : Manifest
-        Of the model.
+        Manifest of the model.
 
     Raises
     ------
     InputError
         For a file that cannot be read, has another ending, lacks a column, has one twice or in another unit, or holds
-        what is no number.
+        something other than numbers.
     """
     suffix = Path(path).suffix.lower()
     if suffix == ".nc":
@@ -68,7 +67,7 @@ def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xar
 
 
 def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[str, str | None]]:
-    """Return the columns of a table, and the units that stand in brackets after their names."""
+    """Return the columns of a table, and the units in brackets after their names."""
     try:
         with Path(path).open(encoding="utf-8-sig", newline="") as file:
             head, *rows = [*csv.reader(file)] or [[]]

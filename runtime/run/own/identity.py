@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a law in Python is: its text, and every value and text that it reads from around it."""
+"""Identity of a law in Python: its code, and every value and function that the code reads from its surroundings."""
 
 from __future__ import annotations
 
@@ -31,45 +31,45 @@ import numpy as np
 _LOADS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"} | {
     *("LOAD_FROM_DICT_OR_GLOBALS", "LOAD_FROM_DICT_OR_DEREF"),
 }
-"""Instructions of any Python from 3.11 on that load a name from around a text."""
+"""Instructions of Python 3.11 and later that load a name from outside the code."""
 _ATTRIBUTES = {"LOAD_ATTR", "LOAD_METHOD"}
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _FIELDS = (MemberDescriptorType, type(vars(namedtuple("_Pair", "one"))["one"]))
-"""What a class has for each of its __slots__, and for each field of a named tuple."""
+"""Types of class attributes for entries of __slots__, and for fields of a named tuple."""
 _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
 """Folders of modules that nobody edits between two runs of a batch: those of environments, and of Python."""
 _LONGEST = 200
-"""Characters of a value that are shown; a longer one, as a table of numbers, is shown by its digest."""
+"""Characters of a value that are shown; a longer one, such as a table of numbers, is shown by its digest."""
 _OPEN: tuple[object, ...] = (
     *(eval, exec, compile, globals, locals, vars, __import__, importlib.import_module, importlib.__import__),
     *(sys.modules, sys._getframe, inspect.currentframe, inspect.stack),
     *(os.environ, os.getenv, getattr(os, "environb", os.environ), getattr(os, "getenvb", os.getenv)),
 )
-"""What gives a text anything under a name that is computed, or what the process was started with."""
+"""Objects through which code reaches anything under a computed name, or the start conditions of the process."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
 _MOVING: tuple[object, ...] = (open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap)
 _MOVING_MODULES = {"time", "datetime", "random", "_random", "secrets", "uuid", "numpy.random", "os", "posix", "nt"} | {
     *("io", "_io", "pathlib", "tempfile", "socket", "subprocess", "threading", "multiprocessing", "platform", "psutil"),
 }
-"""What gives other numbers at another time or in another process: clocks, generators, files and the machine."""
+"""Objects with other results at another time or in another process: clocks, generators, files, the machine."""
 _OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
     *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
 }
-"""Attributes behind which is more than what an object holds."""
+"""Attributes that lead beyond the contents of an object."""
 _SHOWN = (
     *(object, list, tuple, dict, set, frozenset, OrderedDict, defaultdict, *_PLAIN, np.ndarray),
     *(SimpleNamespace, functools._lru_cache_wrapper),
 )
-"""Types in C of which the walk sees everything; any other may hold a state that nobody sees."""
+"""Types in C whose contents the walk sees completely; any other may have a hidden state."""
 
 
 class UntoldError(Exception):
-    """Something that a law reads and that cannot be told from another; the message names it."""
+    """A law reads something that cannot be identified; the message names it."""
 
 
 def told(function: Callable[..., Any]) -> tuple[str, str]:
-    """Return the text of a function with what it reads, or else what of it cannot be told from another."""
+    """Return the code of a function with everything it reads, or else the part that cannot be identified."""
     try:
         return source(function), ""
     except UntoldError as error:
@@ -77,12 +77,12 @@ def told(function: Callable[..., Any]) -> tuple[str, str]:
 
 
 def source(function: Callable[..., Any]) -> str:
-    """Return the text of a function, and what it reads from around it, a line each.
+    """Return the code of a function, and everything it reads from its surroundings, one line each.
 
     Raises
     ------
     UntoldError
-        If something that it reads cannot be told from another.
+        If something that it reads cannot be identified.
     """
     if not isinstance(function, FunctionType | MethodType):
         raise UntoldError(f"{type(function).__name__} is no function that is defined by a text")
@@ -95,13 +95,13 @@ def source(function: Callable[..., Any]) -> str:
     walk = _Walk()
     try:
         walk.value(function.__name__, function)
-    except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value yet
+    except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value
         raise UntoldError(f"what {function.__name__} reads cannot be followed: {error}") from error
     return "\n".join([text.rstrip("\n"), *walk.lines()])
 
 
 class _Walk:
-    """Everything that can be reached from a function, each once."""
+    """Everything that can be reached from a function, each object once."""
 
     def __init__(self) -> None:
         self._lines: dict[str, str] = {}
@@ -111,7 +111,7 @@ class _Walk:
         return [f"{name} = {text}" for name, text in sorted(self._lines.items())]
 
     def value(self, name: str, value: Any) -> None:
-        """Add what a name stands for."""
+        """Add the value of a name."""
         if isinstance(value, ModuleType):
             raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
         if any(value is open_ for open_ in _OPEN):
@@ -151,7 +151,7 @@ class _Walk:
         self._members(name, {key: part for key, part in vars(value).items() if key not in _OF_EACH_CLASS})
 
     def _instance(self, name: str, value: Any) -> None:
-        """Add what an object holds: its parts, its attributes, and what its class is."""
+        """Add the contents of an object: its parts, its attributes, and its class."""
         kind, plain = type(value), True
         if isinstance(value, list | tuple | set | frozenset):
             parts = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
@@ -179,7 +179,7 @@ class _Walk:
 
     def _members(self, name: str, members: Mapping[str, Any]) -> None:
         for key, part in members.items():
-            if isinstance(part, _FIELDS):  # which each object fills
+            if isinstance(part, _FIELDS):  # each object has its own value
                 continue
             inner = getattr(part, "__func__", None) or getattr(part, "fget", None) or part
             self.value(f"{name}.{key}", inner)
@@ -202,7 +202,7 @@ class _Walk:
         elif any(getattr(builtins, first, None) is open_ for open_ in (*_OPEN, *_MOVING)):
             value, name = getattr(builtins, first), f"{where}: {first}"
         else:
-            return  # of Python itself, or a name that the text has for itself
+            return  # of Python itself, or a local name
         module = None
         while isinstance(value, ModuleType) and rest:
             module, name, value = value, f"{value.__name__}.{rest[0]}", getattr(value, rest.pop(0), None)
@@ -234,12 +234,12 @@ _OF_EACH_CLASS = frozenset(
 
 
 def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
-    """Yield the names that a text loads from around it, each with the attributes that it takes of it at once.
+    """Yield the names that code loads from its surroundings, each with the attributes it takes from it directly.
 
     Raises
     ------
     UntoldError
-        If it imports, or writes what others read.
+        If the code imports, or writes global names.
     """
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
@@ -264,7 +264,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
 
 
 def _code(code: CodeType) -> str:
-    """Return what a text does, without the lines and the file in which it stands."""
+    """Return the operations of code, without line numbers and file."""
     constants = [_code(c) if isinstance(c, CodeType) else _canonical(c) for c in code.co_consts]
     names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
     flags = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
@@ -297,18 +297,18 @@ def _is_key(name: str, key: object) -> bool:
 
 
 def _held(value: object) -> Mapping[str, Any]:
-    """Return the attributes that an object has itself."""
+    """Return the instance attributes of an object."""
     slots = [name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ())]
     return {**{name: getattr(value, name) for name in slots if hasattr(value, name)}, **getattr(value, "__dict__", {})}
 
 
 def _made_in(kind: type) -> type:
-    """Return the type in C that makes the objects of a class."""
+    """Return the type in C that creates the objects of a class."""
     return next(base for base in kind.__mro__ if isinstance(vars(base).get("__new__"), BuiltinFunctionType))
 
 
 def _comes_with_python(value: object) -> bool:
-    """Return whether an attribute of an installed module is a part of it, and no number or table that anybody sets."""
+    """Return True for an attribute that is part of an installed module, not a number or table that users may set."""
     if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
         return False
     return _is_installed(value if isinstance(value, type | FunctionType) else type(value))
@@ -343,6 +343,6 @@ def _known_as(value: Any) -> str:
 
 
 def _version(module: ModuleType | None) -> str:
-    """Return the version of what an installed module is of."""
+    """Return the version of a module's package."""
     package = sys.modules.get(module.__name__.partition(".")[0]) if module is not None else None
     return str(getattr(package, "__version__", f"Python {sys.version_info[0]}.{sys.version_info[1]}"))

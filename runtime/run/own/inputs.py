@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs over time in place of a law: numbers, arrays, functions of time, or those of an earlier run."""
+"""Inputs over time without a law: numbers, arrays, functions of time, or the inputs of an earlier run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Interpolation = Literal["hold", "linear"]
 
 _ROUNDING = 1e-9
-"""Of a sample: instants are rounded multiples of it, and the next one is a whole sample away."""
+"""Tolerance in samples: instants are rounded multiples of a sample, and the next one is a whole sample away."""
 _ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
 
 
@@ -43,15 +43,15 @@ class Signal:
     value : callable
         The input at an instant.
     held : bool
-        Whether it only changes at `instants`.
+        True where it changes only at `instants`.
     instants : array, (n,)
-        Where it changes its course, s.
+        Instants of steps or kinks, s.
     last : float
-        Until when it is known, s.
+        End of the known input, s.
     text : str
-        Tells it from others, where Python knows its text.
+        Identity of the input, where Python knows its code.
     untold : str
-        Why it has no such text.
+        Reason why it has no such identity.
     """
 
     value: Callable[[float], float]
@@ -70,28 +70,28 @@ def open_loop(
     end: float,
     origin: str,
 ) -> OwnLaw:
-    """Return inputs over time as a law that looks at the clock alone.
+    """Return inputs over time as a law that depends only on time.
 
     Parameters
     ----------
     inputs : mapping or xarray.Dataset
-        Inputs by name: a number, arrays (t, values), or a function of t; one that is not named is zero. Of the result
-        of an earlier run, what was commanded in it, later by its delay.
+        Inputs by name: a number, arrays (t, values), or a function of t; an input without an entry is zero. For the
+        result of an earlier run, its commands, shifted by its delay.
     manifest : Manifest
-        Of the model.
+        Manifest of the model.
     period : float, optional
         Time for which an input is held, s.
     interpolation : {"hold", "linear"}, optional
-        What an array means between its instants: "hold" unless given.
+        Meaning of an array between its instants: "hold" unless given.
     end : float
-        Of the run, s.
+        End of the run, s.
     origin : str
-        How error messages call the arguments.
+        Origin of the arguments in error messages.
 
     Raises
     ------
     InputError
-        For an unknown input, or values that are none.
+        For an unknown input, or invalid values.
     """
     check_arguments("text", origin, interpolation=interpolation)
     if interpolation not in (None, *get_args(Interpolation)):
@@ -193,7 +193,7 @@ def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, Fl
 def _recorded(
     run: Any, manifest: Manifest, end: float, origin: str
 ) -> tuple[dict[str, tuple[FloatArray, FloatArray]], float | None]:
-    """Return the commands of an earlier run, and how long it held each."""
+    """Return the commands of an earlier run, and its hold time."""
     if "t" not in run.coords or run["t"].dims != ("t",) or "run" in run.dims:
         raise bad_value("inputs", "a dataset without time", "the result of one run", origin)
     t = _numbers(run, "t", origin)
@@ -231,7 +231,7 @@ def _numbers(run: Any, name: str, origin: str) -> FloatArray:
 
 
 def _held(run: Any, origin: str) -> tuple[float | None, int]:
-    """Return how long a run held each of its inputs, None for a continuous one, and how many of these it was late."""
+    """Return the hold time of a run's inputs, None for a continuous one, and its delay in hold times."""
     try:
         options = parse(str(run.attrs.get("options", "{}")))
         if options.get("hold") is None:

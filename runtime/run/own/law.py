@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as a Python function, with everything that it gives checked."""
+"""A law as a Python function, with all its results checked."""
 
 from __future__ import annotations
 
@@ -27,37 +27,37 @@ _READ_ONLY = "; x and z cannot be changed in place: return the input and, with a
 _BLOCK = "; in a batch x has a column for each run: numpy.where decides for each"
 
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
+"""A sampled law evaluated elsewhere: measured state, reference, applied input, memory -> input, memory."""
 
 
 class LawError(MehvarError, RuntimeError):
-    """A law in Python failed, or gave something that is no input; the message says when, what and where."""
+    """A law in Python failed, or returned an invalid input; the message says when, what and where."""
 
     exit_status = 3
 
 
 @dataclass(frozen=True)
 class OwnLaw:
-    """A law that Python evaluates: a function of the user, or inputs over time.
+    """A law evaluated in Python: a function of the user, or inputs over time.
 
     Attributes
     ----------
     controller : Controller
-        Describes it, as the manifest does a law of the model; its name is none that a model's law can have.
+        Its description, like that of a model's law; its name is one that no law of a model can have.
     start : array, (nz,)
         Memory before the first sample.
     command : callable
         (t, x, r, z) -> (u, z_next), checked; each of shape (n,), or (n, runs) for many runs at once.
     period : float, optional
-        Time for which an input is held, s; None for what is continuous, or not decided.
+        Time for which an input is held, s; None for a continuous law, or if undecided.
     held : bool
-        Whether the input only changes at `instants`, so that it can be held from one to the next.
+        True where the input changes only at `instants`, so that it can be held between them.
     instants : array, (n,)
-        Where inputs over time change their course, s: integration stops at each.
+        Instants of steps or kinks of inputs over time, s; integration stops at each.
     text : str
-        What it is: its source, and what it reads from around it.
+        Identity: its source, and everything it reads from its surroundings.
     untold : str
-        Why a law has no such text: what of it cannot be told from another.
+        Reason why a law has no identity: the part that cannot be identified.
     """
 
     controller: Controller
@@ -70,24 +70,24 @@ class OwnLaw:
     untold: str = ""
 
     def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
-        """Return for how long an input is held, None for a continuous loop; and the step in which the loop is stopped.
+        """Return the hold time of an input, None for a continuous loop; and the step at which the loop stops.
 
         Raises
         ------
         InputError
-            If the instants of the inputs are on no grid.
+            If the instants of the inputs have no common grid.
         """
         step = self.period or common_step(dt, self.instants, origin)
         return (step if self.period or self.held else None), step
 
     def at(self, instants: FloatArray) -> Law:
-        """Return the law as a loop evaluates it, once at each of these instants, in their order."""
+        """Return the law for a loop that evaluates it once at each of these instants, in order."""
         now = iter(instants.tolist())
         return lambda x, r, _v, z: self.command(next(now), x, r, z)
 
 
 def describe(name: str, title: str, memory: Sequence[Quantity] = ()) -> Controller:
-    """Return what a result says of a law that no manifest has."""
+    """Return the description of a law from outside the model, for results."""
     return Controller(
         name=name,
         title=title,
@@ -109,18 +109,18 @@ def own_law(
     function : callable
         See `LawFunction`.
     manifest : Manifest
-        Of the model.
+        Manifest of the model.
     period : float, optional
         Time from one evaluation to the next, s; the law is continuous without it.
     memory : array_like, (nz,), optional
-        What the law keeps from one sample to the next, before the first one.
+        The law's memory before the first sample.
     origin : str
-        How error messages call the arguments.
+        Origin of the arguments in error messages.
 
     Raises
     ------
     InputError
-        For a memory that is none, or one without a period.
+        For an invalid memory, or one without a period.
     """
     start = np.empty(0) if memory is None else _memory(memory, period, origin)
     name = getattr(function, "__name__", type(function).__name__).strip("<>")
@@ -149,7 +149,7 @@ def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
 
 
 class _Caller:
-    """Calls a user's function and refuses what is no input."""
+    """Calls a user's function and refuses invalid results."""
 
     def __init__(self, function: LawFunction, name: str, manifest: Manifest, memory: int | None) -> None:
         self._function, self._name, self._memory = function, name, memory
@@ -195,7 +195,7 @@ class _Caller:
 
 
 def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return numbers of a shape (n,) or (n, runs); a row may be one number for all runs, and one row needs no list."""
+    """Return numbers of a shape (n,) or (n, runs); one number may fill a row, and a single row needs no list."""
     n, runs = shape[0], shape[1:]
     try:
         listed = value if isinstance(value, list | tuple) else np.asarray(value)
@@ -209,7 +209,7 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
 
 
 def _said(error: Exception, function: LawFunction) -> str:
-    """Say what a law raised and where in its text."""
+    """Return the exception of a law and its place in the law's code."""
     code = getattr(function, "__code__", None)
     frames = [
         f for f in traceback.extract_tb(error.__traceback__) if code is not None and f.filename == code.co_filename

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a law in Python sees: an array that answers to names too."""
+"""The state as a law in Python gets it: an array with named elements."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ...model.functions import FloatArray
 
 
 class State(np.ndarray[Any, np.dtype[np.float64]]):
-    """The state that a law sees, shape (nx,), or (nx, runs) in a batch; it cannot be written to.
+    """The state as an argument of a law, shape (nx,), or (nx, runs) in a batch; read-only.
 
-    `x.NAME` and `x["NAME"]` are a state or a reference, `x.r` all references. A state called like an attribute of
-    arrays, such as `T`, is that attribute's instead: an array with its axes swapped is not needed here.
+    `x.NAME` and `x["NAME"]` are a state or a reference, `x.r` all references. A state with the name of an array
+    attribute, such as `T`, replaces that attribute: transposed arrays are not needed here.
 
-    What is computed from it is a plain array: half of a state has other places.
+    Results of computations with it are plain arrays, since names would not fit a part of the state.
     """
 
     names: Sequence[str]
