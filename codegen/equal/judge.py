@@ -267,8 +267,7 @@ class Judge:
         return value is not None and bool(value * sign < 0)
 
     def _is_square(self, node: int) -> bool:
-        """Return True if an expression, its negative or its product with a positive inner sum appears to be a
-        square."""
+        """Return True if an expression, its negative or its product with a positive inner sum appears square."""
         sums = (part for part in reached(self.pool.nodes, [node]) if self.pool.nodes[part][0] == "add")
         return any(
             self._has_one_sign(factors) for factors in ([node], *([node, part] for part in sums if part != node))
