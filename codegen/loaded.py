@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model loads while it is derived, beside its own folder and the tool: modules, files, and what it asks for."""
+"""Inputs that a model loads during derivation beyond its folder and the tool: modules, files, requests."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
-"""For each module that was executed under `tracing`, those that it imports: it is executed once in a process."""
+"""Imports of each module that was executed under `tracing`; a module is executed only once per process."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """What has been loaded so far.
+    """Inputs loaded so far.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Trace:
     libraries : callable
         The versions of the distributions that the model's own texts import, by name.
     answers : callable
-        Digests of what the model's own texts asked for beside files that there are; see `watch.answer`.
+        Digests of requests by the model's own texts, existing files excepted; see `watch.answer`.
     """
 
     files: Callable[[], dict[str, Path]]
@@ -46,15 +46,14 @@ class Trace:
 
 @contextlib.contextmanager
 def tracing(root: Path, package: str) -> Iterator[Trace]:
-    """Watch what is imported and opened.
+    """Record imports and opened files.
 
     Parameters
     ----------
     root : Path
-        Folder with models/ and generated/. Of files that are only read, those below it count, and those elsewhere that
-        a text below it opens.
+        Folder with models/ and generated/. Data files count if they are below it, or if a text below it opens them.
     package : str
-        Name of the model's package, whose imports count even where they were executed before.
+        Name of the model's package, whose imports count even if they were executed before.
     """
     before, original = set(sys.modules), builtins.__import__
     known = set[tuple[object, ...]]()
@@ -63,7 +62,7 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
         module = original(name, *arguments, **keywords)
         importer = (arguments[0] or {}).get("__name__", "") if arguments else ""
         statement = (importer, name, *map(str, arguments[2:4]))
-        if statement not in known:  # SymPy has imports in functions, of which a derivation executes 100 000
+        if statement not in known:  # SymPy imports inside functions: a derivation executes 100 000 such statements
             known.add(statement)
             _IMPORTS[importer] |= _names(module, name, *arguments[2:4])
         return module
@@ -112,7 +111,7 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 
 def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
-    """Return the distributions that modules below `root`, this program's own and copies aside, import by name."""
+    """Return the distributions that modules below `root` import by name, except copies and this program's own."""
     root, named = root.resolve(), set()
     for name in modules:
         file = getattr(sys.modules.get(name), "__file__", None)
@@ -126,9 +125,10 @@ def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
 
 
 def _owners(modules: set[str]) -> set[str]:
-    """Return the distributions that have one of some modules at their top.
+    """Return the distributions that provide one of the given top-level modules.
 
-    `importlib.metadata.packages_distributions` makes a path of each of 60 000 installed files: a second of a processor.
+    `importlib.metadata.packages_distributions` creates a path for each of 60 000 installed files, which takes a second
+    of processor time.
     """
     from importlib.metadata import distributions
 

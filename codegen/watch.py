@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model's text asks of the machine while it is derived, so that another answer later shows.
+"""Record of the files, folders and variables that a model's text reads during derivation.
 
-Files that it opens, files that it looks for in vain, folders that it lists and variables of the environment. What
-programs and other machines answer cannot be asked again at no cost, so that asking them is refused.
+It holds files that the text opens, files that it fails to find, folders that it lists and environment variables. Later
+changes of any of them show that the model is stale. Answers of programs and other machines cannot be checked again at
+no cost, so such requests are refused.
 """
 
 from __future__ import annotations
@@ -19,31 +20,31 @@ from types import FrameType
 from typing import Any
 
 ABSENT = ""
-"""In place of a digest: there was no such file, or no such variable."""
+"""Used in place of a digest for a missing file or variable."""
 _VARIABLE = "environment:"
 _SYSTEM = ("/proc/", "/dev/", "/sys/")
-"""What the system answers, which is no input."""
+"""Folders of the operating system, which are no inputs."""
 _REFUSED = {
     **dict.fromkeys(("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork"), "starts a program"),
     **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "asks another machine"),
 }
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
-"""Where libraries live, of this environment and of one below it: of these the versions count."""
+"""Folders of installed libraries, in this environment or a nested one; only the versions of libraries count."""
 
 
 @dataclass(frozen=True)
 class Questions:
-    """What was asked so far: absolute paths, and names of variables.
+    """Requests so far: absolute paths, and names of variables.
 
     Attributes
     ----------
     root : str
         Folder with models/ and generated/, with a separator at its end.
     callers : frozenset of frames
-        Who derives: what they ask, and this program for them, is not asked by the model.
+        Frames that run the derivation: their requests, and those of this program for them, are not the model's.
     opened, sought, listed, variables : set of str
-        Files that may have been read, those that the model's own text asked for, folders that it listed, variables that
+        Files that may have been read, files that the model's own text requested, folders that it listed, variables that
         it read.
     """
 
@@ -55,13 +56,13 @@ class Questions:
     variables: set[str] = field(default_factory=set)
 
     def note(self, name: str) -> None:
-        """Note that the model's text asks for a file."""
+        """Record that the model's text requests a file."""
         if not name.startswith(_SYSTEM):
             self.opened.add(name)
             self.sought.add(name)
 
     def answers(self) -> dict[str, str]:
-        """Return what stands for the answers now, by the names that `answer` takes; of files that exist, nothing."""
+        """Return the current digests of the requests, by names as in `answer`; existing files are left out."""
         root = Path(self.root)
         folders = {f"{_relative(root, name)}/" for name in self.listed if os.path.isdir(name)}  # noqa: PTH112
         missing = {_relative(root, name) for name in self.sought if not os.path.lexists(name)}
@@ -74,14 +75,14 @@ _questions: Questions | None = None
 
 
 def answer(root: Path, name: str) -> str | None:
-    """Return the digest of a file, a folder's names or a variable as it is now; None if there is none.
+    """Return the current digest of a file, of a folder's names or of a variable; None if it is missing.
 
     Parameters
     ----------
     root : Path
-        Where paths begin.
+        Folder that relative paths start from.
     name : str
-        A path; one of a folder ends in a slash. Or `environment:` and the name of a variable.
+        A path (that of a folder ends in a slash), or `environment:` and the name of a variable.
     """
     if name.startswith(_VARIABLE):
         value = os.environ.get(name.removeprefix(_VARIABLE))
@@ -93,7 +94,7 @@ def answer(root: Path, name: str) -> str | None:
 
 
 def _listing(folder: Path) -> str:
-    """Return the digest of the names in a folder, without those that Python and generation write there."""
+    """Return the digest of the names in a folder, except those that Python and generation write there."""
     names = sorted(path.name for path in folder.iterdir() if path.name not in ("__pycache__", "generated"))
     return hashlib.sha256("\n".join(names).encode()).hexdigest()
 
@@ -104,12 +105,12 @@ def _relative(root: Path, name: str) -> str:
 
 @contextlib.contextmanager
 def watching(root: Path) -> Iterator[Questions]:
-    """Note what is asked by texts below a folder, this program's own aside.
+    """Record the requests of texts below a folder, except those of this program itself.
 
     Raises
     ------
     ModelError
-        Inside of it, where such a text starts a program or asks another machine.
+        Inside the context, when such a text starts a program or contacts another machine.
     """
     global _questions
     _hook()
@@ -131,7 +132,7 @@ def _stack() -> Iterator[FrameType]:
 
 
 def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
-    """Return `os.stat`, by which existence is asked, but that it notes of what."""
+    """Return an `os.stat`, which tests for existence, that records its paths."""
 
     def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
         if _questions is not None and isinstance(path, str | os.PathLike) and _reader(_questions):
@@ -151,7 +152,7 @@ def _noting_variables(get: Callable[[Any, str], str]) -> Callable[[Any, str], st
 
 
 def _hook() -> None:
-    """Place the hook; it stays until the process ends, so that there is only one."""
+    """Install the audit hook once; it stays until the process ends."""
     if not _hook.__dict__.setdefault("placed", False):
         _hook.__dict__["placed"] = True
         sys.addaudithook(_note)
@@ -184,13 +185,13 @@ def _absolute(name: str | os.PathLike[str]) -> str:
 
 
 def _reader(questions: Questions) -> FrameType | None:
-    """Return where a text below the root, this program's own aside, asks something now, itself or through a library."""
+    """Return the frame of a model's text that makes the current request, directly or through a library."""
     root = questions.root
     for frame in _stack():
         file = frame.f_code.co_filename
         if frame in questions.callers:
             return None
-        if file.startswith("<frozen importlib"):  # an import, whose file is a module's
+        if file.startswith("<frozen importlib"):  # an import, whose file belongs to a module
             return None
         if file.startswith(root) and not (is_ours(path := Path(file)) or is_copy(path, root) or is_library(path)):
             return frame
@@ -198,23 +199,23 @@ def _reader(questions: Questions) -> FrameType | None:
 
 
 def is_library(path: Path) -> bool:
-    """Whether a file is of an installed library."""
+    """Return True if a file belongs to an installed library."""
     return any(path.is_relative_to(folder) for folder in _LIBRARIES) or not _INSTALLED.isdisjoint(path.parts)
 
 
 def is_ours(path: Path) -> bool:
-    """Whether a file is of this program, whose files are inputs by rule."""
+    """Return True if a file belongs to this program, whose files are inputs by rule."""
     rooms = ("mehvar", "codegen", "runtime", "models", "generated", "tests")
     return path.is_relative_to(OURS) and path.relative_to(OURS).parts[0] in rooms
 
 
 def is_copy(path: Path, root: str | Path) -> bool:
-    """Whether a file below `root` is the counterpart of one of this program's: of another checkout that it derives."""
+    """Return True if a file below `root` is another checkout's copy of a file of this program."""
     counterpart = OURS / path.relative_to(root)
-    return is_ours(counterpart) and os.path.lexists(counterpart)  # asks `lstat`: `stat` may be the one that watches
+    return is_ours(counterpart) and os.path.lexists(counterpart)  # `lstat`, because `stat` may be the recording one
 
 
 def is_written(path: Path, root: Path) -> bool:
-    """Whether a file is one that generation or Python writes."""
+    """Return True if generation or Python writes a file."""
     inner = path.relative_to(root).parts if path.is_relative_to(root) else ()
     return bool(inner) and (inner[0] == "generated" or "__pycache__" in inner or inner[0].startswith("."))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where models live: a checkout of mehvar, the installed package, or a folder of the user's own."""
+"""Locations of models: a checkout of mehvar, the installed package, or a folder of the user's own."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mehvar.versions import project_root
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
-"""What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
+"""Sources of generated text outside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
@@ -34,9 +34,9 @@ _COMPARING = re.compile(
 
 
 PLANT = "plant.toml"
-"""In the folder of a law of one's own: which plant it acts on."""
+"""File in the folder of a user's own law that names its plant."""
 ROOMS = frozenset(("arrays", "check", "forms", "parts"))
-"""Folders of the vocabulary that are no models."""
+"""Folders of the vocabulary, which are no models."""
 
 
 class GenerateError(MehvarError, ValueError):
@@ -45,7 +45,7 @@ class GenerateError(MehvarError, ValueError):
 
 @dataclass(frozen=True)
 class Tree:
-    """Where models are read from and generated text is written to.
+    """Folder from which models are read and into which generated text is written.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Tree:
 
     @property
     def has_vocabulary(self) -> bool:
-        """Whether this is a checkout of mehvar; a user's own tree takes the vocabulary of the installed package."""
+        """True for a checkout of mehvar; a user's own tree takes the vocabulary of the installed package."""
         return (self.root / "models" / "system.py").is_file()
 
     @property
@@ -68,7 +68,7 @@ class Tree:
 
     @property
     def orphans(self) -> dict[str, str]:
-        """What lacks its other half, with what is missing: generated folders a model, models an `__init__.py`."""
+        """Generated folders without a model and models without an `__init__.py`, with the missing path."""
         models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
         marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
         names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
@@ -78,7 +78,7 @@ class Tree:
         }
 
     def plant(self, model: str) -> tuple[Tree, str] | None:
-        """Return where the plant of a law of one's own lives, and its name; None for a model that is a whole system.
+        """Return the tree and the name of the plant of a user's own law; None for a model that is a whole system.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Tree:
         model : str
             Its name.
         papers : bool
-            Add what the verdicts on its paper depend on.
+            Add the files that the verdicts on its paper depend on.
         """
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
         own = _texts(self.root / "models" / model)
@@ -140,7 +140,7 @@ def installed_tree() -> Tree:
 
 
 def load_model(tree: Tree, model: str) -> ModuleType:
-    """Import a model's package from the tree it lives in.
+    """Import a model's package from its tree.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def load_model(tree: Tree, model: str) -> ModuleType:
 
 @contextlib.contextmanager
 def own_text(folder: Path) -> Iterator[None]:
-    """Turn an exception in a model's own text into one line: the last place in its folder, and what went wrong.
+    """Turn an exception in a model's own text into one line: the last place in its folder, and the error.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def _last_place(error: BaseException, folder: Path) -> tuple[str, int]:
 
 
 def _one_line(error: BaseException, folder: Path) -> str:
-    """Say what went wrong; a module of the model itself is the file that it would be in."""
+    """Return the error in one line; a missing module of the model itself is shown as its file."""
     package = _name_of(folder)
     if isinstance(error, ModuleNotFoundError) and error.name:
         for own in (f"{package}.", f"mehvar.models.{folder.name}."):
@@ -213,13 +213,13 @@ def _name_of(folder: Path) -> str:
 
 
 def prefer_vocabulary(tree: Tree) -> None:
-    """Let another checkout's own vocabulary be imported as mehvar.models; too late where ours already is."""
+    """Make another checkout's vocabulary importable as mehvar.models, unless this program's is already imported."""
     if tree.has_vocabulary and tree != installed_tree() and "mehvar.models" not in sys.modules:
         sys.meta_path.insert(0, _Vocabulary(tree.root / "models"))
 
 
 class _Vocabulary(MetaPathFinder, Loader):
-    """Finds mehvar.models in another checkout; one from before the rooms had one import name calls it models."""
+    """Import mehvar.models from another checkout; older checkouts call it models."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -238,13 +238,13 @@ class _Vocabulary(MetaPathFinder, Loader):
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        """Give the module, which has been executed under its own name, the specification of that name back."""
+        """Restore the specification of the module, which has been executed under its own name."""
         assert module.__spec__ is not None
         module.__spec__ = module.__spec__.loader_state
 
 
 def _load_by_path(folder: Path) -> ModuleType:
-    """Import a user's model under a name that cannot clash with a package of theirs or ours."""
+    """Import a user's model under a name that clashes with no package of theirs or of this program."""
     name = _name_of(folder)
     if name in sys.modules:
         return sys.modules[name]
@@ -259,7 +259,7 @@ def _load_by_path(folder: Path) -> ModuleType:
     except BaseException:
         del sys.modules[name]
         raise
-    vars(package).setdefault("STRUCTURE", {})  # a model without choices need not say so
+    vars(package).setdefault("STRUCTURE", {})  # a model without choices may leave it out
     return package
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of a model: what a system, a control law and a scenario are made of.
+"""Vocabulary of a model: the parts of a system, a control law and a scenario.
 
-Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and
-knows nothing else about the model. Quantities and derivations have modules of their own, and what the runtime reads as
-it stands here is of its schema; all are named here too.
+Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and knows nothing
+else about the model. Quantities and derivations have their own modules, and classes that the runtime reads unchanged
+belong to its schema. All of them can be imported from here.
 """
 
 from __future__ import annotations
@@ -72,14 +72,14 @@ __all__ = [
 
 
 def latex(expr: Expr, names: Mapping[sp.Symbol, str]) -> str:
-    """Return an expression as SymPy typesets it, with the names that its symbols have."""
+    """Return an expression as LaTeX, with the given names of its symbols."""
     text: str = sp.latex(expr, symbol_names=dict(names))
     return text
 
 
 @dataclass(frozen=True)
 class Function(Located):
-    """A model's own public function, such as rod lengths from shape.
+    """Public function of a model, such as rod lengths from shape.
 
     Parameters
     ----------
@@ -88,9 +88,9 @@ class Function(Located):
     arguments : tuple of Group
         Groups of one quantity are scalars.
     results : tuple of (Quantity, Expr)
-        What it returns, in order.
+        Its results, in order.
     vector : str
-        When not empty the results come as one vector of this name instead of a tuple of scalars.
+        Name of the vector that holds the results; if empty, they are a tuple of scalars.
     description : str
         One line for people.
     """
@@ -108,7 +108,7 @@ class Function(Located):
 
 @dataclass(frozen=True)
 class Coordinates(Located):
-    """A chart without the singularities of the paper's, in which continuous loops are integrated.
+    """Chart without the singularities of the paper's, in which continuous loops are integrated.
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ class Coordinates(Located):
 
 @dataclass(frozen=True)
 class Condition(Located):
-    """Something that must stay positive.
+    """Condition that a quantity stays positive.
 
     Parameters
     ----------
     margin : Expr
         Allowed while greater than zero.
     message : str
-        Said when it is not; `{name}` is replaced by the value of that parameter, `{0}`, `{1}` by the values shown.
+        Message on violation; `{name}` is replaced by the value of that parameter, `{0}`, `{1}` by the values shown.
     shown : tuple of Expr
         Further values for the message.
     """
@@ -152,16 +152,16 @@ class Condition(Located):
 
 @dataclass(frozen=True)
 class Output:
-    """What a law reports along a run, computed from the recorded samples.
+    """Quantity that a law reports along a run, computed from the recorded samples.
 
     Parameters
     ----------
     quantity : Quantity
         Its name in a result.
     value : Expr
-        A function of state, reference, p, c and the law's memory as the law finds it.
+        A function of state, reference, p, c and the law's memory before the update.
     at_most : float
-        Above it the run is not as it should be: the result says when and by how much.
+        Limit: the result reports when and by how much the run exceeds it.
     """
 
     quantity: Quantity
@@ -171,9 +171,9 @@ class Output:
 
 @dataclass(frozen=True)
 class Controller(Located):
-    """A control law as a symbolic function (measurement, reference) -> input.
+    """Control law as a symbolic function (measurement, reference) -> input.
 
-    Where the sensor has quantities of its own, commands and updates are functions of those in place of the state.
+    If the sensor has its own quantities, commands and updates are functions of those instead of the state.
 
     Parameters
     ----------
@@ -183,33 +183,33 @@ class Controller(Located):
         The law's own parameters.
     command : tuple of Expr
         The commanded input as a function of state, reference, plant parameters and law parameters; with regular
-        coordinates, the inputs that go with them. A law may use its memory, a sampled one the applied input too.
+        coordinates, the inputs that belong to them. A law may use its memory, a sampled one the applied input too.
     constraints, warnings : tuple of Condition
-        What plant, law and scenario parameters must satisfy before a run, and what they should satisfy.
+        Conditions on plant, law and scenario parameters: required before a run, and recommended.
     period : str
-        Plant parameter that holds the sampling period; empty for a law that is continuous in time.
+        Plant parameter that holds the sampling period; empty for a continuous law.
     delay : str
         The law's own parameter that holds the samples between computing and applying a command, for a law that is
         designed for them; a run sets it to the delay of its loop unless the user does.
     applied : Group
-        Symbols of the input that was really applied over the last sample, for a sampled law.
+        Symbols of the input that was actually applied over the last sample, for a sampled law.
     every : str
-        The law's own parameter that says once in how many samples a sampled law commands; its memory is updated at
-        every sample. Empty for a law that commands at each.
+        The law's own parameter that holds the number of samples between commands of a sampled law; its memory is
+        updated at every sample. Empty for a law that commands at each sample.
     memory : Group
-        What a sampled law keeps from one sample to the next; of a continuous law, its own integrated states.
+        Values that a sampled law keeps from one sample to the next; of a continuous law, its own integrated states.
     start, update : tuple of Expr
         The memory before the first sample (a function of state, reference, p and c) and after each one.
     rates : tuple of Expr
-        z' of a continuous law with memory, of what its command is a function of.
+        z' of a continuous law with memory, with the same arguments as its command.
     outputs : tuple of Output
-        What the law reports beside its command.
+        Quantities that the law reports in addition to its command.
     events : tuple of Event
         Switching surfaces of a continuous law, as a function of state, reference, plant parameters and law parameters.
     bears_loss : bool
-        Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
+        True if a sampled law accepts measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
-        Whether the law computes with the numbers of its quantities in SI units, as an estimator does whose covariance
+        True if the law computes with the numbers of its quantities in SI units, as an estimator does whose covariance
         mixes units: the dimensions of its expressions are not checked.
     """
 
@@ -239,7 +239,7 @@ class Controller(Located):
 
 @dataclass(frozen=True)
 class Actuator(Located):
-    """What becomes of a commanded input before it acts: limits, gimbals, wheels.
+    """Actuator: the map from a commanded input to the input that acts, with limits, gimbals, wheels.
 
     Parameters
     ----------
@@ -255,16 +255,16 @@ class Actuator(Located):
 
 @dataclass(frozen=True)
 class Sensor(Located):
-    """What a law sees of the state.
+    """Sensor: the measurements of the state that a law receives.
 
     Parameters
     ----------
     noise : Group
         Independent standard normal numbers, drawn anew at each sample; zero for a continuous law.
     measured : tuple of Expr
-        What the law sees, as a function of state, noise and p: a row for each state, or for each of `seen`.
+        The measurements, as a function of state, noise and p: a row for each state, or for each of `seen`.
     seen : Group
-        The measured quantities, where they are not the states; laws receive them in place of the state.
+        The measured quantities, if they are not the states; laws receive them in place of the state.
     """
 
     noise: Group
@@ -291,7 +291,7 @@ class Diffusion(Located):
 
 @dataclass(frozen=True)
 class RandomStep(Located):
-    """A random change of the state at each sample of a sampled law but the first.
+    """Random change of the state at each sample of a sampled law except the first.
 
     Parameters
     ----------
@@ -307,7 +307,7 @@ class RandomStep(Located):
 
 @dataclass(frozen=True)
 class Variant(Located):
-    """What a system becomes when choices differ from their defaults.
+    """Variant of a system for choices other than the defaults.
 
     Parameters
     ----------
@@ -316,7 +316,7 @@ class Variant(Located):
     rhs : tuple of Expr
         x' as a function of x, u, p.
     loops : mapping of str to tuple of Expr
-        Closed loops that are not simply `rhs` under the law, by law.
+        By law, closed loops other than `rhs` under the law.
     """
 
     values: tuple[str, ...]
@@ -325,14 +325,14 @@ class Variant(Located):
 
 
 _DEFAULT = Scenario("default", "from the defaults", 100.0, 0.1)
-"""Of a system without scenarios: some turns of a craft at the rates of attitude control."""
+"""Scenario of a system without scenarios: some turns of a craft at the rates of attitude control."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class System(Located):
-    """A mechanical system with its laws and scenarios, ready for code generation.
+    """Mechanical system with its laws and scenarios, ready for code generation.
 
-    Name, states and their rates are needed; all else is empty unless given. Numbers may stand for expressions.
+    Name, states and their rates are required; all else is empty unless given. Numbers may replace expressions.
 
     Parameters
     ----------
@@ -351,13 +351,13 @@ class System(Located):
     steps : tuple
         The derivation, in order.
     limits : tuple of Condition
-        What must hold along a run, as a function of x, u and p.
+        Conditions along a run, as a function of x, u and p.
     initial : tuple of Expr
         x(0) as a function of p and s; zero when empty.
     reference : tuple of Expr
         r as a function of time, p and s.
     constraints : tuple of Condition
-        What plant and scenario parameters must satisfy.
+        Conditions on plant and scenario parameters.
     functions : tuple of Function
         Further public functions.
     controllers : tuple of Controller
@@ -367,28 +367,28 @@ class System(Located):
     coordinates : Coordinates, optional
         Regular chart for continuous loops.
     actuator : Actuator, optional
-        What becomes of a commanded input; the input acts as commanded without one.
+        Map from the commanded to the acting input; without one, the input acts as commanded.
     sensor : Sensor, optional
-        What sampled laws see, and all laws where it has quantities of its own; the state itself without one.
+        Measurements of sampled laws, and of all laws if it has its own quantities; without one, the state.
     diffusion : Diffusion, optional
         Process noise; a run needs a method for it.
     random_step : RandomStep, optional
-        What happens to the state at each sample.
+        Random change of the state at each sample.
     delays : mapping of str to str
-        For inputs by name, the plant parameter that says how many samples after its command each one acts.
+        For inputs by name, the plant parameter that holds the samples between command and action.
     projection : tuple of Expr
         Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
     choices, variants : tuple
         Options of a run with named values, and a variant for each combination other than the defaults.
     rates : mapping of str to sympy.Symbol
-        For each state that the derived equations of motion are about, the symbol of its rate in `residual`.
+        For each state of the derived equations of motion, the symbol of its rate in `residual`.
     residual : tuple of Expr
-        These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
-        evaluate. Generation fails unless both agree.
+        These equations, zero for the true rates, one per state in `rates`. Given if `rhs` is another form that is
+        faster to evaluate. Generation fails unless both agree.
     events : tuple of Event
-        What happens where a guard crosses zero; simultaneous ones happen in this order.
+        Actions where a guard crosses zero; simultaneous ones occur in this order.
     geometry : tuple of Shape
-        What a picture of the system shows, such as the animation of a run; none without.
+        Shapes in a picture of the system, such as the animation of a run; without them there is none.
     mass : sympy.Matrix, optional
         A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
         is algebraic: its row of `rhs` is zero along a run, and determines it.
@@ -456,15 +456,15 @@ class System(Located):
 
     @property
     def seen(self) -> Group:
-        """What laws receive: the state, or what the sensor measures in its place."""
+        """Quantities that laws receive: the states, or the sensor's own measured quantities."""
         return self.sensor.seen if self.sensor and len(self.sensor.seen) else self.states
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
-        """Every definition of the derivation, by symbol."""
+        """All definitions of the derivation, by symbol."""
         return {step.symbol: step.expr for step in self.definitions_in_order}
 
     @property
     def definitions_in_order(self) -> tuple[Definition, ...]:
-        """Every definition of the derivation, as it was made."""
+        """All definitions of the derivation, in order."""
         return tuple(step for step in self.steps if isinstance(step, Definition))

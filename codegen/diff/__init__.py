@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What changed between two versions of derived equations: mathematics, not text; needs neither SymPy nor CasADi.
+"""Comparison of two versions of derived equations by mathematics, not text; needs neither SymPy nor CasADi.
 
-`Document.read` reads an equations.json with the manifest beside it, `compare` compares two of them.
+`Document.read` reads an equations.json with the manifest beside it; `compare` compares two of them.
 """
 
 from ..equations.document import Document, DocumentError

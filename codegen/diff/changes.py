@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits as replacements in an expression, and making them."""
+"""Edits as replacements in an expression, and their application."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .report import Kind, Path
 
 Values = tuple[Element, ...]
 _SMALL = 10_000
-"""Numerators and denominators up to the square of this are taken for a number of an equation. One of so few fractions,
-about 10^16, hits an arbitrary value of the field, one of 2^154, by chance once in 10^30."""
+"""Square root of the limit on numerators and denominators of a number in an equation. One of these few fractions, about
+10^16, hits an arbitrary value of the field, one of 2^154, by chance once in 10^30."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +26,17 @@ class Change:
     Attributes
     ----------
     kind : Kind
-        What it does.
+        Kind of the edit.
     path : Path
         The part of the old expression that is replaced; for an added term, the sum that it joins.
     old, new : int or None
         Nodes that are shown; `new` is added to the sum if the kind is `TERM_ADDED`.
     with_ : int or None
-        What replaces the part; None if it is removed.
+        Replacement of the part; None if it is removed.
     says : str
         The edit in words.
     cost : float
-        How far-fetched it is.
+        Cost of the edit: larger for less plausible ones.
     """
 
     kind: Kind
@@ -49,7 +49,7 @@ class Change:
 
 
 def mutations(pool: Pool, root: int, path: Path, atoms: Sequence[int]) -> Iterator[Change]:
-    """Yield every small edit inside an expression; `atoms` may stand in place of a symbol or of a sine."""
+    """Yield every small edit inside an expression; `atoms` may replace a symbol or a sine."""
     stack = [(root, path, False)]
     while stack:
         node, place, term = stack.pop()
@@ -89,13 +89,13 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
 
 
 def coefficient_of(pool: Pool, node: int) -> Fraction:
-    """Return the number in a product."""
+    """Return the numeric factor of a product."""
     parts = pool.operands(node) if pool.nodes[node][0] == "mul" else (node,)
     return next((c for c in map(pool.constant, parts) if c is not None), Fraction(1))
 
 
 def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
-    """Return an expression with edits made in it."""
+    """Return an expression with edits applied to it."""
     here = [change for change in changes if not change.path]
     added = [change.with_ for change in here if change.kind is Kind.TERM_ADDED and change.with_ is not None]
     for change in here:
@@ -115,7 +115,7 @@ def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
 
 
 def rational(values: Values) -> Fraction | None:
-    """Return the small fraction that all values are, if they are one."""
+    """Return the small fraction that all values represent, if there is one."""
     first = values[0]
     if isinstance(first, field.Complex) or any(value != first for value in values):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compare two documents: a verdict on every row, and what was edited in those whose own text changed."""
+"""Compare two documents: a verdict on every row, and the edits of rows whose own text changed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
 _UNEQUAL = frozenset((Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED))
 
 _PROOFS = ("node identity", "same text over equal names")
-"""How equality is known where nothing was evaluated."""
+"""Reasons for equality that need no evaluation."""
 
 
 def compare(old: Document, new: Document) -> Comparison:
@@ -61,13 +61,13 @@ def compare(old: Document, new: Document) -> Comparison:
 
 
 class _Verdicts:
-    """Judges rows in order, so that what a text uses is judged before it."""
+    """Judge rows in order, so that the definitions of a text are judged before the text."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
         self.verdict: dict[Key, tuple[Fate, Verdict]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
-        """For a row whose value differs: the rows where that comes from."""
+        """For each row with a different value, the rows that cause the difference."""
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
         self._judge_all()
@@ -90,7 +90,7 @@ class _Verdicts:
                 self.verdict[item.key] = self._judge(partner, item)
 
     def _ask_again(self) -> None:
-        """Get a second opinion on what is called equal by tests, and judge again where that says otherwise."""
+        """Test verdicts "equal" a second time, and judge again where that test disagrees."""
         tested = [item for item in self.versions.news if self._is_tested(item)]
         if not tested:
             return
@@ -151,12 +151,12 @@ class _Verdicts:
         decision = versions.judge.decide(*pair)
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
-            if by_text.equal is False:  # which names may never show, such as those of a root for what is negative
+            if by_text.equal is False:  # definitions may hide the difference, such as a root of a negative number
                 return replace(decision, how=f"{decision.how}; they differ where names in it are taken as free")
         return decision
 
     def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:
-        """Compare the values themselves, where children differ."""
+        """Compare the values themselves where children differ."""
         if not unequal:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
@@ -184,7 +184,7 @@ class _Verdicts:
         return self.verdict[item.key][0] in _UNEQUAL
 
     def _recombined(self) -> None:
-        """Implicit equations that were combined with each other mean the same motion."""
+        """Mark implicit equations that were combined with each other and describe the same motion."""
         motions = [item for item in self.versions.news if item.row.kind == "motion"]
         if any(self._differs(item) for item in motions) and recombined(self.versions):
             for item in motions:
@@ -193,7 +193,7 @@ class _Verdicts:
                     self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
 
     def _extensions(self) -> set[Key]:
-        """Return the changed rows that are the same but for terms of members that only one side has."""
+        """Return the changed rows that differ only by terms of members that only one side has."""
         if self.extension is None:
             return set()
         extended, partner = Extended(self.versions, self.extension), self.versions.partner
@@ -201,7 +201,7 @@ class _Verdicts:
         return {item.key for item in changed if extended(partner[item.key], item)}
 
     def _lost(self) -> None:
-        """Blame a definition that changed and was written out, not each of its users."""
+        """Attribute the change of a removed definition to that definition, not to each of its users."""
         changed = [
             item
             for item in self.versions.news
@@ -215,7 +215,7 @@ class _Verdicts:
                 self._blame(user.key, lost.item.key)
 
     def _causes(self) -> dict[Key, str]:
-        """Return for each changed row that another one explains what that is called."""
+        """Return, for each changed row that another row explains, the name of that row."""
         changed = [
             item
             for item in self.versions.news
@@ -241,7 +241,7 @@ class _Verdicts:
 
     @functools.cached_property
     def explainer(self) -> Explainer:
-        """Explains changed rows."""
+        """Explainer of changed rows."""
         return Explainer(self.versions)
 
     def _blame(self, old: Key, new: Key) -> None:
@@ -271,7 +271,7 @@ class _Verdicts:
         return users
 
     def _mattering(self) -> set[Key]:
-        """Return the definitions that some equation or result with another value depends on, or that nothing uses."""
+        """Return the definitions that no row uses, or on which an equation or result with another value depends."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
         mattering: set[Key] = set()
@@ -329,7 +329,7 @@ class _Verdicts:
         )
 
     def _of_member(self, item: Item) -> str:
-        """Say of an equation that one side lacks that it is of a member that this side lacks; nothing of others."""
+        """Return the note that a row belongs to a member that the other side lacks; empty for other rows."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
 

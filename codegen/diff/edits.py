@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What one edit would give an expression the value that it needs.
+"""Search for single edits that give an expression a required value.
 
-The value that a part would need for the whole to equal the new one is pushed down the old expression: in sums and
-products one subtraction or division a part. Comparing it with the value that the part has says what was edited: minus
-one times it is a flipped sign, a symbol times it a factor, the value of another symbol a wrong name. How the new side
-is written does not matter. All values are elements of a finite field, so every comparison is exact.
+The required value is pushed down the old expression: for each part, the value that would make the whole equal the new
+one. In sums and products this takes one subtraction or division per part. Comparing the required value with the actual
+one identifies the edit: a factor of minus one is a flipped sign, a symbol times it a factor, the value of another
+symbol a wrong name. The form of the new side does not matter. All values are elements of a finite field, so every
+comparison is exact.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
 _LARGEST = 60
-"""Nodes of a function inside of which edits are tried one by one: some ten a node, each of which evaluates the function
-anew, so that twice the size takes four times as long. Edits inside larger ones are told as parts written anew."""
+"""Limit on nodes of a function inside which edits are tried one by one. There are about ten edits per node, and each
+evaluates the function anew, so twice the size takes four times as long. Larger functions are reported as rewritten
+parts."""
 
 
 class Edits:
-    """Finds single edits.
+    """Search for single edits.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ class Edits:
         return parts
 
     def _atoms_of(self, old: int, new: int) -> dict[Values, int]:
-        """Return the symbols of both expressions, and sine and cosine of what has either, by value."""
+        """Return the symbols of both expressions, and sines and cosines of arguments that occur, by value."""
         atoms: dict[Values, int] = {}
         for worlds, root in ((self._olds, old), (self._news, new)):
             for node in reached(self.pool.nodes, [root]):
@@ -87,7 +89,7 @@ class Edits:
         return self.pool.nodes[node][0] not in ("exprcondpair", "num")
 
     def walk(self, root: int, required: Values, path: Path) -> list[Change]:
-        """Return every single edit below a node that gives it the required values."""
+        """Return every single edit below a node that gives the node the required values."""
         changes: list[Change] = []
         seen: set[tuple[int, Values]] = set()
         stack = [(root, required, path, True)]
@@ -108,7 +110,7 @@ class Edits:
         return changes
 
     def _doubt(self, change: Change, value: Values) -> float:
-        """Prefer to edit what the new side does not have, into what it has."""
+        """Return the cost of an edit, lower if it replaces a part that the new side lacks by one that it has."""
         stays, written = value in self._parts, change.with_ in self._written
         return (costs.STAYS if stays else 0.0) - (costs.WRITTEN if written else 0.0)
 
@@ -272,7 +274,7 @@ class Edits:
             yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", costs.ADDED_NUMBER)
 
     def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
-        """Try single edits in the operands of a function that has no inverse here."""
+        """Yield single edits in the operands of a function without an inverse here, found by trying."""
         if self._size(node) > _LARGEST:
             return
         for change in mutations(self.pool, node, path, tuple(self._atoms.values())):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of a changed row in words, tested by making them, and a point of simple numbers where both sides differ."""
+"""Edits of a changed row in words, tested by applying them, and a simple point where both sides differ."""
 
 from __future__ import annotations
 
@@ -21,21 +21,23 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Of the field: an edit that fits at both by chance does so once in 2^178, and is replayed at more points anyway."""
+"""Points of the field. An edit fits at both by chance once in 2^178, and is replayed at more points anyway."""
 _ROOTED = 16
-"""Where even roots have signs of chance: a sign that is flipped on half of the space only would pass at two points once
-in four times, at all of these once in 65 000."""
+"""Points of the field where even roots have random signs. An edit that flips a sign on half of the space would pass two
+points once in four times, and all of these once in 65 000."""
 _TRIED = 60
-"""Points among which these are looked for; an expression that exists at none of them will not at more."""
+"""Limit on points tried to find these; an expression that exists at none of them will not exist at more."""
 _VISITED = 20_000
-"""Places of an expression as written that are looked at for marks: shared nodes make their number grow without end."""
+"""Limit on places of an expression as written that are searched for marks: shared nodes multiply their number without
+bound."""
 _LARGEST_CONE = 400
-"""Nodes up to which a counterexample is made simple: each of its names costs a few evaluations of all of them."""
+"""Limit on nodes up to which a counterexample is simplified: each of its names costs a few evaluations of all of
+them."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """What can be said of a change."""
+    """Explanation of a change."""
 
     edits: tuple[Edit, ...]
     replayed: bool
@@ -43,7 +45,7 @@ class Explanation:
 
 
 class Explainer:
-    """Explains changed rows of two versions."""
+    """Explain changed rows of two versions."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
@@ -56,7 +58,7 @@ class Explainer:
     def explain(self, old: Item, new: Item, point: Point | None = None) -> Explanation:
         """Return the edits that turn the old text into the new one, over the same children.
 
-        `point` is one where both sides differ, if one is known.
+        `point` is a known point where both sides differ, if any.
         """
         versions = self.versions
         before, across = (versions.before, old.root), (versions.across, new.root)
@@ -68,14 +70,14 @@ class Explainer:
         )
 
     def changes(self, old: Item, new: Item) -> tuple[list[Change], bool]:
-        """Return the edits of a row over the same children, and whether making them gives the new one."""
+        """Return the edits of a row over the same children, and True if they reproduce the new text."""
         key = (old.root, new.root)
         if key not in self._changes:
             self._changes[key] = self.account((self.versions.before, old.root), (self.versions.across, new.root))
         return self._changes[key]
 
     def account(self, old: Expression, new: Expression) -> tuple[list[Change], bool]:
-        """Return edits, and whether making them gives the new expression."""
+        """Return edits, and True if they reproduce the new expression."""
         pool = self.versions.pool
         olds, news = self._worlds(old, new)
         account = Account(pool, olds, news)
@@ -86,7 +88,7 @@ class Explainer:
         return changes, bool(made.equal)
 
     def _worlds(self, old: Expression, new: Expression) -> tuple[list[FieldWorld], list[FieldWorld]]:
-        """Return worlds at points where both sides have values."""
+        """Return worlds of both sides at points where both have values."""
         pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
@@ -105,7 +107,7 @@ class Explainer:
     # Words
 
     def edit(self, change: Change, old: int, new: int | None = None) -> Edit:
-        """Return a change of an old expression in words; its new part is looked for in the new expression."""
+        """Return an edit of an old expression in words; places of its new part are searched in the new expression."""
         return Edit(
             change.kind,
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
@@ -115,7 +117,7 @@ class Explainer:
         )
 
     def words(self, says: str) -> str:
-        """Return a text with the nodes that stand in it as {number} printed."""
+        """Return a text with each {number} replaced by the printed node."""
         return re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), says)
 
     def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
@@ -134,7 +136,7 @@ class Explainer:
             yield node
 
     def _places(self, root: int, part: int | None) -> Iterator[Path]:
-        """Yield where a part stands in the new expression as written."""
+        """Yield the places of a part in the new expression as written."""
         if part is None:
             return
         stack: list[tuple[int, Path]] = [(root, ())]
@@ -151,7 +153,7 @@ class Explainer:
     # Counterexample
 
     def _counterexample(self, old: Expression, new: Expression, known: Point | None) -> Counterexample | None:
-        """Return a point of simple numbers where both sides differ."""
+        """Return a simple point where both sides differ."""
         mine = () if known is None else (self.judge.real(known),)
         points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
         worlds, fails = next((w for w in points if self.judge.differ(w, old, new)), None), self._fails
@@ -176,7 +178,7 @@ class Explainer:
         return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        """Whether one side exists alone, off the zeros of names, where a domain may end."""
+        """Return True if only one side exists at a point without zero coordinates, where a domain may end."""
         return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions that changed and were written out in their users at once, so that the new side has them no more."""
+"""Definitions that changed while they were inlined into their users, so that the new side lacks them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Of the field, as many as the search for edits needs; see `explain`."""
+"""Points of the field, as many as the search for edits needs; see `explain`."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Lost:
 
 
 def lost_definitions(versions: Versions, changed: Iterable[Item]) -> list[Lost]:
-    """Return the definitions that are gone, and of which one edit on the old side reproduces every changed user."""
+    """Return the removed definitions for which one edit on the old side reproduces every changed user."""
     changed = list(changed)
     lost = []
     for gone in versions.gone:
@@ -64,7 +64,7 @@ def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
 
 
 def _with(versions: Versions, gone: Item, root: int | None) -> Meaning:
-    """Return the old meaning of names with another expression for one of them, or with this one free."""
+    """Return the old meaning of names with another expression for one of them, or with that name free."""
 
     def targets(name: str) -> Expression | None:
         if name == gone.name:
@@ -77,7 +77,7 @@ def _with(versions: Versions, gone: Item, root: int | None) -> Meaning:
 
 
 def _required(versions: Versions, gone: Item, user: Item) -> Values | None:
-    """Return the values that a definition would need for a user to have its new value, if the user is affine in it."""
+    """Return the values a definition needs to give a user its new value, if the user is affine in it."""
     free = _with(versions, gone, None)
     old = versions.partner[user.key]
     try:

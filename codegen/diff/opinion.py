@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A second opinion on expressions that are called equal: a hundred thousand points in double.
+"""Second test of expressions that are called equal: a hundred thousand points in double.
 
-Doubles only find the points. Whether both sides differ there is decided with 50 digits, so that rounding cannot speak.
+Doubles only find the points. A difference there is decided with 50 digits, so that rounding cannot cause one.
 """
 
 from __future__ import annotations
@@ -14,35 +14,35 @@ from ..equal.reals import DIGITS
 from ..equations.document import reached
 
 POINTS = 100_000
-"""Of the 15 false answers of an independent corpus of 281 pairs, 20 000 such points showed 9; five times as many met a
-region of 1 in 30 000 with a chance of 96 in 100."""
+"""Number of points. In an independent corpus of 281 pairs, 20 000 points exposed 9 of 15 false answers. Five times as
+many points reach a region of 1 in 30 000 with a probability of 96 in 100."""
 _WORK = 400_000_000
-"""Values of nodes for all expressions together, about two seconds; more than 4000 nodes get fewer points."""
+"""Limit on node evaluations for all expressions together, about two seconds; more than 4000 nodes get fewer points."""
 _LOOKS = 8
-"""Points of one pair that are looked at with 50 digits, those that differ most: rounding differs less than terms."""
+"""Points per pair examined with 50 digits, largest differences first: rounding differs less than terms do."""
 _FEW = 16
-"""Points with a value on both sides, without which agreement in roots counts for nothing; as in `judge`."""
+"""Points with a value on both sides that agreement in roots needs to count; as in `judge`."""
 _SEED = 40_000
 
 
 def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]]) -> tuple[dict[int, Verdict], int]:
-    """Look for points at which expressions that are called equal differ.
+    """Search for points at which expressions that are called equal differ.
 
     Parameters
     ----------
     judge : Judge
-        Who called them equal.
+        The judge that called them equal.
     pairs : sequence of pair of Expression
-        What to look at.
+        The expressions.
 
     Returns
     -------
     verdicts : dict
-        Another verdict than "equal", by the number of the pair.
+        Verdicts other than "equal", by the number of the pair.
     count : int
         Points at which every pair was evaluated.
     """
-    from ..equal.doubles import suspects  # needs numpy, which comparing equal texts does not
+    from ..equal.doubles import suspects  # imports numpy, which comparing equal texts does not need
 
     flat = [(judge.written_out(old), judge.written_out(new)) for old, new in pairs]
     nodes = reached(judge.pool.nodes, [node for pair in flat for node in pair])

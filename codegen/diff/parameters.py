@@ -14,7 +14,7 @@ from ..equations.document import Document, Symbol
 from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
-"""Roles of names that only stand in equations; their change shows there."""
+"""Roles of names that occur only in equations; their changes show there."""
 EXEMPT = {
     "Manifest.schema": "of the file, not of the model",
     "Manifest.model": "the models that are compared have one name",
@@ -40,22 +40,22 @@ EXEMPT = {
     "Metric.description": "words",
     "Event.title": "words",
 }
-"""Fields of a manifest that are not compared as numbers, and why."""
+"""Fields of a manifest that are not compared as numbers, with the reason."""
 _ROLES = {
     "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
     "delays": "delay",
 }  # fmt: skip
-"""What a field of a manifest is called where its entries are named; as the roles of symbols."""
+"""Names of manifest fields in reports, equal to the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
-"""What a law's own quantities are called; as the roles of symbols."""
+"""Names of a law's own quantities in reports, equal to the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
-"""What several fields of a parameter are called together."""
+"""Common names of groups of fields of a parameter."""
 Place = tuple[str, str, str]
-"""Role, name and what of it."""
+"""Role, name and field."""
 
 
 def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> tuple[ParameterChange, ...]:
@@ -76,7 +76,7 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
 
 
 def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
-    """Tell in one line what became of several elements of an array."""
+    """Merge the changes of several elements of an array into one."""
     arrays = {(s.role, s.name): s.array for side in sides for s in side.symbols if s.array}
     groups: dict[tuple[str, str, str], list[ParameterChange]] = {}
     for change in changes:
@@ -88,7 +88,7 @@ def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> 
 
 
 def _together(values: list[tuple[str, str]]) -> str:
-    """Return the values of elements, each with its name unless all have one."""
+    """Return the values of elements, each with its name unless all are equal."""
     texts = {text for _, text in values}
     return ", ".join(f"{name} = {text}" for name, text in values) if len(texts) > 1 else texts.pop()
 
@@ -110,14 +110,14 @@ def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) ->
 
 
 def event_of(guard: str) -> tuple[str, dict[str, str]]:
-    """Return the event of a guard, with its law, and what the name of the guard says of it."""
+    """Return the event of a guard, with its law, and the properties that the guard's name encodes."""
     event, _, text = guard.rpartition(": ")
     direction, _, ends = text.partition(" ends ")
     return event, {"direction": direction, "ends": ends}
 
 
 def _event_changes(old: Document, new: Document) -> Iterator[ParameterChange]:
-    """Compare directions and ends of the events that both sides have, once for all components of a guard."""
+    """Compare directions and ends of the events of both sides, once for all components of a guard."""
     before, after = (dict(event_of(row.name) for row in side.results if row.kind == "guard") for side in (old, new))
     for name in [name for name in after if name in before]:
         law, _, event = name.rpartition(": ")
@@ -131,13 +131,13 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
 
 
 def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
-    """Compare every field of two manifests that is not exempt, and that both know."""
+    """Compare every field of two manifests that is not exempt and that both have."""
     if old is None or new is None:
         return
     skipped = _unsaid(old) | _unsaid(new) | EXEMPT.keys()
     before, after = (dict(_entries(manifest, skipped)) for manifest in (old, new))
     for place in {place for place in before.keys() ^ after.keys() if place[2] == "entry"}:
-        for side in (before, after):  # one line tells of it, not one for each of its fields
+        for side in (before, after):  # one change for the whole entry, not one for each of its fields
             for other in [other for other in side if other[0].endswith(f" {place[1]}")]:
                 del side[other]
     for (role, name, what), value in after.items():
@@ -152,10 +152,10 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
 
 
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
-    """Yield the names whose order means something, by what they are of.
+    """Yield the names whose order has a meaning, by kind.
 
-    Elements of a vector have places, in C and in arrays; the first scenario is run unless another is asked for; of
-    events at one instant that do something each meets what the one before it left.
+    Elements of a vector have places, in C and in arrays. The first scenario is the default of a run. Simultaneous
+    events act in order, each on the result of the one before it.
     """
     yield "events", [event.name for event in manifest.events if event.resets or event.ends]
     yield "scenarios", list(manifest.scenarios)
@@ -181,14 +181,14 @@ def _order_changes(
 
 
 def _unsaid(manifest: Manifest) -> set[str]:
-    """Return the fields that manifests have not always had and that this one lacks: it does not say what they were."""
+    """Return the fields that older manifests lack and that this one lacks: their values are unknown."""
     kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
     late = ((kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING))
     return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{key_of(f)}"' not in manifest.text}
 
 
 def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
-    """Yield what a manifest says, each with its place."""
+    """Yield the values in a manifest, each with its place."""
     for key, value in _fields(manifest, skipped):
         role = _ROLES.get(key, "model")
         if isinstance(value, Mapping):
@@ -205,7 +205,7 @@ def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Pla
 
 
 def _record(record: object, role: str, name: str, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
-    """Yield what a law, a scenario, a metric or a choice says."""
+    """Yield the values of a law, a scenario, a metric or a choice."""
     for key, value in _fields(record, skipped):
         if isinstance(value, Mapping):
             yield from (((f"{role} {name}", n, "value"), text) for n, text in _numbers(key, value))
@@ -218,7 +218,7 @@ def _record(record: object, role: str, name: str, skipped: Collection[str]) -> I
 
 
 def _rows(rows: Iterable[Any], role: str, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
-    """Yield what quantities, parameters and shapes say."""
+    """Yield the values of quantities, parameters and shapes."""
     for row in rows:
         for key, value in _fields(row, skipped):
             what = _WHAT.get(key, key)

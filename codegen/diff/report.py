@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a comparison, as plain frozen values that a page, a terminal and a test read alike."""
+"""Result of a comparison, as plain frozen values for pages, terminals and tests."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..equations.document import Row
 
 SCHEMA = 1
 Path = tuple[int, ...]
-"""Positions of operands on the way from the root of an expression to a part of it."""
+"""Positions of operands on the path from the root of an expression to a part of it."""
 
 
 EXTENDED = "the same text with terms of the other members of a family, by its form"
 MEMBER = "of a member of a family that the other side lacks"
-"""How a change is known that the length of a family explains."""
+"""Reason given for a change that the length of a family explains."""
 
 
 class ModelStatus(StrEnum):
@@ -33,11 +33,11 @@ class ModelStatus(StrEnum):
 
 
 class Fate(StrEnum):
-    """What became of an equation.
+    """Fate of an equation between two versions.
 
-    `SAME`: the same text. `REARRANGED`: other text, equal value. `RENAMED`: equal value under another name. `SCALED`:
-    an equation `0 = ...` was multiplied by something that is not zero. `CHANGED`: its own text means something else.
-    `INHERITED`: its value differs only because something it uses has changed. `ADDED`, `REMOVED`: on one side only.
+    `SAME`: the same text. `REARRANGED`: different text, equal value. `RENAMED`: equal value under another name.
+    `SCALED`: an equation `0 = ...` was multiplied by a nonzero factor. `CHANGED`: its own text has another meaning.
+    `INHERITED`: its value differs only because a definition it uses has changed. `ADDED`, `REMOVED`: on one side only.
     `UNDECIDED`: neither equality nor a difference could be shown; never counts as the same.
     """
 
@@ -53,7 +53,7 @@ class Fate(StrEnum):
 
 
 class Kind(StrEnum):
-    """What an edit does to a term."""
+    """Kind of an edit of a term."""
 
     SIGN = "sign"
     COEFFICIENT = "coefficient"
@@ -68,14 +68,14 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Part:
-    """A part of an expression, as it is shown.
+    """Part of an expression, as shown.
 
     Attributes
     ----------
     text, latex : str
         The part as plain text and as LaTeX.
     places : tuple of Path
-        Where it stands in the expression on its own side, for marking; empty if it does not occur there as written.
+        Its places in the expression on its own side, for marking; empty if it does not occur there as written.
     """
 
     text: str
@@ -90,11 +90,11 @@ class Edit:
     Attributes
     ----------
     kind : Kind
-        What it does.
+        Kind of the edit.
     path : tuple of str
-        Where: the term, then the factor, from outside to inside, as plain text of the old side.
+        Its place: the term, then the factor, from outside to inside, as plain text of the old side.
     old, new : Part or None
-        What stood there and what stands there; None for a term that was added or removed.
+        The part before and after; None for a term that was added or removed.
     says : str
         The edit in words, such as "sign flipped: + became -".
     """
@@ -108,7 +108,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class EquationChange:
-    """What became of one definition, shown equation or result.
+    """Comparison of one definition, shown equation or result.
 
     Attributes
     ----------
@@ -121,24 +121,24 @@ class EquationChange:
     section, number, title, unit, latex : str
         As in the model; `latex` is its left side.
     verdict : Fate
-        What became of it.
+        Its fate.
     how : str
-        How that is known: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
+        Reason for the verdict: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
     matters : bool
-        Whether the physics differs. False for a definition that came, went or changed while every equation and result
-        that uses it is equal: a name or a convention, no physics.
+        True if the physics differs. False for a definition that was added, removed or changed while every equation and
+        result that uses it is equal: a change of name or convention.
     edits : tuple of Edit
-        For a source of change: what was edited, term by term.
+        For a source of change: its edits, term by term.
     replayed : bool
-        Whether these edits, applied to the old side, were tested to give the new side.
+        True if applying these edits to the old side was tested to give the new side.
     counterexample : Counterexample or None
-        Where the old side, the left one, and the new one differ.
+        A point where the old (left) and the new side differ.
     via : tuple of str
         For an inherited change: the names of its sources.
     users : tuple of str
         For a source: the names that inherit its change.
     cause : str
-        For a change that follows from that of another text: what that one is called, or "equations of motion".
+        For a change that follows from another text: the name of that text, or "equations of motion".
     old_node, new_node : int or None
         Its expression: numbers of nodes in `Comparison.old_nodes` and `Comparison.new_nodes`.
     """
@@ -165,36 +165,36 @@ class EquationChange:
 
     @property
     def extended(self) -> bool:
-        """Whether the length of a family explains what became of it."""
+        """True if the length of a family explains its fate."""
         return self.how in (EXTENDED, MEMBER)
 
 
 def label(row: Row | EquationChange) -> str:
-    """Return the shortest name of an equation; one that is only shown goes by its number."""
+    """Return the shortest name of an equation; for a shown equation, its number."""
     return row.number or row.title or row.name if row.kind == "equation" else row.name
 
 
 def handle(row: Row | EquationChange) -> str:
-    """Return a name that tells equations apart: the left side, or the number of one that says 0 = ..."""
+    """Return a distinctive name of an equation: its left side, or the number of an equation 0 = ..."""
     return label(row) if row.latex == "0" and row.kind == "equation" else row.name
 
 
 @dataclass(frozen=True)
 class Story:
-    """Several equations that tell one story.
+    """Group of related changes with one description.
 
     Attributes
     ----------
     kind : str
         "family": the same edit for every member of a family. "convention": a definition changed and its users
-        compensate. "recombined": implicit equations differ one by one, but have the same solution. "extended": families
-        have more members on one side; the names are those of the members. "symmetric": the same edit in every axis.
-        "follows": one cause, the first, and what it explains. "solved": texts that solve equations of motion which
+        compensate. "recombined": implicit equations differ individually, but have the same solution. "extended":
+        families have more members on one side; the names are those of the members. "symmetric": the same edit in every
+        axis. "follows": a cause, listed first, and its consequences. "solved": solutions of equations of motion that
         changed.
     says : str
-        The story in one line.
+        The description in one line.
     names : tuple of str
-        The equations it is about, sources first.
+        Its equations, sources first.
     """
 
     kind: str
@@ -204,7 +204,7 @@ class Story:
 
 @dataclass(frozen=True)
 class ParameterChange:
-    """A difference in the names of a model, or in the numbers of its manifest.
+    """Difference in the names of a model, or in the numbers of its manifest.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ class ParameterChange:
     what : str
         "value", "unit", "bounds", "source", "sign", "direction", "ends", "added", "removed" or "renamed".
     old, new : str
-        Before and after; empty where there is nothing.
+        Before and after; empty if there is no value.
     """
 
     name: str
@@ -227,7 +227,7 @@ class ParameterChange:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What changed between two versions of a model's equations.
+    """Comparison of two versions of a model's equations.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ class Comparison:
     parameters : tuple of ParameterChange
         Names, units, bounds, sources and numbers that differ.
     groups : tuple of Story
-        Equations that belong together.
+        Groups of related equations.
     structure : tuple of (str, str, str)
         Structural choices that differ: name, old and new value.
     old_nodes, new_nodes : tuple
@@ -258,38 +258,38 @@ class Comparison:
     new_latex: tuple[tuple[str, str], ...] = ()
 
     def extended(self) -> frozenset[str]:
-        """Return the names of the members of families that only one side has."""
+        """Return the names of the family members that only one side has."""
         return frozenset(name for group in self.groups if group.kind == "extended" for name in group.names)
 
     @property
     def sources(self) -> tuple[EquationChange, ...]:
-        """The equations whose own text means something else: where changes come from."""
+        """Equations whose own text has another meaning: the sources of changes."""
         return self.of(Fate.CHANGED)
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """What has another value, by itself or through what it uses, or may have one."""
+        """Equations whose value differs, or may differ, by their own text or through their definitions."""
         unequal = self.of(Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED)
         return tuple(equation for equation in unequal if equation.matters)
 
     @property
     def added(self) -> tuple[EquationChange, ...]:
-        """What only the new side has."""
+        """Equations on the new side only."""
         return self.of(Fate.ADDED)
 
     @property
     def removed(self) -> tuple[EquationChange, ...]:
-        """What only the old side has."""
+        """Equations on the old side only."""
         return self.of(Fate.REMOVED)
 
     @property
     def equivalent(self) -> tuple[EquationChange, ...]:
-        """What is written or called differently and means the same."""
+        """Equations with different text or names but the same meaning."""
         return self.of(Fate.REARRANGED, Fate.RENAMED, Fate.SCALED)
 
     @property
     def differs(self) -> bool:
-        """Whether the physics differs, or may: also by a parameter or a structural choice."""
+        """True if the physics differs, or may differ, also by a parameter or a structural choice."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
 
     def of(self, *verdicts: Fate) -> tuple[EquationChange, ...]:
@@ -317,10 +317,10 @@ class Comparison:
         raise KeyError(name)
 
     def to_json(self) -> dict[str, Any]:
-        """Return all of it but the graphs as plain lists, dicts and strings."""
+        """Return everything except the graphs as plain lists, dicts and strings."""
         graphs = ("old_nodes", "new_nodes", "old_latex", "new_latex")
         plain = {key: value for key, value in asdict(self).items() if key not in graphs}
         for equation in plain["equations"]:
-            if point := equation["counterexample"]:  # schema 1 calls its sides old and new
+            if point := equation["counterexample"]:  # schema 1 calls the sides old and new
                 equation["counterexample"] = {"at": point["at"], "old": point["left"], "new": point["right"]}
         return {"schema": SCHEMA, "differs": self.differs, "counts": self.counts(), **plain}

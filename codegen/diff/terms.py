@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was edited in an expression, term by term: one edit where that explains it, else parts paired with parts."""
+"""Edits of an expression, term by term: a single edit if one explains the change, otherwise paired parts."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .edits import Edits
 from .report import Kind, Path
 
 _MOST = 40
-"""Leftover terms beyond which pairing them is given up, for each is tried with each: 1600 searches."""
+"""Limit on leftover terms that are paired: each is tried with each, 1600 searches."""
 
 
 class Account(Edits):
-    """Explains the difference between an old and a new expression."""
+    """Explain the difference between an old and a new expression."""
 
     def explain(self, old: int, new: int) -> list[Change]:
         """Return edits that turn the old expression into the new one; empty if none were found."""
@@ -26,7 +26,7 @@ class Account(Edits):
         return self._explain(old, new, ()) or [self.whole(old, new)]
 
     def whole(self, old: int, new: int) -> Change:
-        """Return the edit that says no more than what there was and what there is."""
+        """Return the edit that replaces the whole old expression by the new one."""
         return self._rewritten(old, new, ())
 
     def _explain(self, old: int, new: int, path: Path) -> list[Change]:
@@ -67,7 +67,7 @@ class Account(Edits):
         return [] if exchanged else changes
 
     def _aligned(self, node: int, before: Sequence[int], after: Sequence[int]) -> list[int]:
-        """Put the operands of a commutative function next to what they equal."""
+        """Order the operands of a commutative function by their equal counterparts."""
         if self.pool.nodes[node][0] not in ("max", "min", "and", "or"):
             return list(after)
         left = list(after)
@@ -110,7 +110,7 @@ class Account(Edits):
         return rest, left
 
     def _paired(self, before: list[tuple[int, Path]], after: list[int], path: Path) -> list[Change]:
-        """Pair leftover terms by the cheapest edit; what stays alone was lost or added."""
+        """Pair leftover terms by the cheapest edit; unpaired ones were lost or added."""
         options: list[tuple[float, int, int, Change]] = []
         for i, (node, place) in enumerate(before):
             for j, other in enumerate(after):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two documents over one pool of expressions, and which row of one corresponds to which row of the other."""
+"""Two documents over one pool of expressions, with their rows matched."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .parameters import event_of
 Key = tuple[str, str, int]
 Interval = tuple[Fraction | None, Fraction | None]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))
-"""Kinds of rows that may go on under another name."""
+"""Kinds of rows that may continue under another name."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """A row of one side with its expression in the pool."""
+    """Row of one side with its expression in the pool."""
 
     row: Row
     key: Key
@@ -34,21 +34,21 @@ class Item:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the row."""
         return self.row.name
 
 
 class Versions:
-    """The rows of both sides, and the meanings of names on either.
+    """Rows of both sides, and the meanings of names on either side.
 
     Attributes
     ----------
     olds, news : tuple of Item
         Rows in order; names of the new side are the old ones where a quantity was renamed.
     before, after : Meaning
-        Names stand for what they stand for on the old and on the new side.
+        Meanings of names on the old and on the new side.
     across : Meaning
-        Names of the new side, but definitions stand for what their partners were on the old side: the same children.
+        Names of the new side, with definitions replaced by their partners on the old side: the same children.
     free : tuple of Meaning
         The same for old and new texts, with partners as free names.
     """
@@ -72,7 +72,7 @@ class Versions:
         self._match()
 
     def _positive(self, name: str) -> bool:
-        """Whether a name is positive wherever either side declares it."""
+        """Return True if a name is positive wherever either side declares it."""
         signs = {symbol.sign for called, symbol in _declared(self.old, self.new, self.renamed) if called == name}
         return signs == {"positive"}
 
@@ -93,7 +93,7 @@ class Versions:
         return None if partner.name == name else (self.free_old, self.pool.intern("sym", partner.name))
 
     def children(self, item: Item, side: str = "new") -> list[Item]:
-        """Return the definitions that a text names directly; those without a partner are followed to theirs."""
+        """Return the definitions that a text names directly, and those named by children without a partner."""
         named = self._new_named if side == "new" else self._old_named
         children: dict[Key, Item] = {}
         stack = [item]
@@ -145,7 +145,7 @@ class Versions:
         return self._values[key]
 
     def _match_values(self, left: dict[Key, Item]) -> None:
-        """Match what means the same under another name."""
+        """Match rows of equal meaning with different names."""
         by_value: dict[Any, list[Item]] = defaultdict(list)
         for item in left.values():
             if item.row.kind in _RENAMED:
@@ -161,14 +161,14 @@ class Versions:
                 self.partner[item.key] = left.pop(best.key)
 
     def _may_be_renamed(self, old: Item, new: Item, left: Mapping[Key, Item]) -> bool:
-        """Whether either name is gone from the other side, or the two have changed places."""
+        """Return True if either name is missing on the other side, or the two rows have changed places."""
         back, there = self._new_keys.get(old.key), left.get(new.key)
         if back is None or there is None:
             return True
         return bool(self._value(True, back) == self._value(False, there))
 
     def _match_local(self, left: dict[Key, Item]) -> None:
-        """Match what has another name and another value, but the same text over the same partners."""
+        """Match rows with different names and values, but the same text over the same partners."""
         for item in self.news:
             if item.key in self.partner or item.row.kind != "definition":
                 continue
@@ -183,9 +183,9 @@ class Versions:
                     break
 
     def _match_used(self, left: dict[Key, Item]) -> None:
-        """Match definitions with other names and other values that stand in the same places of the same users."""
+        """Match definitions with different names and values at the same places of the same users."""
         alone = [item for item in self.news if item.key not in self.partner and item.row.kind == "definition"]
-        for item in reversed(alone):  # users come after what they use
+        for item in reversed(alone):  # users come after their definitions
             users = [user for user in self.news if user.key in self.partner and item.name in self._names(user.root)]
             for old in left.values():
                 if old.row.kind == "definition" and users and all(self._is_in_place(item, old, user) for user in users):
@@ -193,7 +193,7 @@ class Versions:
                     break
 
     def _is_in_place(self, new: Item, old: Item, user: Item) -> bool:
-        """Whether the text of a user is the old one with one name in place of the other."""
+        """Return True if the text of a user is the old one with one name replaced by the other."""
         partner = self.partner[user.key]
         if old.name not in self._names(partner.root):
             return False
@@ -222,7 +222,7 @@ def _items(document: Document, numbers: Sequence[int]) -> tuple[Item, ...]:
 
 
 def _label(row: Row) -> str:
-    """Return by what a row is known again: a guard by its event, whose direction and end are compared apart."""
+    """Return the label that identifies a row: for a guard its event; direction and end are compared separately."""
     if row.kind == "equation":
         return f"{row.name} {row.number} {row.title}"
     return event_of(row.name)[0] if row.kind == "guard" else row.name
@@ -231,8 +231,8 @@ def _label(row: Row) -> str:
 def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
     """Return old names by new ones, for quantities that only changed their name.
 
-    A quantity that is gone and one that has come are taken for the same if role, unit and sign agree and either they
-    have the same LaTeX or description, or no other pair fits.
+    A removed and an added quantity count as the same if role, unit and sign agree and they have the same LaTeX or
+    description. Without that, they do if no other pair fits.
     """
     gone = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
     come = [s for s in new.declared.values() if s.name not in old.declared and s.name not in old.named]
@@ -252,13 +252,13 @@ def _alike(old: Symbol, new: Symbol) -> bool:
 
 
 def _declared(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[tuple[str, Symbol]]:
-    """Yield every declaration of either side by its old name; a name may have several, as parameters of two laws."""
+    """Yield every declaration of either side by its old name; a name may have several, as in two laws."""
     yield from ((symbol.name, symbol) for symbol in old.symbols)
     yield from ((renamed.get(symbol.name, symbol.name), symbol) for symbol in new.symbols)
 
 
 def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> PointSampler:
-    """Draw what any declaration allows: no side's bounds, unit or default stands for the other's."""
+    """Return a sampler that covers every declaration: one side's bounds or unit never replace the other's."""
     defaults = _defaults(old.manifest) | {renamed.get(n, n): value for n, value in _defaults(new.manifest).items()}
     symbols: dict[str, list[Symbol]] = defaultdict(list)
     for name, symbol in _declared(old, new, renamed):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether two expressions are the same function: one engine, for differences and for ledgers."""
+"""Equality of expressions: one engine for comparisons of versions and for ledgers."""

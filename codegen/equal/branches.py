@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which way expressions branch, what they are where all ways are fixed, and what a way requires.
+"""Branches of expressions: the ways a node can go, the smooth form for fixed ways, the conditions of a way.
 
 A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
 piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
@@ -21,9 +21,9 @@ BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
 Atom = tuple[int, int]
 """A node and its sign: 1, -1, or 0 where it is zero."""
 Way = tuple[int, int]
-"""A branching node, and which way it goes."""
+"""A branching node and the way it goes."""
 _MOST = 32
-"""Ways in which one condition can come true that are told apart: five alternatives inside five others."""
+"""Alternatives kept for one condition: five inside five others."""
 
 
 def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
@@ -32,13 +32,13 @@ def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
 
 
 def ways_of(pool: Pool, node: int) -> list[Way]:
-    """Return every way of a node; none for one that has endlessly many."""
+    """Return every way of a node; none if it has infinitely many."""
     count = 2 if pool.nodes[node][0] in COMPARISONS else ways(pool, node)
     return [(node, way) for way in range(count)]
 
 
 def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
-    """Return an expression with some nodes in place of others."""
+    """Return an expression in which some nodes are replaced by others."""
     numbers = dict(by)
     for node in reached(pool.nodes, [root]):
         if node not in numbers:
@@ -52,7 +52,7 @@ def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
 
 
 def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
-    """Return what an expression is where every branching node goes a given way."""
+    """Return the smooth form of an expression for given ways of its branching nodes."""
     numbers: dict[int, int] = {}
     stack = [root]
     while stack:
@@ -68,7 +68,7 @@ def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
 
 
 def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
-    """Return the branching nodes that count for a value where some nodes go given ways."""
+    """Return the branching nodes that affect a value for given ways of some nodes."""
     seen: set[int] = set()
     stack = [root]
     while stack:
@@ -81,7 +81,7 @@ def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
 
 
 def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
-    """Return the operands that may count for a value, of a case distinction those that its conditions leave."""
+    """Return the operands that may affect a value: for a case distinction, those that its conditions leave open."""
     operands = pool.operands(node)
     if pool.nodes[node][0] != "piecewise":
         return operands
@@ -95,7 +95,7 @@ def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
 
 
 def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
-    """Return the truth of a condition whose comparisons go given ways; None where others tell it."""
+    """Return the truth of a condition for given ways of its comparisons; None where other comparisons decide it."""
     operation, *operands = pool.nodes[node]
     if operation == "const":
         return bool(operands[0] == "True")
@@ -142,14 +142,14 @@ def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int
 
 
 def difference(pool: Pool, a: int, b: int) -> int:
-    """Return the node of a - b, or, of two exponentials, that of their exponents, which has the same sign."""
+    """Return the node of a - b; for two exponentials, the difference of the exponents, which has the same sign."""
     if pool.nodes[a][0] == pool.nodes[b][0] == "exp":
         a, b = pool.operands(a)[0], pool.operands(b)[0]
     return pool.many("add", [a, pool.many("mul", [b, pool.number(-1)])])
 
 
 def atoms(pool: Pool, node: int) -> list[int]:
-    """Return the nodes whose zeros are where a branching node changes its way."""
+    """Return the nodes at whose zeros a branching node changes its way."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     if operation in ("abs", "sign"):
@@ -160,7 +160,7 @@ def atoms(pool: Pool, node: int) -> list[int]:
 
 
 def implied(pool: Pool, way: Way) -> dict[int, int]:
-    """Return the ways that comparisons go because a node goes a way, with that way itself."""
+    """Return the ways of comparisons that follow from a node's way, including that way."""
     node, number = way
     if pool.nodes[node][0] != "piecewise":
         return {node: number}
@@ -182,7 +182,7 @@ def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
 
 
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives that make a node go a way, each with all that has to hold; None if there are too many."""
+    """Return the alternatives that make a node go a way, each with all its conditions; None if there are too many."""
     node, number = way
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
@@ -217,7 +217,7 @@ def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None
 
 
 def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives in which one of each list holds; None if there are too many."""
+    """Return the alternatives that satisfy one entry of every list; None if there are too many."""
     product: list[tuple[Atom, ...]] = [()]
     for part in parts:
         if part is None or len(product) * len(part) > _MOST:
@@ -227,7 +227,7 @@ def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ..
 
 
 def either(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives in which one of any list holds; None if one of them is not known."""
+    """Return the alternatives that satisfy one entry of any list; None if a list is unknown."""
     if any(part is None for part in parts):
         return None
     return [alternative for part in parts for alternative in part or ()]

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether two expressions with branches are the same function: cell by cell.
+"""Equality of expressions with branches, decided cell by cell.
 
-A cell is where every branching node goes one way. There both sides are smooth, and the field tells exactly whether
-they are equal; what is left is to find the cells. Along lines through ordinary points every place is found where a
-condition changes, and a point on either side of it and between it and the next one is visited: between the old and
-the new place of a threshold that was moved by however little. Ways, and pairs of ways, that no such point has are
-looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided. A cell in which
-the field cannot tell, as where arcs undo their functions, is decided by many points on lines through its inside.
+A cell is a region in which every branching node goes one way. Both sides are smooth there, and the field decides
+exactly whether they are equal. The remaining task is to find the cells. Lines through ordinary points are searched for
+every place where a condition changes. Points on either side of each place, and between neighbouring places, are
+visited. So points lie between the old and the new place of a threshold, however little it was moved. Ways, and pairs of
+ways, that no point reached are searched for, or proved impossible by intervals. If neither succeeds, the answer is
+"undecided". Some cells the field cannot decide, for example where arcs undo their functions. These are decided by many
+points on lines through their inside.
 """
 
 from __future__ import annotations
@@ -51,81 +52,83 @@ from .slopes import slope
 Point = dict[str, float]
 State = frozenset[Way]
 _LINES = 3
-"""Through each name, from where the line before it led and every third time from an ordinary point again: a state that
-takes two names is met when one line leads into it from another. Fewer leave more to be looked for on purpose, more cost
-their time whatever the question is."""
+"""Lines through each name. Each starts where the line before it led, and every third one starts from an ordinary point
+again. A state that needs two names is reached when one line leads into it from another. Fewer lines leave more ways to
+be searched for; more lines cost time for every question."""
 _MOST_LINES = 60
-"""Through all names; with more names than this some are taken by chance."""
+"""Limit on lines through all names; with more names, a random selection is taken."""
 _TRIES = 40
-"""Lines on which one missing way or pair of ways is looked for: each name of a condition comes up a few times."""
+"""Lines on which one missing way or pair of ways is searched for: each name of a condition comes up a few times."""
 _MOST_MISSING = 400
-"""Ways and pairs that are looked for or proved impossible, one after the other; beyond, the answer is "undecided"."""
+"""Ways and pairs that are searched for or proved impossible, in turn; with more, the answer is "undecided"."""
 _WORK = 180_000_000
-"""Values of nodes in double that one question may cost, about three seconds. A third leaves some windows undecided that
-are products of two inside arcs, twice as many take twice the time where nothing can be found."""
+"""Limit on node evaluations in double per question, about three seconds. A third of it leaves some windows undecided
+(products of two windows inside arcs). Twice as many double the time where nothing can be found."""
 _MOST_JOINT = 300_000
-"""Nodes of all joint states that are compared in the field: about ten seconds. Half as many leave one saturation less
-of a product or sum of rearranged ones decided here."""
+"""Limit on nodes of all joint states compared in the field, about ten seconds. With half as many, one saturation less
+of a product or sum of rearranged ones is decided here."""
 _SIXTEENTHS = 16
-"""Parts in which a bracket is cut each time: 13 times give the 52 bits of a double."""
+"""Parts into which a bracket is cut each time: 13 times give the 52 bits of a double."""
 _CUTS = 14
 _MOST_PLACES = 64
-"""On one line: more is more than a table has, and what a floor has of them without end is taken evenly."""
+"""Limit on places on one line: more than a table has. The endless places of a floor are sampled evenly."""
 _BESIDE = 1e-12
-"""Relative distance of the points beside a place where a condition changes: clear of rounding of a double, and between
-the old and the new place of whatever was moved by more."""
+"""Relative distance of the points beside a place where a condition changes. It exceeds the rounding of a double, and
+lies between the old and the new place of anything that was moved by more."""
 _GRID = tuple(
     sign * digit * 10.0**decade for sign in (-1, 1) for decade in range(-9, 40, 1) for digit in (1.0, 2.0, 5.0)
 )
-"""Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
+"""Places on a line between which a change of sign is searched for, in addition to the constants of the expressions."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PROVED = 60_000
-"""Nodes of joint states that are compared in the field before points are looked for: a second or two."""
+"""Limit on nodes of joint states compared in the field before points are searched for: a second or two."""
 _MOST_OPEN = 24
-"""Joint states left by that; more are looked for as ways and pairs of ways."""
+"""Joint states that may remain after that; if more remain, ways and pairs of ways are searched for."""
 _MOST_CASES = 3
-"""Case distinctions inside conditions that are taken apart for a proof: eight cases of two each."""
+"""Case distinctions inside conditions that are expanded for a proof: eight cases of two each."""
 _MOST_PATTERNS = 4000
-"""Ways in which branching nodes go together that are looked at with 50 digits."""
+"""Limit on combinations of ways that are evaluated with 50 digits."""
 _MOST_STEPS = 128
-"""Of these that differ in the whole numbers of steps only, which have no end: twice as many as there are ordinary
-points. Each costs a comparison in the field."""
+"""Limit on those combinations that differ only in the whole numbers of steps, of which there are infinitely many: twice
+the number of ordinary points. Each costs a comparison in the field."""
 _FAR = 1e9
-"""Size of a number beyond which no line starts if it need not: a thousand times what is drawn."""
+"""Size of a number beyond which no line starts if it can be avoided: a thousand times the drawn sizes."""
 _WIDEST = 60
-"""Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
+"""Letters of an expression in a message, so that two of them and the message fit into three lines of a terminal."""
 _TOLD = 64
-"""Points with 50 digits that agree inside a cell whose two sides the field cannot tell to be equal: as many as there
-are ordinary ones, see `_BRANCHED` in `judge`."""
+"""Agreeing points, with 50 digits, that decide a cell where the field cannot prove equality: as many as there are
+ordinary points, see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
-"""Of these points on one line at most, so that they lie on sixteen lines or more."""
+"""Limit on these points per line, so that they lie on sixteen lines or more."""
 _MOST_INSIDE = 12
-"""Lines for each one needed: one in some leads back into a cell after another name was drawn anew."""
+"""Lines tried for each one needed: only some lines lead back into a cell after another name was drawn anew."""
 _INNER = 3
 """Points between two places of a line inside a cell."""
 _BURNT = 3
-"""Points of one pattern that are looked at with 50 digits until the way of each node is clear there."""
+"""Points of one pattern evaluated with 50 digits until the way of each node is clear there."""
 _ARCS = frozenset(("asin", "acos", "atan2"))
 _NARROW = frozenset(
     ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
 )
-"""Functions that may change within a narrow place only, about a zero or an extremum of what they look at."""
+"""Functions that may change within a narrow region only, around a zero or an extremum of their operand."""
 _BROAD = 3
-"""The largest power that is as wide as what it is a power of."""
+"""Largest exponent of a power that changes over a region as wide as its base does."""
 _MOST_CENTRES = 24
-"""Places about which something narrow is looked for, those of one side first: each costs a line through each name."""
+"""Places around which a narrow feature is searched for, those of one side first: each costs a line through each
+name."""
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**30)
-"""A sign counts where a value is larger than this part of what it was computed from: 30 of 50 digits. The square of a
-window of 1e-9 has 18; an arc beside one keeps half of the 90 digits that are computed."""
+"""Threshold, relative to the size of its parts, above which a sign counts: 30 of 50 digits. The square of a window of
+1e-9 has 18; an arc beside one keeps half of the 90 computed digits."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """An answer: equal or not, or None; how that is known; for a difference, a point in its cell.
+    """Answer: equal, different or undecided (None), its reason, and for a difference a point in its cell.
 
-    `points` is how many agreed at least in each cell that nothing but points tells to be equal; zero if there is none.
+    `points` is the smallest number of agreeing points among the cells that only points show to be equal; zero if there
+    is no such cell.
     """
 
     equal: bool | None
@@ -136,7 +139,7 @@ class Outcome:
 
 @dataclass
 class _Inside:
-    """A joint state whose two sides the field cannot tell to be equal: where it was met, and how often both agreed."""
+    """Joint state that the field cannot decide: the last point inside it and the count of agreeing points."""
 
     at: Point
     lines: set[int] = field(default_factory=set)
@@ -153,15 +156,15 @@ class Cells:
     sampler : PointSampler
         Draws ordinary points.
     bounds : mapping
-        Of free names.
+        Bounds of free names.
     world : callable
         Makes the real world at a point.
     same : callable
-        Whether two smooth expressions are equal: True, False, or None where only the reals know.
+        Compares two smooth expressions: True, False, or None where only real points can decide.
     never_has : callable
-        Whether it is proved that an expression never has a sign.
+        True where it is proved that an expression never has a sign.
     roots : (int, int)
-        Both.
+        Nodes of both expressions.
     inside : sequence of atoms
         Signs that hold where both have a value.
     """
@@ -213,14 +216,14 @@ class Cells:
         self._draw = random.Random(1)
 
     def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Outcome:
-        """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`.
+        """Search for every way, every pair of ways, and the doubtful joint states; call after `walk`.
 
         Parameters
         ----------
         doubtful : sequence of tuple of ways
             Joint states in which both sides may differ.
         complete : bool
-            Whether both sides are known to be equal in every other joint state.
+            True if both sides are known to be equal in every other joint state.
         """
         self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
         return self._look_inside() or self._missing() or (None if complete else self._joint()) or self._equal()
@@ -250,7 +253,7 @@ class Cells:
         return found
 
     def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
-        """Look for joint states, outside which both sides are equal; after `walk`."""
+        """Search for the given joint states, outside which both sides are equal; call after `walk`."""
         if not states:
             return Outcome(
                 True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
@@ -259,11 +262,11 @@ class Cells:
 
     @property
     def points(self) -> str:
-        """How many points were visited, in words."""
+        """Number of points visited, in words."""
         return f"{self._points} points beside every change of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
-        """Return the parts whose signs a root may depend on: those of one side only, where there are even roots."""
+        """Return the parts whose signs may decide a root's sign: those on one side only, if there are even roots."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         rooted = any(self._is_root(node) for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
@@ -275,7 +278,7 @@ class Cells:
         return [*self._signed, *self._turning]
 
     def _turns(self, arc: int) -> list[int]:
-        """Return what is zero where an arc goes over to another branch of what it undoes."""
+        """Return the nodes that are zero where an arc changes to another branch of the function it undoes."""
         operands = self.pool.operands(arc)
         other = {"sin": "cos", "cos": "sin"}.get(self.pool.nodes[operands[0]][0])
         return [*operands, *([self.pool.intern(other, *self.pool.operands(operands[0]))] if other else [])]
@@ -293,7 +296,7 @@ class Cells:
     # Lines
 
     def walk(self) -> Outcome | None:
-        """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
+        """Visit ordinary points and those beside every change along lines; None if both sides are equal there."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
             return outcome
@@ -316,14 +319,14 @@ class Cells:
         return self._draw.choice(self._near(columns, among))
 
     def _near(self, columns: Mapping[str, Array], among: Sequence[int]) -> Sequence[int]:
-        """Return the points that are not far out, where rounding swallows the rest, if there are any."""
+        """Return the points whose numbers are small enough to avoid rounding, or all if there are none."""
         far = np.max(np.abs([*columns.values()]), axis=0, initial=0.0)
         return [k for k in among if far[k] <= _FAR] or among
 
     def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
         """Return points along a name: beside every place where a condition changes, and between these places.
 
-        With `inner`, as many more points between two places, and more beyond the last one.
+        With `inner`, that many more points between two places, and more beyond the last one.
         """
         grid = self._grid(base, name)
         signs = self._signs(base, name, grid)
@@ -362,16 +365,16 @@ class Cells:
         return {other: values if other == name else np.full(len(values), base[other]) for other in self._names}
 
     def _signs(self, base: Point, name: str, grid: Array) -> Array:
-        """Return the sign of every condition at places on a line, NaN where it has none."""
+        """Return the sign of every condition at places on a line; NaN where it has no value."""
         return np.sign(self._conditions(self._along(base, name, grid), len(grid)))
 
     def _conditions(self, point: Mapping[str, Array], count: int) -> Array:
-        """Return what changes sign where a condition changes; for a floor, half a wave for each whole number."""
+        """Return values that change sign where a condition changes; for a floor, half a wave per whole number."""
         found = self._values(point, count)
         rows = [found[k] for k in (*self._atoms, *self._signed, *self._turning)]
         for node in self._steps:
             operands = self.pool.operands(node)
-            with np.errstate(all="ignore"):  # where there is no value, no condition changes
+            with np.errstate(all="ignore"):  # without a value, no condition changes
                 whole = found[operands[0]] / found[operands[1]] if len(operands) == 2 else found[operands[0]]
                 rows.append(np.sin(np.pi * np.asarray(whole)))
         return np.array([np.broadcast_to(np.asarray(row, dtype=float), count) for row in rows]).reshape(-1, count)
@@ -381,12 +384,12 @@ class Cells:
         return doubles.values(self.pool, self._nodes, point)
 
     def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
-        """Return where conditions change between two places each, to the last bit but two."""
+        """Return the places between pairs of points where conditions change, to the last bit but two."""
         return self._cut_down(lambda cuts: self._signs(base, name, cuts), rows, low, high)
 
     @staticmethod
     def _cut_down(signs_at: Callable[[Array], Array], rows: NDArray[np.intp], low: Array, high: Array) -> Array:
-        """Return where rows of signs change between two places each."""
+        """Return the places between pairs of points where rows of signs change."""
         parts = np.linspace(0, 1, _SIXTEENTHS + 1)
         for _ in range(_CUTS if len(low) else 0):
             cuts = low[:, None] + (high - low)[:, None] * parts
@@ -399,9 +402,9 @@ class Cells:
     # Points
 
     def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Outcome | None:
-        """Compare both sides at points, and as smooth expressions in every cell that is new.
+        """Compare both sides at points, and as smooth expressions in every new cell.
 
-        With `inside`, some of the points that lie in this joint state are looked at with 50 digits.
+        With `inside`, some of the points in this joint state are evaluated with 50 digits.
         """
         count = len(next(iter(point.values()))) if point else 1
         if not count:
@@ -418,7 +421,7 @@ class Cells:
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
 
     def _table(self, found: Mapping[int, Any], count: int) -> Array:
-        """Return at each point how the branching nodes go together."""
+        """Return the combination of ways of the branching nodes at each point."""
         rows = [np.broadcast_to(np.asarray(found[node], dtype=float), count) for node in self._steps]
         rows += [
             np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count))
@@ -429,7 +432,7 @@ class Cells:
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
     ) -> Outcome | None:
-        """Judge points at which nodes go together as at none before, and some of those inside a joint state."""
+        """Judge points with a new combination of ways, and some of those inside a joint state."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
@@ -447,7 +450,7 @@ class Cells:
         return None
 
     def _is_wanted(self, pattern: bytes) -> bool:
-        """Whether a point is looked at because nodes go together there as they do, and count it."""
+        """Return True where a combination of ways needs another point, and count the point."""
         without = self._signs_of(pattern)
         seen = len(self._patterns), self._patterns[pattern], self._numbers_seen[without]
         if seen[0] >= _MOST_PATTERNS or seen[1] >= _BURNT or (self._steps and seen[2] >= _MOST_STEPS):
@@ -457,7 +460,7 @@ class Cells:
         return True
 
     def _signs_of(self, pattern: bytes) -> bytes:
-        """Return how branching nodes go together without the whole numbers of steps, which no joint state holds."""
+        """Return a combination of ways without the whole numbers of steps, which joint states do not hold."""
         return pattern[8 * len(self._steps) :]
 
     def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
@@ -476,7 +479,7 @@ class Cells:
         same = self._compared(taken)
         steps = {node for node in counting if self.pool.nodes[node][0] in STEPS}
         if same and steps and not self._compared({node: way for node, way in taken.items() if node not in steps}):
-            same = None  # equal for these whole numbers, and others have no end
+            same = None  # equal for these whole numbers; there are infinitely many others
         if same is False:
             if not any(self._is_thin(node, taken[node]) for node in counting):
                 return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
@@ -493,7 +496,7 @@ class Cells:
         return None
 
     def _is_told(self, state: State, here: Point) -> bool:
-        """Note that both sides agree at a point of a joint state; whether they did at enough of them."""
+        """Record that both sides agree at a point of a joint state; True if enough points agree."""
         inside = self._insides.setdefault(state, _Inside(here))
         inside.lines.add(self._line_number)
         inside.points += 1
@@ -503,13 +506,14 @@ class Cells:
         return inside.points >= _TOLD and len(inside.lines) >= self._lines_wanted()
 
     def _lines_wanted(self) -> int:
-        """Return on how many lines a cell is compared that the field cannot tell: each name twice at least."""
+        """Return the lines needed to decide a cell by points: at least two per name."""
         return max(_TOLD // _OF_A_LINE, min(2 * len(self._names), _MOST_LINES)) if self._names else 1
 
     def _look_inside(self) -> Outcome | None:
-        """Compare the inside of joint states that the field cannot tell, along lines through points of them.
+        """Compare the inside of joint states that the field cannot decide, along lines through their points.
 
-        Every other line starts where one name was drawn anew, which leaves a cell that other names lead back to.
+        Every other line starts with one name drawn anew. This leaves the cell, and lines along other names lead back to
+        it.
         """
         if self._insides and not self._walked and (outcome := self._visit_centres()):
             return outcome
@@ -523,10 +527,10 @@ class Cells:
     # Centres
 
     def _visit_centres(self) -> Outcome | None:
-        """Visit the places about which something narrow may lie, one after the other and all together.
+        """Visit the places around which a narrow feature may lie, first one by one, then all together.
 
-        A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, is where f - c is zero; what has no
-        zero, such as a square written out, has its extremum there.
+        A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, lies where f - c is zero. An expression
+        without a zero, such as an expanded square, has its extremum there.
         """
         centres = self._centres()
         names = {k: self._names_of(k) for k in centres}
@@ -555,7 +559,7 @@ class Cells:
         return next((outcome for outcome in map(self._visit, lines) if outcome), None)
 
     def _centre(self, node: int, base: Point, names: Sequence[str]) -> tuple[Point | None, str]:
-        """Return a point on a line through another one where a node is zero, and along which name."""
+        """Return a zero of a node on a line through a point, and the name along which the line runs."""
         for name in names:
             grid = self._grid(base, name)
             signs = self._sign_at(node, base, name, grid)[0]
@@ -579,7 +583,7 @@ class Cells:
         return sorted({name for operation, name, *_ in nodes if operation == "sym"})
 
     def _centres(self) -> list[int]:
-        """Return what is zero at the centre of something narrow, first in what one side has alone."""
+        """Return the nodes that are zero at the centre of a narrow feature, those on one side only first."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         centres: dict[int, None] = {}
         for node in (*sorted(first ^ second), *sorted(first & second)):
@@ -593,7 +597,7 @@ class Cells:
         return [k for k in centres if k not in self._atoms and self._names_of(k)][:_MOST_CENTRES]
 
     def _is_plain(self, node: int) -> bool:
-        """Whether a power is a root or a small power, which is not narrow."""
+        """Return True for a power that is a root or a small power, which is not narrow."""
         exponent = self.pool.constant(self.pool.operands(node)[1])
         return exponent is not None and 0 < exponent <= _BROAD
 
@@ -629,25 +633,25 @@ class Cells:
         return world.ways[node]
 
     def _compared(self, taken: Mapping[int, int]) -> bool | None:
-        """Whether both sides are the same function where the nodes go these ways; None where the field cannot tell."""
+        """Return True if both sides are the same function for these ways; None where the field cannot decide."""
         forms = smooth(self.pool, self._roots[0], taken), smooth(self.pool, self._roots[1], taken)
         if forms not in self._forms:
             self._forms[forms] = self._same(*forms)
         return self._forms[forms]
 
     def _is_thin(self, node: int, way: int) -> bool:
-        """Whether a way is gone on a surface only, where forms that differ may have the same value."""
+        """Return True for a way taken only on a surface, where different forms may have the same value."""
         return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
 
     def _is_edge(self, world: RealWorld) -> bool:
-        """Whether a point is one where a step is taken, which alone is no difference; of equations it may be one."""
+        """Return True at a point on a step, where values alone show no difference; for equations they may."""
         steps = (k for k in self._units if self.pool.nodes[k][0] in _JUMPS and world.memo.get(k) is not None)
         cuts = (self.pool.operands(k)[0] for k in self._nodes if self.pool.nodes[k][0] == "atan2")
         edges = itertools.chain((atom for k in steps for atom in atoms(self.pool, k)), cuts)
         return any(world.defined(edge) == 0 for edge in edges)
 
     def _is_clear(self, world: RealWorld, node: int) -> bool:
-        """Whether the way of a node is not one of rounding."""
+        """Return True if rounding cannot change the way of a node."""
         if self.pool.nodes[node][0] in STEPS:
             return self._is_between(world, node)
         if self._is_thin(node, int(bool(world.memo[node]))):
@@ -659,15 +663,15 @@ class Cells:
         return True
 
     def _is_between(self, world: RealWorld, node: int) -> bool:
-        """Whether what is rounded is no whole number: on the step itself each cell beside it may be meant."""
+        """Return True if a rounded operand is no whole number: on a step, either cell beside it may be meant."""
         operands = [world.value(operand) for operand in self.pool.operands(node)]
         whole = operands[0] / operands[1] if len(operands) == 2 else operands[0]
         return bool(abs(whole - reals.floor(whole + 0.5)) > reals.real(_LIT) * 2 ** max(world.size(node), 0))
 
-    # What no point had
+    # Ways without a point
 
     def _missing(self) -> Outcome | None:
-        """Look for the ways and pairs of ways that were not met, or prove that there are none."""
+        """Search for the ways and pairs of ways without a point, or prove that they are impossible."""
         ways = [way for node in self._units for way in ways_of(self.pool, node)]
         joint = itertools.combinations(sorted(ways), 2)
         wanted = [*((way,) for way in ways), *self._doubtful, *(pair for pair in joint if pair[0][0] != pair[1][0])]
@@ -678,10 +682,10 @@ class Cells:
         return next((outcome for outcome in outcomes if outcome), None)
 
     def _joint(self) -> Outcome | None:
-        """Compare both sides in every joint state of ways that go in pairs; None if none differs that can be met.
+        """Compare both sides in every joint state of ways that occur in pairs; None if no reachable one differs.
 
-        Outer nodes get their ways first, so that what they leave out needs none. Where both sides are equal whatever
-        the rest does, its ways are not told apart.
+        Outer nodes get their ways first, so that nodes they exclude need none. Where both sides are equal whatever the
+        other nodes do, the ways of these are not enumerated.
         """
         stack: list[dict[int, int]] = [{}]
         left = _MOST_JOINT
@@ -702,32 +706,32 @@ class Cells:
         return None
 
     def _free(self, taken: Mapping[int, int]) -> set[int]:
-        """Return the nodes with ways, but for comparisons, that count where others go theirs and have none yet."""
+        """Return the nodes with ways, except comparisons, that count for the given ways and have no way yet."""
         counting = (k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k))
         return {k for k in counting if k not in taken and self.pool.nodes[k][0] not in COMPARISONS}
 
     def _are_equal(self, taken: Mapping[int, int]) -> bool:
-        """Whether both sides are equal where nodes go these ways, whatever the others do."""
+        """Return True if both sides are equal for the given ways, whatever the other nodes do."""
         return self._same(*(smooth(self.pool, root, taken) for root in self._roots)) is True
 
     def _goes_with(self, way: Way, taken: Mapping[int, int]) -> bool:
-        """Whether a way was met with each of others; where it was not, they exclude each other."""
+        """Return True if a way was met together with each of the others; pairs that were not met exclude each other."""
         return way in self._ways and all(tuple(sorted((way, other))) in self._pairs for other in taken.items())
 
     def _sought(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Look for a joint state in which both sides may differ; None if it is as they are equal, or excluded."""
+        """Search for a joint state in which both sides may differ; None if they are equal there or it is excluded."""
         if self._is_met(ways) or self._is_out(ways):
             return None
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Whether one of two nodes does not count where the other goes its way, or goes another one there."""
+        """Return True if one node's way makes the other node irrelevant or sends it another way."""
         return len(ways) == 2 and any(
             b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
         )
 
     def _beside(self, way: Way) -> frozenset[int]:
-        """Return the branching nodes that may count where a node goes a way."""
+        """Return the branching nodes that may count for a given way of a node."""
         if way not in self._company:
             self._follows[way] = implied(self.pool, way)
             counting = (counted(self.pool, root, self._follows[way]) for root in self._roots)
@@ -740,9 +744,9 @@ class Cells:
         return any(state.issuperset(ways) for state in self._states)
 
     def _is_out(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> bool:
-        """Whether ways are proved to exclude each other, and ways of others, which need not count, if there are any.
+        """Return True if ways are proved to exclude each other, given ways of other nodes, which need not count.
 
-        Signs of sums of cases say little before each case is taken for itself.
+        The sign of a sum of case distinctions proves little before each case is taken separately.
         """
         alternatives, taken = self._alternatives(ways, others), dict((*ways, *others))
         if alternatives is None:
@@ -759,11 +763,11 @@ class Cells:
         return self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
 
     def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
-        """Return signs as those of what nodes are where others go their ways."""
+        """Return required signs for the smooth forms of their nodes under given ways."""
         return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))
 
     def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
-        """Whether signs are proved to exclude each other."""
+        """Return True if signs are proved to exclude each other."""
         if required not in self._impossible:
             self._impossible[required] = any(proof(self.pool, required, self._bounds) for proof in _PROOFS) or any(
                 sign and self._never_has(node, sign) for node, sign in required
@@ -771,7 +775,7 @@ class Cells:
         return self._impossible[required]
 
     def _alternatives(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> list[tuple[Atom, ...]] | None:
-        """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
+        """Return the conditions under which nodes count and go these ways: one list per alternative."""
         product = every([*(requirements(self.pool, way) for way in (*ways, *others)), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
@@ -779,7 +783,7 @@ class Cells:
         return product
 
     def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
-        """Return what has to hold for a node to count, by the nodes that leave only some ways to it."""
+        """Return the conditions under which a node counts, one entry per node that excludes it by some of its ways."""
         if node not in self._needed:
             choices = [(k, [way for way in ways_of(self.pool, k) if node in self._beside(way)]) for k in self._units]
             self._needed[node] = [
@@ -790,14 +794,14 @@ class Cells:
         return self._needed[node]
 
     def _may_lack(self, node: int) -> bool:
-        """Whether a node may have no value for want of a case."""
+        """Return True if a node may have no value because no case applies."""
         last = self.pool.operands(node)[-1]
         return bool(
             self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
         )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Walk towards a point where nodes go wanted ways, one line after the other."""
+        """Walk line by line towards a point where nodes go wanted ways."""
         possible = [
             required
             for alternative in self._alternatives(ways) or []
@@ -845,7 +849,7 @@ class Cells:
         return Outcome(None, f"equal at {self._points} points, but {before}{where} {what}")
 
     def _text(self, node: int) -> str:
-        """Return the expression that branches, or its beginning."""
+        """Return the text of a branching expression, or its beginning."""
         text = Printer(self.pool.nodes).text(node)
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 

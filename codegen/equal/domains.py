@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where an expression has a real value, as an expression itself: one inside its domain, zero outside.
+"""Domain of an expression, as an expression itself: one where it has a real value, zero elsewhere.
 
-Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points; a
-quotient lacks one on a set of measure zero only, which counts for nothing. As expressions with branches, two domains
-are compared like anything else.
+Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points. A
+quotient has none only on a set of measure zero, which is ignored. Domains are expressions with branches, so two of them
+are compared like any other expressions.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ Factors = frozenset[int]
 
 
 class Domains:
-    """Writes down the domains of expressions whose names are free.
+    """Build the domains of expressions whose names are free.
 
     Parameters
     ----------
     pool : Pool
         Holds them.
     is_positive : callable
-        Whether an expression is proved to be positive.
+        True where an expression is proved to be positive.
     never_has : callable
-        Whether it is proved that an expression never has a sign.
+        True where it is proved that an expression never has a sign.
     shortest : bool
-        Leave out what is proved to be positive almost everywhere, which takes its time.
+        Leave out parts that are proved to be positive almost everywhere; this costs time.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Domains:
         self._never_has = never_has
         self._shortest = shortest
         self.positive: dict[int, int] = {}
-        """What has to be positive, by the factor that says so."""
+        """Expression that must be positive, by its factor."""
         self._memo: dict[int, Factors] = {}
 
     def __call__(self, root: int) -> Factors:
@@ -69,7 +69,7 @@ class Domains:
         return frozenset(own).union(*(self._memo[operand] for operand in operands))
 
     def _parts(self, node: int, operands: Sequence[int]) -> list[int]:
-        """Return what has to be positive for an operation to have a value of operands that have one."""
+        """Return the expressions that must be positive for an operation on defined operands to have a value."""
         operation = self.pool.nodes[node][0]
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
@@ -96,9 +96,10 @@ class Domains:
         return factor
 
     def _signed(self, part: int) -> int:
-        """Return something simpler of the same sign, where a part is a sum with a root, or one times what is positive.
+        """Return a simpler expression of the same sign, if a part is a sum with a root or a positive multiple of one.
 
-        P + c sqrt(Q) with c > 0 is positive where c^2 Q - P^2 is, and has the sign of P where that is negative.
+        P + c sqrt(Q) with c > 0 is positive where c^2 Q - P^2 is positive. Where that is negative, it has the sign of
+        P.
         """
         if self.pool.nodes[part][0] == "mul":
             rest = [factor for factor in self.pool.operands(part) if not self._is_positive(factor)]
@@ -117,7 +118,7 @@ class Domains:
         return self._signed(others) if self._never_has(margin, 1) else part
 
     def _square_of_root(self, term: int) -> int | None:
-        """Return c^2 Q of c sqrt(Q) with c > 0, else None."""
+        """Return c^2 Q of c sqrt(Q) with c > 0; None for other terms."""
         squares = list[int]()
         rooted = False
         for factor in self.pool.operands(term) if self.pool.nodes[term][0] == "mul" else (term,):
@@ -138,7 +139,7 @@ class Domains:
         return self.pool.intern("piecewise", *pairs)
 
     def _cases(self, pairs: Sequence[int]) -> Factors:
-        """Return where a case distinction has a value: each condition up to the one that holds, and its value."""
+        """Return the domain of a case distinction: of each condition up to the one that holds, and of its value."""
         rest = frozenset([self.pool.number(Fraction(0))])
         for pair in reversed(pairs):
             value, condition = self.pool.operands(pair)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions at a hundred thousand points at once, in double: they find where to look, and others decide there."""
+"""Expressions at a hundred thousand points at once, in double: a search for suspects that others then decide."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .reals import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
-"""An angle is drawn over so many turns to either side: a wrap that is lost shows at seven of eight of them, one at half
-an angle at every second one."""
+"""Turns to either side over which an angle is drawn. A lost wrap shows at seven of eight points, one at half an angle
+at every second point."""
 _DECADES = (0.5, 3.0, 6.0)
-"""Around one over which numbers without a default or two bounds are drawn, each as often as the others: those of
-ordinary size, those of lengths and rates of other models, and far ones. A table that starts at Mach 1 and one that
-ends at 300 are met by the first and the second."""
+"""Decades around one over which numbers without a default or two bounds are drawn, with equal frequency: ordinary
+sizes, lengths and rates of other models, and far ones. The first reaches a table that starts at Mach 1, the second one
+that ends at 300."""
 _CHUNK = 2048
 """Points at a time: the values of some thousand nodes then stay in the processor's cache."""
 _APART = 1e-9
-"""Relative difference of two doubles that is looked at with 50 digits. Ten times less would look at more rounding,
-ten times more would miss smaller differences; both cost or gain little, because another engine decides."""
+"""Relative difference of two doubles above which 50 digits are used. A tenth of it would examine more rounding, ten
+times as much would miss smaller differences. Both change little, because another engine decides."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
@@ -44,7 +44,7 @@ _MANY: dict[str, Any] = {
 
 
 def values(pool: Pool, nodes: Sequence[int], point: Mapping[str, Array]) -> dict[int, Any]:
-    """Return the values of nodes, which come before what uses them; NaN where there is none."""
+    """Return the values of nodes, which are sorted operands first; NaN where a node has none."""
     found: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for node in nodes:
@@ -126,7 +126,7 @@ def _inside(drawn: Array, low: float, high: float) -> Array:
 
 
 def apart(a: Any, b: Any) -> tuple[Array, int]:
-    """Return how far values differ, relative to both and zero for rounding, and how many pairs of them there are."""
+    """Return the relative differences of values, zero where they are rounding, and the number of defined pairs."""
     with np.errstate(all="ignore"):
         gap = np.abs(np.atleast_1d(a) - b)
         size = np.abs(a) + np.abs(b)
@@ -137,21 +137,21 @@ def apart(a: Any, b: Any) -> tuple[Array, int]:
 def suspects(
     pool: Pool, pairs: Sequence[tuple[int, int]], sampler: PointSampler, count: int, most: int, seed: int
 ) -> tuple[dict[int, list[dict[str, Fraction]]], list[int]]:
-    """Evaluate pairs of expressions and return the points at which doubles say that they differ.
+    """Evaluate pairs of expressions and return the points at which their doubles differ.
 
     Parameters
     ----------
     pairs : sequence of (int, int)
         Nodes with free names only.
     count, most : int
-        Points drawn, and the most that are returned for one pair, those that differ most.
+        Number of drawn points; limit on returned points per pair, largest differences first.
 
     Returns
     -------
     points : dict
         By the number of the pair.
     seen : list of int
-        At how many points both sides of each pair have a value.
+        Number of points at which both sides of each pair have a value.
     """
     nodes = reached(pool.nodes, [node for pair in pairs for node in pair])
     names = {pool.nodes[node][1] for node in nodes if pool.nodes[node][0] == "sym"}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A finite field in which sine, cosine, exponential and roots exist and obey their identities exactly.
 
-Equal expressions have equal values there, without rounding, so that values can be looked up in dictionaries; two
-expressions that are not equal agree at a random point with a probability of about degree / 2^89.
+Equal expressions have equal values there, without rounding, so that values can be looked up in dictionaries. Different
+expressions agree at a random point with a probability of about degree / 2^89.
 
 `P + 1 = 8*3*5*...*47*15*Q` with Q prime, and (P - 1)/2 is prime too. P is 3 mod 4, so -1 has no root and F_P(i) has P^2
 elements; its unit circle has P + 1 elements. Angles are exponents of an element of order Q of the circle, multiples of
@@ -126,7 +126,7 @@ def sign(a: Element) -> int:
 
 
 def sqrt(a: Element) -> Element:
-    """Return the root that is itself a square; of an element without a root in F_P, i times that of its negative."""
+    """Return the root that is itself a square; without a root in F_P, i times the root of the negative."""
     if isinstance(a, Complex):
         return _complex_root(a)
     root = pow(a, (P + 1) // 4, P)
@@ -151,12 +151,12 @@ def _complex_root(a: Complex) -> Element:
 
 
 class Roots:
-    """Square roots at one point, some of them the other ones of their two; equal squares have equal roots.
+    """Square roots at one point, some with the opposite sign; equal squares have equal roots.
 
     Parameters
     ----------
     turned : sequence of bool
-        Whether the first root that is taken is the other one, and the second, ...; later ones are those of `sqrt`.
+        True for each root, in the order of use, that has the opposite sign; later roots are those of `sqrt`.
     """
 
     def __init__(self, turned: Sequence[bool] = ()) -> None:
@@ -172,14 +172,14 @@ class Roots:
         return self.known[a]
 
     def others(self) -> Iterator[Roots]:
-        """Yield these roots with one more turned, for each that was taken after the last of those that are given."""
+        """Yield copies with one more root turned: each root that was used after the given ones."""
         given = len(self.turned)
         for number in range(given, len(self.known)):
             yield Roots((*self.turned, *(False for _ in range(given, number)), True))
 
 
 def rational_power(a: Element, exponent: Fraction, roots: Callable[[Element], Element] = sqrt) -> Element:
-    """Return a^(p/q): odd roots are unique, even ones those that are given."""
+    """Return a^(p/q): odd roots are unique, even ones come from `roots`."""
     q, root = exponent.denominator, a
     while q % 2 == 0:
         root, q = roots(root), q // 2
@@ -191,7 +191,7 @@ def rational_power(a: Element, exponent: Fraction, roots: Callable[[Element], El
 
 
 def hashed(*parts: object) -> int:
-    """Return an element that depends on these values and is otherwise arbitrary."""
+    """Return an arbitrary element that depends only on these values."""
     return int.from_bytes(hashlib.blake2b(repr(parts).encode(), digest_size=48).digest(), "big")
 
 
@@ -216,7 +216,7 @@ def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
 
 @functools.cache
 def _generators() -> tuple[Circle, Circle, int]:
-    """Return elements of order Q and 24 of the circle, the second one turned as pi/12 is, and one of order R."""
+    """Return circle elements of order Q and of order 24, the latter turned by pi/12, and one of order R."""
     for k in range(2, 100):
         norm = (1 + k * k) % P
         unit = turn((1, k), (1, k))

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether two expressions are the same function, how that is known, and a point where they are not.
+"""Equality of two expressions, with the reason and, if they differ, a point where they do.
 
-From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
-place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches are fixed.
-Without branches, different values in the field show that expressions differ. What is called equal with branches has
-had every way, and every pair of ways, reached or excluded; where the field cannot tell that both sides are equal in a
-cell, its inside was compared at as many points as any expression is.
+Methods are tried from cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary
+functions in place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches
+are fixed. Without branches, different values in the field prove that expressions differ. With branches, expressions are
+called equal only after every way, and every pair of ways, was reached or excluded. Where the field cannot prove
+equality in a cell, both sides are compared at as many points inside it as any expression is.
 """
 
 from __future__ import annotations
@@ -32,46 +32,46 @@ from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
 
 SEED = 5
-"""Of the points of the field: any number, fixed so that the same question gets the same answer."""
+"""Seed of the points of the field: any number, fixed so that the same question gets the same answer."""
 _POINTS = 3
-"""Of the field: functions that differ agree at one by chance once in 2^89 / degree, so that one would do; three leave
-no doubt about the arithmetic itself, and matching by value needs two that exist."""
+"""Points of the field. Different functions agree at one of them by chance with probability degree / 2^89, so one would
+do. Three confirm the arithmetic itself, and matching by value needs two that exist."""
 _ROOTED = 32
-"""Of the field where even roots of more than a name occur. The root that the field takes of a square has a sign of
-chance: that of (a + b)^2 is a + b at every second point, which all of 3 are once in 8 times, all of 32 once in 2^32."""
+"""Points of the field where even roots of more than a name occur. The field's root of a square has a random sign: that
+of (a + b)^2 is a + b at every second point. All of 3 points have this sign once in 8 times, all of 32 once in 2^32."""
 _BRANCHED = 64
-"""Points of the reals, and of the field with signs where two nodes branch: each of their four joint ways then stays
-unseen in one of 10^8 cases. Each further node doubles the joint ways and the points."""
+"""Points of the reals, and of the field with signs where two nodes branch: each of their four joint ways is then missed
+in one of 10^8 cases. Each further node doubles the joint ways and the points."""
 _MOST_SIGNED = 512
-"""Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
-to the reals, and doubling the points, seconds for a law, would add one node."""
+"""Limit on points of the field with signs: five branching nodes have all their joint ways there. With more nodes the
+reals decide. Doubling the points costs seconds for a law and would add one node."""
 _SIGNS = 64
-"""Choices of signs of roots that are compared at a point of the field: all of six roots."""
+"""Choices of signs of roots compared at a point of the field: all those of six roots."""
 _ARCS = frozenset(("asin", "acos", "atan", "atan2"))
-"""Functions whose angle the field knows by a root: that of acos(cos(a)) is a or -a by chance."""
+"""Functions whose angle the field represents by a root: that of acos(cos(a)) is a or -a by chance."""
 _LOOKS, _LOOK_DIGITS = 8, 12
-"""Points, and digits there, by which equal parts of two sides are paired before they are compared: fewer pair more that
-are not equal, which costs a comparison each, more digits tell apart what differs by rounding."""
+"""Points, and digits there, by which equal parts of two sides are paired before they are compared. With fewer, more
+unequal parts are paired, and each costs a comparison. With more digits, rounding separates equal parts."""
 _MOST_DOUBTFUL = 24
-"""Joint ways that are looked for among the reals one after the other; more are of the kind of these."""
+"""Limit on joint ways searched for among the reals, in turn; further ones resemble these."""
 _FEW = 16
-"""Points at which both sides must exist before their agreement counts: fewer are too few to see branches at all."""
+"""Points at which both sides must exist before their agreement counts: fewer are too few to reach branches at all."""
 _DRAWS = 4
 """Points of the field tried for each one needed: roots of roots exist at every second or fourth one."""
 _HOPELESS = 48
-"""Points without a value after which none is expected any more: one in ten would have shown in 99 of 100 cases."""
+"""Points without a value after which the search stops: a chance of one in ten would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
-"""Names that are sent far out one after the other; each takes two evaluations of all."""
+"""Limit on names that are sent far out in turn; each costs two evaluations of all expressions."""
 _SQUARES = 64
-"""Points of the field at which the values of a square are squares; those of anything else all are once in 2^64."""
+"""Points of the field at which the values of a square are squares; for other functions all of them are once in 2^64."""
 _LEAST = Fraction(1, 10**300)
-"""Of a positive number, for proofs in doubles: the smallest of them have fewer digits."""
+"""Smallest positive number in proofs with doubles: still smaller doubles have fewer digits."""
 VISIBLE = 1e-4
-"""Relative difference that a counterexample shows: two of the six digits that are printed."""
+"""Relative difference that a counterexample must show: two of the six printed digits."""
 _PASSES = 2
-"""A name may allow a simple value only after the names behind it have theirs."""
+"""Passes over all names: a name may allow a simple value only after later names have theirs."""
 _TRIES = 6
-"""Points tried for each one wanted: domains of a sixth of what is drawn, such as arguments of roots, are still met."""
+"""Points tried for each one wanted: enough for domains of a sixth of the drawn points, such as arguments of roots."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Counterexample:
     at : tuple of (str, str)
         Names and exact values; names that are not listed are zero or do not matter.
     left, right : str
-        Both values there, to six digits or as many as tell them apart; "no value" where a side has none.
+        Values of both sides, to six digits or as many as distinguish them; "no value" where a side has none.
     """
 
     at: tuple[tuple[str, str], ...]
@@ -93,10 +93,10 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ.
+    """Answer: equal, different or undecided (None), with its reason and a point where the sides differ.
 
-    `point` lies in a cell in which both sides are different functions, or where one of them does not exist; `points` is
-    how many agreed where nothing but points tells that both sides are equal, zero where it is known.
+    `point` lies in a cell in which both sides are different functions, or where one of them does not exist. `points`
+    counts the agreeing points where only points show equality; it is zero where equality is proved.
     """
 
     equal: bool | None
@@ -107,7 +107,7 @@ class Verdict:
 
 
 class Worlds:
-    """The worlds of several meanings at one point."""
+    """Worlds of several meanings at one point."""
 
     def __init__(self, make: Callable[[Pool, Lookup], World[Any]]) -> None:
         self._make = make
@@ -122,7 +122,7 @@ class Worlds:
         return iter(self._worlds.values())
 
     def again(self) -> Worlds:
-        """Return the worlds at the same point without their values."""
+        """Return new worlds at the same point, without computed values."""
         return Worlds(self._make)
 
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
@@ -131,18 +131,18 @@ class Worlds:
 
 
 class Judge:
-    """Decides equality, with the same points for everything, so that values are computed once.
+    """Decide equality of expressions at a fixed sequence of points, whose values are computed once.
 
     Parameters
     ----------
     pool : Pool
         Holds all expressions.
     positive : callable
-        Whether a free name is positive.
+        True for a positive free name.
     sampler : PointSampler
         Draws real values of free names.
     seed : int
-        Of the points of the field.
+        Seed of the points of the field.
 
     Attributes
     ----------
@@ -167,19 +167,19 @@ class Judge:
         self._needed = Domains(pool, self._is_positive, self._never_has, shortest=True)
 
     def how(self, *sides: Expression) -> str:
-        """Say how equality in the field is known."""
+        """Return the reason for equality in the field, in words."""
         return f"{self.count(*sides)} points of a {field.BITS}-bit field, seed {self.seed}"
 
     def is_rooted(self, *sides: Expression) -> bool:
-        """Whether some expression has even roots whose signs the field takes by chance."""
+        """Return True if an expression has even roots whose signs the field chooses by chance."""
         return self.count(*sides) == _ROOTED
 
     def count(self, *sides: Expression) -> int:
-        """Return how many points of the field tell whether expressions are equal."""
+        """Return the number of field points that decide whether expressions are equal."""
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
-        """Whether an expression depends on an even root of what may be a square of something that has a sign."""
+        """Return True if an expression depends on an even root of what may be the square of a signed expression."""
         if (meaning, root) not in self._rooted:
             for node in reached(self.pool.nodes, [root]):
                 if (meaning, node) not in self._rooted:
@@ -206,18 +206,18 @@ class Judge:
         fixed: Mapping[str, field.Element] = MappingProxyType({}),
         roots: Callable[[field.Element], field.Element] = field.sqrt,
     ) -> Worlds:
-        """Return new worlds at a point of the field, where some free names may have given values, and roots signs."""
+        """Return new worlds at a point of the field, optionally with given values of free names and signs of roots."""
         seed = 100_000 * self.seed + number
         return Worlds(lambda pool, lookup: FieldWorld(pool, lookup, seed, self.positive, interpreted, fixed, roots))
 
     def point(self, number: int) -> Worlds:
-        """Return the worlds at a point of the field, kept from one use to the next."""
+        """Return the worlds at a point of the field; they are cached."""
         while number >= len(self._plain):
             self._plain.append(self.at(len(self._plain)))
         return self._plain[number]
 
     def values(self, meaning: Meaning, root: int, count: int = _POINTS) -> tuple[Any, ...]:
-        """Return the values of an expression at points of the field, None where it has none."""
+        """Return the values of an expression at points of the field; None where it has no value."""
         return tuple(self.point(number)[meaning].defined(root) for number in range(count))
 
     def decide(self, old: Expression, new: Expression) -> Verdict:
@@ -227,7 +227,7 @@ class Judge:
         return self.where_defined(self._by_values(old, new), old, new)
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
-        """Return a verdict, or another one where only one of two sides has a value."""
+        """Return a verdict, or a negative one where only one of two sides has a value."""
         roots = self.written_out(old), self.written_out(new)
         if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
             return verdict
@@ -245,7 +245,7 @@ class Judge:
         return Verdict(outcome.equal, how, point=point)
 
     def _drawn(self, *sides: Expression) -> dict[str, Fraction]:
-        """Return values of all names that expressions depend on."""
+        """Return drawn values of all names that expressions depend on."""
         point = self.sampler.point(0)
         return {name: point[name] for side in sides for name in side[0].free(side[1])}
 
@@ -253,9 +253,10 @@ class Judge:
         return intervals.impossible(self.pool, [(node, -1)], self._bounds())
 
     def _never_has(self, node: int, sign: int) -> bool:
-        """Whether an expression whose names are free has no such sign because it, or its negative, is a square.
+        """Return True if an expression with free names never has this sign because it, or its negative, is a square.
 
-        What is a square at many points of the field is a number times a square; a real point gives the number's sign.
+        An expression with square values at many points of the field is a number times a square. A real point gives the
+        sign of that number.
         """
         if node not in self._squares:
             self._squares[node] = self._is_square(node)
@@ -266,7 +267,7 @@ class Judge:
         return value is not None and bool(value * sign < 0)
 
     def _is_square(self, node: int) -> bool:
-        """Whether an expression, its negative, or it times a positive sum within it, seems to be a square."""
+        """Return True if an expression, its negative or its product with a positive inner sum appears square."""
         sums = (part for part in reached(self.pool.nodes, [node]) if self.pool.nodes[part][0] == "add")
         return any(
             self._has_one_sign(factors) for factors in ([node], *([node, part] for part in sums if part != node))
@@ -311,7 +312,7 @@ class Judge:
         return None
 
     def _by_branches(self, old: Expression, new: Expression) -> Verdict:
-        """Decide by the cells of the branching nodes, where nothing else helps with free numbers for shared parts."""
+        """Decide by the cells of the branching nodes, if needed with free numbers in place of shared parts."""
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
@@ -323,7 +324,7 @@ class Judge:
         return replace(verdict, how=f"{verdict.how}; {told} {'is' if len(used) == 1 else 'are'} not decided exactly")
 
     def _by_parts(self, old: int, new: int) -> Verdict:
-        """Decide by cells, if no point tells both sides apart first with shared parts as free numbers."""
+        """Decide by cells; first by points, then with shared parts as free numbers."""
         cells = self._cells(old, new)
         if outcome := cells.walk():
             return Verdict(outcome.equal, outcome.how, point=outcome.point)
@@ -340,16 +341,16 @@ class Judge:
         return self._settled(cells, old, new)
 
     def _points_of(self, old: int, new: int) -> int | None:
-        """Return at how many points two expressions were found equal, 0 where that is proved; None if they were not."""
+        """Return the number of agreeing points of two expressions, 0 where equality is proved; None if not equal."""
         verdict = self._by_cells(old, new)
         return verdict.points if verdict.equal else None
 
     def _values_of(self, node: int) -> tuple[Any, ...]:
-        """Return values of a node in the field, as many as prove that another one with the same is equal."""
+        """Return values of a node in the field, enough to prove that a node with the same values is equal."""
         return self.values(self._free, node, self.count((self._free, node)))
 
     def _look_of(self, node: int) -> tuple[str, ...]:
-        """Return the values of an expression at some real points, which parts that are equal share."""
+        """Return the values of an expression at some real points; equal parts share them."""
         worlds = self._real[:_LOOKS]
         return tuple(
             mpmath.nstr(value, _LOOK_DIGITS) for w in worlds if (value := w[self._free].defined(node)) is not None
@@ -364,7 +365,7 @@ class Judge:
         return self._settled(cells, old, new)
 
     def _cells(self, old: int, new: int) -> Any:
-        from .cells import Cells  # needs numpy, which most comparisons do not
+        from .cells import Cells  # imports numpy, which most comparisons do not need
 
         return Cells(
             self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides,
@@ -372,7 +373,7 @@ class Judge:
         )  # fmt: skip
 
     def _settled(self, cells: Any, old: int, new: int) -> Verdict:
-        """Decide what no point of a walk told apart: by joint states, and by those that the field with signs leaves."""
+        """Decide after a walk without a difference: by joint states, and by those the field with signs leaves open."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
         if outcome is None or outcome.equal is None:
@@ -384,7 +385,7 @@ class Judge:
         return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
 
     def never_zero(self, expression: Expression) -> bool:
-        """Whether its form, or intervals, prove that an expression has no zero within the bounds of its names."""
+        """Return True if form or intervals prove that an expression has no zero within the bounds of its names."""
         stack = [self.written_out(expression)]
         while stack:
             operation, *operands = self.pool.nodes[node := stack.pop()]
@@ -397,21 +398,21 @@ class Judge:
         return True
 
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
-        """Return the bounds of every free name; what is positive is not zero."""
+        """Return the bounds of every free name; the lower bound of a positive name is above zero."""
         bounds = {name: row[:2] for name, row in self.sampler.names.items()}
         return {
             name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()
         }
 
     def _smooth_sides(self, old: int, new: int) -> bool | None:
-        """Whether two expressions without branches are equal; None where the field cannot show a difference."""
+        """Return True if two expressions without branches are equal; None where the field cannot prove a difference."""
         equal = old == new or self.same_in_field((self._free, old), (self._free, new))
         if equal is not False:
             return equal
         return False if self._are_apart(old, new) or self._have_other_slopes(old, new) else None
 
     def _are_apart(self, old: int, new: int) -> bool:
-        """Whether the field proves that expressions differ: at some point for any signs of their roots."""
+        """Return True if the field proves a difference: at some point for all signs of the roots."""
         world = self._plain[0][self._free]
         if not all(world.exact(root, rooted=True) for root in (old, new)):
             return False
@@ -420,7 +421,7 @@ class Judge:
         return any(self._never_meet(old, new, number) for number in range(_POINTS))
 
     def _never_meet(self, old: int, new: int, number: int) -> bool:
-        """Whether two expressions differ at a point of the field for any signs of their roots."""
+        """Return True if two expressions differ at a point of the field for all signs of their roots."""
         waiting = [field.Roots()]
         for _ in range(_SIGNS):
             roots = waiting.pop()
@@ -434,9 +435,9 @@ class Judge:
         return False
 
     def _have_other_slopes(self, old: int, new: int) -> bool:
-        """Whether the field proves that derivatives of two expressions differ, which shows what is too narrow to meet.
+        """Return True if the field proves that derivatives differ, which shows features too narrow for points to reach.
 
-        Logarithms and arcs, which the field does not know, have derivatives that it does.
+        The field does not know logarithms and arcs, but it knows their derivatives.
         """
         for name in sorted(slopes.names(self.pool, old) | slopes.names(self.pool, new)):
             first, second = (slopes.slope(self.pool, root, name) for root in (old, new))
@@ -445,10 +446,10 @@ class Judge:
         return False
 
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
-        """Return the joint ways at which the field with signs tells two expressions apart, and how many points say no.
+        """Return the joint ways at which the field with signs finds a difference, and the number of points compared.
 
-        The signs of the field are those of chance, and multiply: whether they can be met together is not its question.
-        The number is zero where there are too few points for all joint ways.
+        The signs of the field are random and multiplicative; whether they can occur together is not decided here. The
+        number is zero where there are too few points for all joint ways.
         """
         units = [node for node in branching(self.pool, [old, new]) if ways_of(self.pool, node)]
         needed = _BRANCHED << max(len(units) - 2, 0)
@@ -492,18 +493,18 @@ class Judge:
     ) -> Iterator[Worlds]:
         """Yield worlds where all expressions have real values and those of the domain are positive.
 
-        The points are the same ones each time; there are fewer than `count` if so many cannot be found.
+        The points are the same each time. There are fewer than `count` if not enough can be found.
 
         Parameters
         ----------
         pairs, domain : sequence of Expression
-            What must have a value, and what must be positive.
+            Expressions that must have a value, and those that must be positive.
         count : int
             Number of points.
         tries : int
             Points tried for each one.
         hopeless : int
-            Points without a value after which none is expected any more.
+            Points without a value after which the search stops.
         """
         matches = 0
         for number in range(count * tries):
@@ -537,7 +538,7 @@ class Judge:
         return self._by_branches(old, new)
 
     def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
-        """Yield worlds where one free name after the other is far out, for limits that nothing usual reaches."""
+        """Yield worlds in which one free name at a time is far out, for limits beyond the usual range."""
         base = self.sampler.point(0)
         for name in sorted({*old[0].free(old[1]), *new[0].free(new[1])})[:_MOST_NAMES]:
             for value in self.sampler.extremes(name):
@@ -547,12 +548,12 @@ class Judge:
 
     @staticmethod
     def one_exists(worlds: Worlds, old: Expression, new: Expression) -> bool:
-        """Whether one of two expressions has a value at a real point and the other has none."""
+        """Return True if exactly one of two expressions has a value at a real point."""
         return (worlds[old[0]].defined(old[1]) is None) is not (worlds[new[0]].defined(new[1]) is None)
 
     @staticmethod
     def differ(worlds: Worlds, old: Expression, new: Expression) -> bool:
-        """Whether two expressions have values that differ at a real point."""
+        """Return True if two expressions have different values at a real point."""
         looks = iter((worlds, worlds.again()))
 
         def sides() -> tuple[reals.Sized, reals.Sized] | None:
@@ -569,7 +570,7 @@ def simplified(
     candidates: Callable[[str, Fraction], Iterable[Fraction]],
     fails: Callable[[Point], bool],
 ) -> dict[str, Fraction]:
-    """Return a point of failure with simple coordinates, as many as the failure allows, one name after the other."""
+    """Return a point of failure with as many simple coordinates as possible, tried name by name."""
     simple = dict(point)
     for _ in range(_PASSES):
         for name in (name for name in sorted(point) if simple[name] == point[name]):
@@ -581,13 +582,13 @@ def simplified(
 
 
 def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
-    """Whether all expressions of a domain are positive at a real point."""
+    """Return True if all expressions of a domain are positive at a real point."""
     values = (worlds[meaning].defined(root) for meaning, root in domain)
     return all(value is not None and value > 0 for value in values)
 
 
 def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
-    """Return two values at a real point, with as many of six, twelve, ... digits as tell them apart."""
+    """Return two values at a real point, with as many of six, twelve, ... digits as distinguish them."""
     digits = 6
     while True:
         first, second = (_shown(worlds, expression, digits) for expression in (old, new))
@@ -597,7 +598,7 @@ def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
 
 
 def _shown(worlds: Worlds, expression: Expression, digits: int) -> str:
-    """Return a value at a real point, if it has one; zero where it is no more than rounding."""
+    """Return the text of a value at a real point; "no value" without one, zero where it is only rounding error."""
     meaning, root = expression
     value = worlds[meaning].defined(root)
     if value is None:

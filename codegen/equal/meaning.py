@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions whose names stand for others, and the same with every definition written out."""
+"""Expressions with named definitions, and their form with every definition written out."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Meaning:
     Parameters
     ----------
     pool : Pool
-        Where the expressions are.
+        Holds the expressions.
     targets : callable
-        The expression and the meaning that a name stands for; None for a free name.
+        Returns the expression and the meaning that a name stands for; None for a free name.
     """
 
     def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
@@ -25,7 +25,7 @@ class Meaning:
         self.targets = targets
 
     def cone(self, root: int) -> list[int]:
-        """Return every node that an expression depends on, through definitions too."""
+        """Return every node that an expression depends on, including those in definitions."""
         return sorted({node for _, node in self.depends(root)})
 
     def free(self, root: int) -> list[str]:
@@ -35,7 +35,7 @@ class Meaning:
         return sorted({name for meaning, name in names if meaning.targets(name) is None})
 
     def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
-        """Yield every node that an expression depends on, with what names stand for there."""
+        """Yield every node that an expression depends on, with the meaning of its names."""
         seen: set[Expression] = set()
         stack: list[Expression] = [(self, root)]
         while stack:
@@ -52,11 +52,11 @@ class Meaning:
 
 
 Expression = tuple[Meaning, int]
-"""An expression with what its names stand for."""
+"""An expression with the meaning of its names."""
 
 
 class Flat:
-    """Writes out definitions, so that equal parts of two sides become one node of the pool."""
+    """Write out definitions, so that equal parts of two sides become one node of the pool."""
 
     def __init__(self, pool: Pool) -> None:
         self.pool = pool

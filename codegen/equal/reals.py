@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of expressions as real numbers with 50 digits, at points that suit the names; which branches were taken."""
+"""Values of expressions as real numbers with 50 digits, at points that suit the names, with the branches taken."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
-"""What is promised. Computing with 90 leaves 40 to cancellation: enough for parts up to 2^43 whose errors multiply, as
-`apart` allows for. With more, every operation takes longer; with fewer, more counts as rounding."""
+"""Guaranteed digits. Computing with 90 leaves 40 for cancellation: enough for parts up to 2^43 whose errors multiply,
+as `apart` allows for. More digits make every operation slower; with fewer, more differences count as rounding."""
 _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
-"""Of one operation, with five digits for those of functions, which mpmath does not round to the last one."""
+"""Relative rounding error of one operation. Five digits are reserved for functions, which mpmath does not round to the
+last digit."""
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
-"""Bits before the point, beyond which a value counts as none: far beyond doubles, which end at 1024."""
+"""Bits before the point above which a value counts as undefined: far beyond doubles, which end at 1024."""
 _FAR = Fraction(10) ** 32
-"""What goes beyond any limit that a model sets: the square of the sixteen digits of a double."""
+"""A number beyond any limit that a model sets: the square of the sixteen digits of a double."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -59,7 +60,7 @@ OPERATIONS = tuple(
         | {"sign", "piecewise", "exprcondpair"}
     )
 )
-"""Everything that has a value."""
+"""All operations that have a value."""
 Point = Mapping[str, Fraction]
 Sized = tuple[Any, int]
 """A value with its size."""
@@ -121,10 +122,10 @@ class RealWorld(World[Any]):
         return self._strict(node, operation, values), size
 
     def _is_on_a_step(self, operation: str, operands: Sequence[int], values: Sequence[Any], size: int) -> bool:
-        """Whether a value lies where an operation jumps, but for rounding: on which side cannot be told.
+        """Return True if a value lies within rounding of a jump of an operation, so that its side is unknown.
 
-        What names and numbers are is known exactly; two computed values may be equal by rounding, and an equation
-        between them holds nowhere else.
+        Values of names and numbers are exact. Two computed values may be equal only by rounding, and an equation
+        between them then holds nowhere else.
         """
         if operation in _TESTS:
             gap = values[0] - values[1]
@@ -203,14 +204,15 @@ def real(value: Fraction) -> Any:
 
 
 def floor(value: Any) -> int:
-    """Return the whole number below a value, to the last of its digits."""
+    """Return the largest whole number below a value, using all of its digits."""
     return int(_CONTEXT.floor(value))
 
 
 def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
-    """Whether two sides differ, and by as much when they are evaluated anew with twice the digits.
+    """Return True if two sides differ, and the gap does not shrink when both are evaluated with twice the digits.
 
-    Sizes do not know how a function multiplies errors, such as `atanh` beside one; with more digits that goes away.
+    Sizes do not include how a function multiplies errors, such as `atanh` near one. With more digits such errors
+    vanish.
 
     Parameters
     ----------
@@ -229,10 +231,10 @@ def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
 
 
 def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
-    """Whether two values, each with its size, differ by more than their rounding errors and what is allowed.
+    """Return True if two values, each with its size, differ by more than their rounding errors and the tolerance.
 
-    The error of one large part may have been multiplied by another as large, hence twice the size, in up to 2^30
-    operations; and the difference itself may be known to 65 digits only.
+    The error of one large part may have been multiplied by another part as large, in up to 2^30 operations: hence twice
+    the size. The difference itself may be known to 65 digits only.
     """
     (a, size), (b, other) = left, right
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
@@ -242,12 +244,12 @@ def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
 
 
 def vanishes(value: Any, size: int) -> bool:
-    """Whether a value, with its size, is no more than rounding."""
+    """Return True if a value, with its size, is only rounding error."""
     return bool(abs(value) < _CONTEXT.ldexp(_CONTEXT.mpf(10) ** -DIGITS, size))
 
 
 def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
-    """Whether "=", "<", "<=", ">" or ">=" holds between two values, each with its size."""
+    """Return True if "=", "<", "<=", ">" or ">=" holds between two values, each with its size."""
     if relation == "=":
         return not apart(left, right, within)
     less, greater = (left, right) if relation.startswith("<") else (right, left)
@@ -255,7 +257,7 @@ def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(
 
 
 class _Drawn(Mapping[str, Fraction]):
-    """A point whose coordinates are drawn when they are asked for."""
+    """Point whose coordinates are drawn on demand."""
 
     def __init__(self, sampler: PointSampler, number: int) -> None:
         self._sampler = sampler
@@ -272,7 +274,7 @@ class _Drawn(Mapping[str, Fraction]):
 
 
 class PointSampler:
-    """Draws values for free names: inside their bounds, around their defaults, over many decades.
+    """Draw values for free names: inside their bounds, around their defaults, over many decades.
 
     Parameters
     ----------
@@ -314,7 +316,7 @@ class PointSampler:
         return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
 
     def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Offer simple values to try in place of a drawn one, the simplest first."""
+        """Yield simple values to try in place of a drawn one, the simplest first."""
         low, high, default = self.names.get(name, (None, None, None))
         rounded = Fraction(f"{float(value):.2g}")
         for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts that two sides share, in whatever words: each becomes one node, or one free number, before all is compared.
+"""Shared parts of two sides, however written: each becomes one node or one free number before the comparison.
 
-What has the same value in the field is one node. What has the same value at some real points is looked at: if it is the
-same function, as one arc written in two ways is, a free number stands for it on both sides. What is equal whatever that
-number is, is equal; conditions on it are linear, and what excludes them is proved.
+Parts with the same value in the field become one node. Parts with the same values at some real points are compared. If
+they are the same function, such as one arc written in two ways, a free number replaces them on both sides. If the sides
+are equal for every value of that number, they are equal. Conditions on it are linear, so that contradictions can be
+proved.
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
 from .pool import Pool
 
 INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
-"""Functions that the field takes for any function of what they look at."""
+"""Functions that the field represents by arbitrary functions of their operands."""
 _NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
 _TWO = 2
 _FEW = 8
-"""Values of one part that are kept apart: those of three signs."""
+"""Limit on values of one part that are distinguished: those of three signs."""
 _MOST = 12
-"""Pairs of parts that are compared: each may take as long as a question of its own."""
+"""Limit on pairs of parts that are compared: each may cost as much as a separate question."""
 
 
 class Shared:
-    """Finds the parts that two expressions with free names share.
+    """Find the parts that two expressions with free names share.
 
     Parameters
     ----------
@@ -39,9 +40,9 @@ class Shared:
     values : callable
         Values of an expression in the field, None where it has none; equal ones prove equality.
     look : callable
-        What an expression looks like at some real points.
+        Values of an expression at some real points.
     same : callable
-        At how many points two expressions were found equal, 0 where that is proved; None where they may differ.
+        Number of points at which two expressions agree, 0 where equality is proved; None where they may differ.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class Shared:
         self._same = same
 
     def united(self, *roots: int) -> tuple[int, ...]:
-        """Return expressions in which parts of the same value are one node, steps are floors, and logarithms short."""
+        """Return expressions with parts of equal value merged, steps as floors and logarithms expanded."""
         numbers: dict[int, int] = {}
         known: dict[tuple[Any, ...], int] = {}
         for node in reached(self.pool.nodes, roots):
@@ -83,7 +84,7 @@ class Shared:
         return pool.intern(operation, *parts)
 
     def _logarithm(self, of: int) -> int:
-        """Return a logarithm as a sum: positive factors apart, and the exponent of an odd power or a root before it."""
+        """Return a logarithm as a sum: positive factors separated, exponents of odd powers and roots in front."""
         pool = self.pool
         factors = pool.operands(of) if pool.nodes[of][0] == "mul" else (of,)
         apart = [k for k in factors if pool.nodes[k][0] == "exp" or (pool.constant(k) or 0) > 0]
@@ -106,7 +107,7 @@ class Shared:
         return self.pool.power(of, Fraction(-1)) if not value else self.pool.number(1 / value)
 
     def freed(self, old: int, new: int) -> tuple[int, int, int]:
-        """Return both sides with free numbers for what they share, and at how many points that was found equal.
+        """Return both sides with free numbers for shared parts, and the number of points that showed these equal.
 
         The number of points is zero where the field proves it.
         """
@@ -139,7 +140,7 @@ class Shared:
         return node if factor == 1 else self.pool.many("mul", [node, self.pool.number(factor)])
 
     def _parts(self, root: int) -> set[int]:
-        """Return the parts of an expression that the field cannot look into and that have a number as their value."""
+        """Return the numeric parts of an expression that the field cannot evaluate."""
         opaque: dict[int, bool] = {}
         for node in reached(self.pool.nodes, [root]):
             operation = self.pool.nodes[node][0]
@@ -147,7 +148,7 @@ class Shared:
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
 
     def _free(self, node: int, values: frozenset[Fraction]) -> int:
-        """Return a free number for a part, one of two values for what has no others."""
+        """Return a free number for a part; for a part with at most two values, a choice between them."""
         name = self.pool.intern("sym", f"shared part {node}")
         if len(values) != _TWO:
             return name
@@ -157,7 +158,7 @@ class Shared:
         return self.pool.intern("piecewise", *(self.pool.intern("exprcondpair", *pair) for pair in pairs))
 
     def _range(self, root: int) -> frozenset[Fraction]:
-        """Return values among which a part has its own, if they are few and its form says so; else none."""
+        """Return the possible values of a part if its form shows that they are few; otherwise none."""
         ranges: dict[int, frozenset[Fraction]] = {}
         for node in reached(self.pool.nodes, [root]):
             operation, value = self.pool.nodes[node][0], self.pool.constant(node)

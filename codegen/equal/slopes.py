@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivatives of smooth expressions: those of logarithms and arcs are algebraic, so that the field can compare them."""
+"""Derivatives of smooth expressions: those of logarithms and arcs are algebraic, so the field can compare them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from .branches import BRANCHING
 from .pool import Pool
 
 _MOST = 400
-"""Nodes of an expression that is differentiated: more are those of a whole law, whose derivatives cost seconds."""
+"""Limit on nodes of an expression that is differentiated: larger ones are whole laws, whose derivatives take
+seconds."""
 
 
 def names(pool: Pool, root: int) -> set[int]:
@@ -20,7 +21,7 @@ def names(pool: Pool, root: int) -> set[int]:
 
 
 def slope(pool: Pool, root: int, name: int) -> int | None:
-    """Return the derivative of an expression by a name; None where a part of it has none here."""
+    """Return the derivative of an expression by a name; None if a part has no derivative here."""
     nodes = reached(pool.nodes, [root])
     if len(nodes) > _MOST:
         return None

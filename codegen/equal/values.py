@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds: values of expressions at a point, where names are free or stand for expressions; the finite field as one."""
+"""Values of expressions at a point, where names are free or stand for expressions; the finite field as a world."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ANGLES = frozenset(("atan2", "atan", "asin", "acos"))
 _PERIODIC = frozenset(("sin", "cos", "tan"))
 _EXPONENTIAL = frozenset(("exp", "sinh", "cosh", "tanh"))
 OF_PHASES = _PERIODIC | _EXPONENTIAL | _ANGLES
-"""Functions of angles and exponents, which the field draws apart from the values of the same names."""
+"""Functions of angles and exponents, which the field draws separately from the values of the same names."""
 _ORDER = {"strictlessthan": (1, 0), "lessthan": (1, 0), "strictgreaterthan": (0, 1), "greaterthan": (0, 1)}
 _STRICT = frozenset(("strictlessthan", "strictgreaterthan"))
 
@@ -37,7 +37,7 @@ class World(ABC, Generic[Value]):
         self.lookup = lookup
         self.memo: dict[int, Value | None] = {}
         self.ways: dict[int, int] = {}
-        """Which way branching nodes went."""
+        """Way of each branching node."""
 
     def value(self, root: int) -> Value:
         """Return the value of an expression.
@@ -77,7 +77,7 @@ class World(ABC, Generic[Value]):
 
     @abstractmethod
     def compute(self, node: int) -> Value:
-        """Return the value of a node whose operands have theirs."""
+        """Return the value of a node whose operands have been evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +88,10 @@ class Phase:
     ----------
     exponent : int
         Modulo `field.MODULUS`.
-    halves : Fraction
+    pi : Fraction
         Multiple of pi.
     circle : Circle
-        What inverse trigonometric functions add, as a point of the circle.
+        Contribution of inverse trigonometric functions, as a point of the circle.
     faithful : bool
         False where an arbitrary exponent had to be used, so that equal angles may get different ones.
     """
@@ -108,14 +108,14 @@ class FieldWorld(World[Any]):
     Parameters
     ----------
     seed : int
-        Of the point.
+        Seed of the point.
     positive : callable
-        Whether a free name stands for something positive.
+        True for a free name with positive values.
     interpreted : bool
-        Give absolute values, signs, maxima and conditions their meaning by the Legendre symbol; otherwise they are
-        arbitrary functions of their arguments, which leaves equal what is equal for any such function.
+        Evaluate absolute values, signs, maxima and conditions by the Legendre symbol. Otherwise they are arbitrary
+        functions of their arguments: expressions that are equal for every such function stay equal.
     fixed : mapping
-        Values of free names that are given.
+        Given values of free names.
     roots : callable
         Takes square roots.
     """
@@ -140,9 +140,9 @@ class FieldWorld(World[Any]):
         self._exact: dict[tuple[int, bool], bool] = {}
 
     def exact(self, node: int, rooted: bool = False) -> bool:
-        """Whether different values prove that expressions differ; with `rooted`, where they do for any signs of roots.
+        """Return True if different values prove a difference; with `rooted`, if they do so for all signs of the roots.
 
-        What is equal among the reals is equal here for one choice of the signs.
+        Expressions that are equal over the reals are equal here for one choice of the signs.
         """
         if (node, rooted) not in self._exact:
             for k in reached(self.pool.nodes, [node]):

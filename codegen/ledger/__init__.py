@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a paper prints, judged by the derivation."""
+"""Verdicts on the equations that a paper prints, computed from the derivation."""

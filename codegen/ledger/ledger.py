@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ledger of a paper: a verdict on everything it prints, computed from the derivation.
+"""Ledger of a paper: a verdict on everything it prints, computed from the derivation.
 
-`mehvar.models.paper` says what is printed and what the symbols mean; here both sides of each relation are written out
-and compared: by their form (proved), else at random points with 50 digits (tested). What differs gets a counterexample
-of simple numbers and, where the paper's module proposes a correction, the correction, tested like everything else.
+`mehvar.models.paper` holds the printed statements and the meanings of their symbols. Here both sides of each relation
+are written out and compared: by their form (proved), otherwise at random points with 50 digits (tested). A relation
+that fails gets a simple counterexample. If the paper's module proposes a correction, the correction is tested in the
+same way.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _CHOSEN: tuple[Kind, ...] = ("definition", "condition", "data")
 
 
 class Standing(StrEnum):
-    """What became of a printed statement."""
+    """Verdict on a printed statement."""
 
     HOLDS = "holds"
     DIFFERS = "differs"
@@ -41,24 +42,24 @@ class Standing(StrEnum):
 
 @dataclass(frozen=True)
 class Line:
-    """A judged relation, as text and as LaTeX.
+    """Judged relation, as text and as LaTeX.
 
     Attributes
     ----------
     printed, printed_latex : str
         As printed.
     corrected, corrected_latex : str
-        As it should read; empty if it holds, or if no correction passed.
+        Corrected form; empty if the relation holds, or if no correction passed.
     verdict : Standing
-        Of this relation.
+        Verdict on this relation.
     how : str
-        How sure this is.
+        Evidence for the verdict.
     edits, edits_latex : tuple of str
-        What is wrong, term by term, as text, and with the formulas as LaTeX between dollar signs.
+        Corrections, term by term, as text, and with the formulas as LaTeX between dollar signs.
     counterexample : Counterexample or None
-        Where it fails.
+        A point where it fails.
     says : str
-        What is checked, in words, where the formula is not what is printed.
+        The tested claim in words, where the formula is not the printed one.
     """
 
     printed: str
@@ -75,7 +76,7 @@ class Line:
 
 @dataclass(frozen=True)
 class JudgedReading:
-    """A judged way to read an entry."""
+    """Judged way to read an entry."""
 
     text: str
     used: bool
@@ -86,22 +87,22 @@ class JudgedReading:
 
 @dataclass(frozen=True)
 class Entry:
-    """The verdict on one numbered equation, table row or sentence.
+    """Verdict on one numbered equation, table row or sentence.
 
     Attributes
     ----------
     number : str
-        "(22)", or where it stands.
+        "(22)", or its place in the paper.
     title, kind : str
-        What it is about; equation, definition, condition, statement or data.
+        Its subject; equation, definition, condition, statement or data.
     verdict : Standing
         Of the entry: *illegible or ambiguous* if its readings disagree.
     readings : tuple of JudgedReading
         Each with a verdict of its own.
     erratum : Erratum or None
-        What kind of error it is, and its cause; None for what is none, or where the paper's module does not say.
+        Kind and cause of the error; None if there is no error, or if the paper's module gives neither.
     note : str
-        What the paper's module adds.
+        Note from the paper's module.
     """
 
     number: str
@@ -114,37 +115,37 @@ class Entry:
 
     @property
     def wrong(self) -> bool:
-        """Whether it stands in the list of errata: it differs, or can be read in ways that disagree."""
+        """True for an erratum: the entry differs, or its readings disagree."""
         return self.verdict in (Standing.DIFFERS, Standing.AMBIGUOUS)
 
     @property
     def used(self) -> JudgedReading:
-        """The reading that the model follows."""
+        """Reading that the model follows."""
         return next(reading for reading in self.readings if reading.used)
 
     @property
     def how(self) -> str:
-        """How sure the verdict is, in one line."""
+        """Evidence for the verdict, in one line."""
         return "; ".join(dict.fromkeys(line.how for line in self._telling()))
 
     @property
     def printed_latex(self) -> tuple[str, ...]:
-        """The relations as printed."""
+        """Relations as printed."""
         return tuple(line.printed_latex for line in self.used.lines)
 
     @property
     def corrected_latex(self) -> tuple[str, ...]:
-        """The relations that were corrected, as they should read."""
+        """Corrected form of the relations that were corrected."""
         return tuple(line.corrected_latex for line in self.used.lines if line.corrected_latex)
 
     @property
     def edits(self) -> tuple[str, ...]:
-        """What is wrong, term by term."""
+        """Corrections, term by term."""
         return tuple(edit for line in self.used.lines for edit in line.edits)
 
     @property
     def counterexample(self) -> Counterexample | None:
-        """Where it fails."""
+        """Point where the entry fails."""
         return next((line.counterexample for line in self.used.lines if line.counterexample), None)
 
     def _telling(self) -> Iterable[Line]:
@@ -154,7 +155,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """The judged entries of a paper, in its order, and what is to be said about all of them."""
+    """Judged entries of a paper, in its order, with remarks on all of them."""
 
     model: str
     title: str
@@ -180,12 +181,12 @@ class Ledger:
 
 
 def ledger(model: str | ModuleType | System) -> Ledger:
-    """Judge everything that a model's paper prints.
+    """Judge every statement that a model's paper prints.
 
     Parameters
     ----------
     model : str, module or System
-        A model's name, its package, or its derived system, which need not be derived again then.
+        A model's name, its package, or its derived system; the latter avoids a second derivation.
 
     Returns
     -------
@@ -257,7 +258,7 @@ def _unchanged(relation: Relation, meanings: Meanings, standing: Standing, how: 
 
 
 def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line:
-    """Look for what is wrong: by the proposed correction if it passes, else, for a residual, term by term."""
+    """Return the line of a failed relation: with its correction if that passes, or with a residual's wrong terms."""
     names = meanings.names
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected
@@ -286,7 +287,7 @@ def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line
 
 
 def _changes(relation: Relation, left: Side, right: Side) -> tuple[Edit, ...]:
-    """Return what makes the printed relation the corrected one."""
+    """Return the edits that turn the printed relation into the corrected one."""
     if (left, right) == (relation.right, relation.left):
         return (Edit((left, " and ", right, " stand the other way round"), 1),)
     return (*edits(relation.left, left), *edits(relation.right, right))

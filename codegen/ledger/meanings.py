@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the names of a paper mean, as nodes of one pool, and points at which the free ones are tried."""
+"""Meanings of a paper's names as nodes of one pool, and sample points of the free names."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from ..equal.reals import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6
-"""Drawn values are so many parts of the way between two bounds: no two names get the same by chance, and a value that
-survives in a counterexample stays short."""
+"""Number of steps between two bounds on which values are drawn: two names do not get the same value by chance, and a
+value that survives in a counterexample stays short."""
 
 
 class PaperSampler(PointSampler):
-    """Draws values between the bounds of names, never on them, where a paper's formulas often end; integers on them.
+    """Draw values strictly between the bounds of names, where a paper's formulas often end; integers may be on them.
 
     Parameters
     ----------
     names : Names
-        The table of the paper.
+        Table of the paper's names.
     """
 
     def __init__(self, names: Names) -> None:
@@ -49,7 +49,7 @@ class PaperSampler(PointSampler):
         return low + width * Fraction(1 + draw % (_STEPS - 1), _STEPS)
 
     def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Offer simple values to try in place of a drawn one, the simplest first."""
+        """Yield simple values to try in place of a drawn one, the simplest first."""
         entry = self._table[name]
         rounded = [Fraction(round(value * 10**digits), 10**digits) for digits in (0, 1, 2, 3)]
         for candidate in (Fraction(0), Fraction(1), Fraction(-1), Fraction(1, 2), *rounded):
@@ -58,12 +58,12 @@ class PaperSampler(PointSampler):
 
 
 class Meanings:
-    """The names of a paper over one pool, judged at the same points for every relation.
+    """Names of a paper over one pool, judged at the same points for every relation.
 
     Parameters
     ----------
     names : Names
-        The table of the paper.
+        Table of the paper's names.
     """
 
     def __init__(self, names: Names) -> None:
@@ -77,12 +77,12 @@ class Meanings:
         self._cases = {frozenset[tuple[Expr, Side]](): self.table}
 
     def case(self, case: Case) -> InCase:
-        """Return what names mean in a case, which overrides the table."""
+        """Return the meanings of names in a case, which override those of the table."""
         overrides = {symbol: frozen(meaning) for symbol, meaning in case.items()}
         return self._cases.setdefault(frozenset(overrides.items()), InCase(self, overrides))
 
     def reached(self, symbol: Expr) -> frozenset[Expr]:
-        """Return every name that a name of the table depends on, itself included."""
+        """Return every name that a name of the table depends on, including itself."""
         if symbol not in self._reached:
             meaning = self.table.of.get(symbol)
             below = symbols_of(meaning) if meaning is not None else ()
@@ -91,12 +91,12 @@ class Meanings:
 
 
 class InCase:
-    """What names mean in one case of a relation.
+    """Meanings of names in one case of a relation.
 
     Attributes
     ----------
     overrides, of : mapping
-        The case's meanings; those and the table's.
+        The case's meanings; these combined with the table's.
     """
 
     def __init__(self, meanings: Meanings, overrides: Mapping[Expr, Side]) -> None:
@@ -110,7 +110,7 @@ class InCase:
         self._meaning = Meaning(meanings.pool, self._target)
 
     def expressions(self, side: Side) -> list[Expression]:
-        """Return the entries of a side, one for a number, as the engine reads them."""
+        """Return the entries of a side (one for a number) as expressions of the engine."""
         return [(self._meaning, node) for node in self._all.sides.entries(self._without_matrices(side))]
 
     def symbol(self, name: str) -> Expr:
@@ -134,7 +134,7 @@ class InCase:
         raise ValueError(f"the meanings of {sorted(map(str, here))} refer to each other in a circle")
 
     def _target(self, name: str) -> Expression | None:
-        """Return what a name stands for; where the case makes no difference, what it stands for in the table."""
+        """Return the meaning of a name in this case, or the table's if the case does not affect it."""
         symbol = self._symbols[name]
         if symbol not in self.of:
             return None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a printed formula, term by term, told from its corrected form.
+"""Misprints in a formula, term by term, found by comparing it with its corrected form.
 
-Both forms are written by hand in the same layout, so a walk down both trees finds the place. Where several lists of
+Both forms are written by hand in the same layout, so a walk down both trees finds the place. If several lists of
 changes lead from one form to the other, the shortest is given: operands are paired so that the changes name as little
-of the formula as possible. That the corrected form is right is not decided here: `mehvar.codegen.ledger.relations`
+of the formula as possible. The correctness of the corrected form is not decided here: `mehvar.codegen.ledger.relations`
 tests it against the derivation.
 """
 
@@ -26,26 +26,26 @@ Write = Callable[[Any], str]
 Part: TypeAlias = str | Any
 """Words, or a formula."""
 _SIGNS = (sp.Symbol("-"), sp.Symbol("+"))
-"""Signs are formulas, so that they are typeset as such."""
+"""Signs as formulas, so that they are typeset as such."""
 _WHOLE = 1
-"""What naming one more change costs, in symbols. With 0 a lost and an added symbol would be as short as one that
-should read another; with 2 terms that have little in common would be paired, to save a line."""
+"""Cost of naming one more change, in symbols. With 0, a lost and an added symbol would be as short as one that should
+read another. With 2, terms that have little in common would be paired to save a line."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """A change to a printed formula: words and formulas in turn, and how many symbols of the formula it changes."""
+    """Change to a printed formula: alternating words and formulas, and the number of its symbols that change."""
 
     parts: tuple[Part, ...]
     size: int
 
     def spelled(self, write: Write) -> str:
-        """Return it as text, the formulas written by a function."""
+        """Return the change as text, with its formulas written by a function."""
         return "".join(part if isinstance(part, str) else write(part) for part in self.parts)
 
 
 def edits(printed: Side, corrected: Side) -> tuple[Edit, ...]:
-    """Return what must change in a printed side to make it the corrected one.
+    """Return the changes that turn a printed side into the corrected one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _replaced(printed: Any, corrected: Any) -> Edit:
 
 
 def _sign(printed: Any) -> Edit:
-    """Return the change of the sign of an operand, with that sign."""
+    """Return the change of an operand's sign, showing that sign."""
     negative = bool(printed.as_coeff_mmul()[0] < 0 if isinstance(printed, sp.MatMul) else _is_negative(printed))
     size = -printed if negative else printed
     return Edit(("sign of ", size, ": printed ", _SIGNS[not negative], ", correct ", _SIGNS[negative]), 1)
@@ -116,7 +116,7 @@ def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase) -> Iterator[Edit]
 
 
 def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
-    """Compare sums as they stand and, where that is shorter, once they are written out as products."""
+    """Yield the changes between sums: as they stand or, if that is shorter, expanded into products."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
     standing = _paired(extra, missing, "term", _one_term)
     written = _written_out(extra, missing)
@@ -124,10 +124,10 @@ def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
 
 
 def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
-    """Return the changes of the products in which sums differ once they are written out.
+    """Return the changes of the products in which sums differ once they are expanded.
 
-    Only products that differ in their numbers are paired: the others of a shortened equation have nothing to do with
-    each other. None for matrices, and where a sum stands in a denominator.
+    Only products that differ in their numbers are paired: the others of a shortened equation are unrelated. The list is
+    empty for matrices, and for sums in a denominator.
     """
     if any(isinstance(term, sp.MatrixExpr) or sp.denom(sp.together(term)).has(sp.Add) for term in (*extra, *missing)):
         return []
@@ -138,7 +138,7 @@ def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
 
 
 def _factors(printed: Any, corrected: Any) -> Iterator[Edit]:
-    """Compare products: the number, then factors."""
+    """Yield the changes between products: the number, then factors."""
     (number, old), (right_number, new) = printed.as_coeff_Mul(), corrected.as_coeff_Mul()
     if number == -right_number:
         sign = _SIGNS[bool(number > 0)], _SIGNS[bool(number < 0)]
@@ -165,13 +165,13 @@ def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[
 def _paired(
     extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any, Sequence[Edit]], bool]
 ) -> list[Edit]:
-    """Return the shortest list of changes that makes operands the missing ones: changed, added, left out.
+    """Return the shortest list of changes between operands: changed, added, left out.
 
     Operands are paired only if they are alike.
     """
     from scipy.optimize import (
         linear_sum_assignment,
-    )  # a third of a second that a ledger without misprints need not wait
+    )  # takes a third of a second, which a ledger without misprints does not need
 
     surplus = [Edit((f"{kind} ", operand, " does not belong there"), _size(operand)) for operand in extra]
     lost = [Edit((f"{kind} ", operand, " is missing"), _size(operand)) for operand in missing]
@@ -195,13 +195,13 @@ def _paired(
     return [*changed, *left_out, *(lost[j] for i, j in chosen.items() if i >= rows and j < columns)]
 
 
-@lru_cache(maxsize=4096)  # the same brackets meet in many pairs of terms of a long equation
+@lru_cache(maxsize=4096)  # the same brackets occur in many pairs of terms of a long equation
 def _between(old: Any, new: Any) -> tuple[Edit, ...]:
     return tuple(_edits(old, new))
 
 
 def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
-    """Say in which product of a sum a factor is changed, unless the change names the product itself."""
+    """Add the product of a sum in which a factor changes, unless the change names the product itself."""
     product_of_a_sum = kind == "term" and isinstance(operand, sp.Mul) and not operand.has(sp.Add)
     if not product_of_a_sum or edit.parts[0] in ("sign of ", "number before ", "in "):
         return edit
@@ -209,7 +209,7 @@ def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
 
 
 def _related(old: Any, new: Any, _change: Sequence[Edit] = ()) -> bool:
-    """Whether operands share a symbol, are numbers or symbols, or are the same function of one symbol each."""
+    """Return True if operands share a symbol, are numbers or symbols, or are one function of one symbol each."""
     if old.is_number and new.is_number:
         return True
     ours, theirs = (side.atoms(sp.Symbol, sp.MatrixSymbol) for side in (old, new))
@@ -218,14 +218,15 @@ def _related(old: Any, new: Any, _change: Sequence[Edit] = ()) -> bool:
 
 
 def _same_product(old: Any, new: Any, _change: Sequence[Edit]) -> bool:
-    """Whether operands differ in their numbers only."""
+    """Return True if operands differ only in their numbers."""
     return bool(old.as_coeff_Mul()[1] == new.as_coeff_Mul()[1])
 
 
 def _one_term(old: Any, new: Any, change: Sequence[Edit]) -> bool:
-    """Whether operands of a sum are one term: products that differ in one factor, or in two and less than half.
+    """Return True if summands are one term: products differing in one factor, or in two and less than half.
 
-    What differs more is two terms: of a shortened equation, what it has and what it lacks would be paired at random.
+    Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
+    be paired at random.
     """
     if not (isinstance(old, sp.Mul | sp.Add) and isinstance(new, sp.Mul | sp.Add)):
         return True

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a printed relation holds once every symbol has its derived meaning.
+"""Tests of printed relations with the derived meaning of every symbol.
 
-Relations are tested by `codegen.equal` at random points with 50 digits, drawn from the bounds of the names. That finds
-every difference that is not confined to a set of measure zero, to a branch that was not visited, or to rounding. What
-passes and is small enough is written out; where the forms are equal, or the difference vanishes in normal form, it is
-proved.
+`codegen.equal` tests relations at random points with 50 digits, drawn from the bounds of the names. That finds every
+difference except one confined to a set of measure zero, to a branch that was not visited, or to rounding. A small
+relation that passes is written out. If the forms are equal, or the difference vanishes in normal form, it is proved.
 """
 
 from __future__ import annotations
@@ -28,20 +27,22 @@ from ..equal.reals import DIGITS, Point, holds
 from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
-"""With branches every point is a draw among them: one that is taken once in ten draws is missed by 64 in 1 of 850
-cases, by 32 in 1 of 29. An inequality fails in a part of its domain: one of 1/20 is missed once in 700. Half as many
-give the same verdicts on the triangle's paper, one of each misses a misprint of 27. Without branches 16 are plenty."""
+"""Numbers of test points. With branches every point is a draw among them: a branch taken once in ten draws is missed by
+64 points in 1 of 850 cases, by 32 in 1 of 29. An inequality fails in a part of its domain: a part of 1/20 is missed
+once in 700. Half as many points give the same verdicts on the triangle's paper; one of each misses a misprint of 27.
+Without branches 16 suffice."""
 _FEW = 4
-"""Points before a proof is tried: a difference shows at the first one nearly always, and costs less than a proof."""
+"""Points before a proof is tried: the first one nearly always shows a difference, and costs less than a proof."""
 _DRAWS = 100
-"""Attempts for each point wanted, before a domain counts as not found: enough for domains of a few hundredths."""
+"""Attempts per point before a domain counts as not found: enough for domains of a few hundredths."""
 _WRITTEN_OUT, _PROVABLE = 750, 250
-"""Operations up to which sides are written out, and up to which a normal form of their difference is tried. Of 258
-relations of the triangle and of slosh 133 are proved; halved 122, doubled 152, the others are tested; no verdict
-changes, and the time does by a fifth at most. A normal form's cost has no bound, so this stays where it was tried."""
+"""Limits on operations: for sides that are written out, and for the normal form of their difference. Of 258 relations
+of the triangle and of slosh 133 are proved (122 with half, 152 with twice the limits); the others are tested. No
+verdict changes, and the time changes by a fifth at most. The cost of a normal form has no bound, so larger limits were
+not chosen."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _ANGLES = frozenset(("atan2", "acos", "asin"))
-"""Functions that jump, or end, without being pieced together."""
+"""Functions that jump or end without being piecewise."""
 _UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr)
 
 
@@ -51,9 +52,9 @@ def compare(relation: Relation, meanings: Meanings, left: Side | None = None, ri
     Parameters
     ----------
     relation : Relation
-        Its cases, domain and tolerance count in any case.
+        Its cases, domain and tolerance always apply.
     meanings : Meanings
-        Of the names.
+        Meanings of the names.
     left, right : Expr or Matrix, optional
         Sides to judge in place of the printed ones.
     """
@@ -67,9 +68,9 @@ def compare(relation: Relation, meanings: Meanings, left: Side | None = None, ri
 
 
 def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
-    """Write the printed and the derived residual of an equation of motion out as sums of terms, in the first case.
+    """Expand the printed and the derived residual of an equation of motion into sums of terms, in the first case.
 
-    Even powers of sines are written by cosines, so that equal terms look equal.
+    Even powers of sines are replaced by cosines, so that equal terms look equal.
     """
     test = _Test(relation, meanings, relation.cases[0], relation.left, relation.right)
     printed, derived = (_entries(_explicit(test.meanings.written_out(side)))[0] for side in test.sides)
@@ -77,7 +78,7 @@ def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
 
 
 def _weakest(hows: Iterable[str]) -> str:
-    """Sum up how several cases are known: as sure as the least sure of them."""
+    """Return the weakest evidence among several cases, which applies to all of them together."""
     distinct = list(dict.fromkeys(hows))
     return next((how for how in distinct if not how.startswith("proved")), distinct[0])
 
@@ -107,7 +108,7 @@ def _decide(test: _Test) -> Verdict:
 
 
 class _Test:
-    """One case of a relation: both sides, what their names mean, random points."""
+    """One case of a relation: both sides, meanings of their names, random points."""
 
     def __init__(self, relation: Relation, meanings: Meanings, case: Case, left: Side, right: Side) -> None:
         self.meanings = meanings.case(case)
@@ -129,7 +130,7 @@ class _Test:
             self.count = 1
 
     def _carried_out(self, side: Side) -> Side:
-        """Carry out integrals, derivatives and limits, which takes the meanings of what is in them."""
+        """Evaluate integrals, derivatives and limits, which needs the meanings of their contents."""
         side = frozen(side)
         return self.meanings.written_out(side).doit() if side.has(*_UNEVALUATED) else side
 
@@ -138,7 +139,7 @@ class _Test:
         return any(ways(pool, node) or pool.nodes[node][0] in _ANGLES for node in meaning.cone(root))
 
     def proof(self) -> str:
-        """Say how equality is proved, or nothing: by form if it is small enough to be written out."""
+        """Return how equality is proved, if it is: by form where the relation is small enough to be written out."""
         sizes: dict[Expr, int] = {}
         if max(self._size(side, sizes) for side in self.sides) > _WRITTEN_OUT:
             return ""
@@ -150,7 +151,7 @@ class _Test:
         return ""
 
     def _size(self, side: Side, sizes: dict[Expr, int]) -> int:
-        """Count the operations of a side as it will be when written out; `sizes` has those of names."""
+        """Count the operations of a side after writing it out; `sizes` has those of names."""
         size = _operations(side)
         for symbol in symbols_of(side):
             if symbol in self.meanings.of:
@@ -160,12 +161,12 @@ class _Test:
         return size
 
     def points(self) -> Iterator[Worlds]:
-        """Yield points of the domain at which both sides exist; the same ones each time."""
+        """Yield points of the domain at which both sides exist; they are the same each time."""
         places = list(chain(*self._pairs))
         return self._judge.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
 
     def differ(self, worlds: Worlds, visible: bool = False) -> bool:
-        """Whether the relation fails at a point, and by an amount that a reader can see."""
+        """Return True if the relation fails at a point, with `visible` by an amount that a reader can see."""
         return any(self._apart(worlds, left, right, visible) for left, right in self._pairs)
 
     def _apart(self, worlds: Worlds, left: Expression, right: Expression, visible: bool = False) -> bool:
@@ -175,7 +176,7 @@ class _Test:
         return not visible or bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)))
 
     def _fails(self, point: Point) -> bool:
-        """Whether the relation fails visibly at a point of the domain."""
+        """Return True if the relation fails visibly at a point of the domain."""
         worlds = self._judge.real(point)
         places = chain(*self._pairs)
         if not inside(worlds, self._domain) or any(worlds[m].defined(root) is None for m, root in places):
@@ -183,7 +184,7 @@ class _Test:
         return self.differ(worlds, visible=True)
 
     def counterexample(self, worlds: Worlds) -> Counterexample:
-        """Turn a point of failure into simple numbers, with as many zeros as the failure allows."""
+        """Simplify a point of failure to simple numbers, with as many zeros as the failure allows."""
         drawn = next(iter(worlds)).point
         point = simplified({name: drawn[name] for name in self.free}, self._judge.sampler.simple, self._fails)
         worlds = self._judge.real(point)
@@ -209,7 +210,7 @@ def _named(shape: tuple[int, int]) -> str:
 
 
 def _explicit(side: Side) -> Side:
-    """Carry out products and traces of matrices."""
+    """Evaluate products and traces of matrices."""
     if isinstance(side, sp.MatrixExpr) or side.has(sp.MatrixExpr, sp.Trace):
         side = side.doit()
     return side.as_explicit() if isinstance(side, sp.MatrixExpr) else side
@@ -220,7 +221,7 @@ def _entries(side: Side) -> list[Expr]:
 
 
 def _vanishes(difference: Expr) -> bool:
-    """Whether a difference is zero as a polynomial in cosines, sines and roots with their squares reduced."""
+    """Return True if a difference is zero as a polynomial in cosines, sines and roots, squares reduced."""
     if difference.has(*_BRANCHING) or sp.count_ops(difference) > _PROVABLE:
         return False
     numerator = sp.fraction(sp.together(sp.expand_trig(difference)))[0]

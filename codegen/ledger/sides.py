@@ -22,16 +22,16 @@ Matrix: TypeAlias = list[list[int]]
 
 
 class UnknownFunctionError(MehvarError, LookupError):
-    """An equation has a function whose value cannot be computed to so many digits."""
+    """An equation contains a function that cannot be evaluated to the required digits."""
 
 
 class Sides(Graph):
-    """Turns SymPy's expressions and matrices into nodes; matrices are multiplied out, entry by entry.
+    """Convert SymPy's expressions and matrices into nodes; matrices are multiplied out, entry by entry.
 
     Parameters
     ----------
     pool : Pool
-        Where the nodes are wanted.
+        Receives the nodes.
     """
 
     def __init__(self, pool: Pool) -> None:

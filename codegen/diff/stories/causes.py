@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which changes one cause explains: a quantity counts twice in an energy, and so in all that is derived from it.
+"""Causes that explain several changes, such as a quantity that counts twice in an energy and its derivatives.
 
-A derivation writes its steps out, so one edited line changes many texts. Where the first of them is what a multiple of
-one quantity in its place makes of the old text, every other text is tested with the same multiple: those that it
-explains follow. And what solves changed equations of motion follows them: generate holds one against the other.
+A derivation writes its steps out, so one edited line changes many texts. If the first changed text is the old one with
+a multiple of one quantity, every other text is tested with the same multiple, and those that it explains follow.
+Solutions of changed equations of motion follow these equations: generation checks one against the other.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .groups import any_axis
 
 MOTION = "equations of motion"
 _POINTS = 3
-"""Of the field, as many as for any equality; see `codegen.equal.judge`."""
+"""Points of the field, as many as for any equality; see `codegen.equal.judge`."""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
-"""Roles, or their first words, of what a multiple may stand for: a state or an input is no number of the model."""
+"""Roles, or their first words, of quantities that may be scaled: a state or an input is no number of the model."""
 
 
 _QUARTERS = {("sin", "cos"): 1, ("cos", "sin"): -1}
-"""Quarters of a turn by which an angle is shifted where one function took the other's place."""
+"""Quarters of a turn by which replacing one function by the other shifts an angle."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Cause:
     Attributes
     ----------
     source : Item
-        The first of them in the order of the derivation.
+        The first changed text in the order of the derivation.
     says : str
-        What explains them, such as "2 m/3 in place of m".
+        The explanation, such as "2 m/3 in place of m".
     followers : tuple of Item
-        The other texts that this turns into the new ones.
+        The other texts that the same change turns into the new ones.
     """
 
     source: Item
@@ -54,7 +54,7 @@ class Cause:
 
 
 def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
-    """Return what explains several of the changed texts, which are in the order of the derivation."""
+    """Return causes that explain several of the changed texts, which are in the order of the derivation."""
     left, result = list(changed), []
     while left:
         cause = _cause(versions, left[0], left[1:])
@@ -65,7 +65,7 @@ def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
 
 
 def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
-    """Return the multiple of one quantity, or of one of every member of a family, that explains most."""
+    """Return the multiple of one quantity, or of one per member of a family, that explains most texts."""
     best: Cause | None = None
     for name, members in _quantities(versions, source).items():
         scaled = _Scaled(versions, members)
@@ -79,9 +79,9 @@ def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | 
 
 
 def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], pool: Pool) -> list[Cause]:
-    """Return which changed texts follow from a sine that became a cosine, or the other way round, in an earlier one.
+    """Return causes in which a sine became a cosine, or the reverse, with the texts that follow from it.
 
-    What is derived from a term by that angle changes as its other function does: both are turned by a quarter.
+    Terms derived from a term with that angle change accordingly: both functions are turned by a quarter.
     """
     result, left = [], {item.key: (item, _turn(pool, edits(item))) for item in changed}
     for item in changed:
@@ -118,7 +118,7 @@ def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | Non
 
 
 def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:
-    """Whether more is explained than the other axes of one vector, which are a group of their own."""
+    """Return True if more is explained than the other axes of one vector, which form a group of their own."""
     return any(any_axis(item.name) != any_axis(source.name) for item in followers)
 
 
@@ -129,7 +129,7 @@ def _multiple(factor: Fraction, name: str) -> str:
 
 
 def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
-    """Return the quantities in a text by their generic names: those of a family's members go together."""
+    """Return the quantities in a text by generic name; those of a family's members are grouped."""
     symbols = {symbol.name: symbol for document in (versions.new, versions.old) for symbol in document.symbols}
     generic = {name: f"{symbol.family}_i" if symbol.family else name for name, symbol in symbols.items()}
     free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}
@@ -138,7 +138,7 @@ def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
 
 
 class _Scaled:
-    """Old texts with multiples of some names in their place."""
+    """Old texts with multiples in place of some names."""
 
     def __init__(self, versions: Versions, names: frozenset[str]) -> None:
         self._versions = versions
@@ -149,7 +149,7 @@ class _Scaled:
         return naming(self._versions.pool, self._names)
 
     def factor(self, item: Item) -> Fraction | None:
-        """Return the multiple that turns the old text into the new one; None if there is none but one itself."""
+        """Return the multiple, other than one, that turns the old text into the new one; None without one."""
         try:
             none, once, new = self._old(item, Fraction(0)), self._old(item, Fraction(1)), self._new(item)
             ratio = tuple(
@@ -162,7 +162,7 @@ class _Scaled:
         return factor if factor not in (None, 0, 1) and self.explains(item, factor) else None
 
     def explains(self, item: Item, factor: Fraction) -> bool:
-        """Whether a multiple turns the old text into the new one."""
+        """Return True if a multiple turns the old text into the new one."""
         if not self._is_followed(item):
             return False
         try:
@@ -171,7 +171,7 @@ class _Scaled:
             return False
 
     def _is_followed(self, item: Item) -> bool:
-        """Whether the text names the quantities, and nowhere in an angle or exponent."""
+        """Return True if the text names the quantities, but not inside an angle or exponent."""
         pool, stack = self._versions.pool, [self._versions.partner[item.key].root, item.root]
         seen = set(stack) & self._naming
         stack = list(seen)
@@ -202,7 +202,7 @@ class _Scaled:
 
 
 def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
-    """Return the changed texts that only solve equations of motion which changed too."""
+    """Return the changed texts that only solve equations of motion that changed too."""
     if not any(item.row.kind == "motion" for item in changed):
         return []
     others = [item for item in versions.news if item.row.kind not in ("rhs", "definition")]
@@ -212,7 +212,7 @@ def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
 
 
 def _reached(versions: Versions, items: Sequence[Item]) -> set[Key]:
-    """Return the keys of rows and of all that they are made of."""
+    """Return the keys of rows and of all their definitions."""
     stack, keys = list(items), {item.key for item in items}
     while stack:
         below = [child for child in versions.children(stack.pop()) if child.key not in keys]

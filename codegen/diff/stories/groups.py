@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows that tell one story: the same edit for every member of a family, a convention whose users compensate."""
+"""Groups of related rows: the same edit for every member of a family, a convention whose users compensate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ _AXIS = re.compile(
 )
 """An axis as a word, as in "torque about x", or at the end of a name, as in I_y or wx."""
 _SIGN = re.compile(r"(?<![\w)])-(?=\d)")
-"""Of a number: factors are taken out of sums in one order for all axes, and cross products are not."""
+"""Sign of a number. It varies between axes: factors leave sums in one fixed order, terms of cross products are
+cyclic."""
 
 
 def groups(
@@ -25,7 +26,7 @@ def groups(
     extension: Extension | None = None,
     told: Sequence[Story] = (),
 ) -> tuple[Story, ...]:
-    """Return the groups among judged rows, with the stories of causes, whose followers need no other group."""
+    """Return the groups among judged rows, including those of causes, whose followers need no other group."""
     own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
     return (
         *_extended(equations, extension),
@@ -65,7 +66,7 @@ def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[S
 
 
 def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return equations for the axes of one vector, or entries of one matrix, that were edited alike but for signs."""
+    """Return groups of rows for the axes of a vector, or entries of a matrix, with the same edits except for signs."""
     stories: dict[tuple[object, ...], list[EquationChange]] = {}
     for equation in equations:
         if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
@@ -91,7 +92,7 @@ def _unsigned(text: str) -> str:
 
 
 def _titles(members: Sequence[EquationChange]) -> str:
-    """Name what several equations are about: what their titles share, and in what they differ."""
+    """Return the subject of several equations: the common part of their titles, and the differing parts."""
     titles = list(dict.fromkeys(equation.title for equation in members))
     if len(titles) == 1:
         return titles[0]
@@ -101,7 +102,7 @@ def _titles(members: Sequence[EquationChange]) -> str:
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:
-    """Return the generic names of what exists once for each member of a family."""
+    """Return the generic names of quantities that exist once per member of a family."""
     names: dict[str, str] = {}
     for document in (versions.old, versions.new):
         names |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
@@ -114,7 +115,7 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
 
 
 def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return definitions that changed while what uses them is equal."""
+    """Return definitions that changed while the rows that use them are equal."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
     conventions = []
     for equation in equations:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs that signs of several expressions exclude each other, by intervals that are narrowed until one is empty.
+"""Proofs by narrowing intervals that signs of several expressions exclude each other.
 
-Every interval is rounded outward, so that an empty one is a proof. Not finding one proves nothing.
+Every interval is rounded outward, so an empty interval is a proof. Finding none proves nothing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..pool import Pool, fraction
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
-"""Of narrowing: a sign goes one operation up or down in each, so that this is how deep a proof may be."""
+"""Rounds of narrowing: each moves a sign one operation up or down, so their number limits the depth of a proof."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
 _QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
 RANGES: dict[str, Interval] = {
@@ -24,7 +24,7 @@ RANGES: dict[str, Interval] = {
     "cosh": (1.0, math.inf), "acosh": (0.0, math.inf), "acos": _HALF_TURN, "atan2": (-_HALF_TURN[1], _HALF_TURN[1]),
     "atan": _QUARTERS, "asin": _QUARTERS,
 }  # fmt: skip
-"""Where the values of functions lie, rounded outward."""
+"""Ranges of functions, rounded outward."""
 _ODD = frozenset(("sinh", "tanh", "asinh", "atanh", "atan", "asin", "sign"))
 """Functions with the sign of their operand."""
 _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
@@ -32,12 +32,12 @@ _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
     "asin": (math.asin, (-1.0, 1.0)), "acos": (math.acos, (-1.0, 1.0)), "sinh": (math.sinh, ALL),
     "asinh": (math.asinh, ALL), "acosh": (math.acosh, (1.0, math.inf)), "atanh": (math.atanh, (-1.0, 1.0)),
 }  # fmt: skip
-"""Functions that rise, but for one that falls, and where they have values."""
+"""Monotonic functions, all rising except one, with their domains."""
 _UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
 _CLOSE = 4
-"""Units in the last place that a function of the system's library is rounded outward; the best ones err by one."""
+"""Units in the last place by which a function of the system's library is rounded outward; the best ones err by one."""
 _EXACT = 4
-"""Powers up to which it is looked at whether rounding was needed; with higher ones numbers get long."""
+"""Largest exponent for which the need of rounding is tested; higher powers give long numbers."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
@@ -46,14 +46,14 @@ class _EmptyError(Exception):
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Whether nodes cannot have these signs at once, names being within their bounds.
+    """Return True if nodes cannot have these signs at once with names inside their bounds.
 
     Parameters
     ----------
     atoms : sequence of (int, int)
         A node and its sign: 1, -1, or 0 where it is zero.
     bounds : mapping
-        Of free names; None where there is none.
+        Bounds of free names; None for a missing one.
     """
     nodes = reached(pool.nodes, [node for node, _ in atoms])
     box = dict.fromkeys(nodes, ALL)
@@ -86,7 +86,7 @@ def _both(a: Interval, b: Interval) -> Interval:
 
 
 def _out(low: float, high: float) -> Interval:
-    """Round outward; what is no number is no bound."""
+    """Round outward; NaN becomes no bound."""
     low = -math.inf if math.isnan(low) else math.nextafter(low, -math.inf)
     high = math.inf if math.isnan(high) else math.nextafter(high, math.inf)
     return low, high
@@ -137,7 +137,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
 
 
 def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
-    """Bound a part of a sum over the sum, as a component of a unit vector is, which its factors alone do not bound."""
+    """Bound the ratio of a part of a sum to the sum, such as a component of a unit vector; its factors do not."""
     factors = pool.operands(node)
     for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
         base, exponent = _root_of(pool, other)
@@ -149,7 +149,7 @@ def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
 
 
 def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
-    """Return of what a node is a power, and which."""
+    """Return the base and the exponent of a node."""
     power = Fraction(1)
     while pool.nodes[node][0] == "pow" and (exponent := pool.constant(pool.operands(node)[1])) is not None:
         node, power = pool.operands(node)[0], power * exponent
@@ -157,7 +157,7 @@ def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
 
 
 def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
-    """Return what the value of a node says of its operands."""
+    """Return the intervals of operands that follow from the value of a node."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     low, high = box[node]
@@ -210,7 +210,7 @@ def _sum(parts: Sequence[Interval]) -> Interval:
 
 
 def _total(values: Sequence[float]) -> Interval:
-    """Return a sum, rounded outward if it is rounded at all: one less one is zero, which signs hang on."""
+    """Return a sum, rounded outward only if it is inexact: one minus one is zero, and signs depend on it."""
     total = math.fsum(values)
     return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
@@ -221,7 +221,7 @@ def _product(parts: Sequence[Interval]) -> Interval:
         corners = [0.0 if u == 0 or v == 0 else u * v for u in (low, high) for v in (a, b)]
         zero = low == high == 0.0 or a == b == 0.0
         signed = _out(min(corners), max(corners))
-        # a product of numbers of known signs has a sign, whatever rounding does; times one is not rounded
+        # a product of numbers of known signs has a sign despite rounding; a product with one is exact
         exact = all(abs(side) in (0.0, 1.0) for side in (a, b)) or all(abs(side) in (0.0, 1.0) for side in (low, high))
         low, high = (
             corner if exact or corner == 0.0 else rounded
@@ -243,7 +243,7 @@ def _inverse(a: Interval) -> Interval:
 
 
 def _rounded(operation: str, operand: Interval) -> Interval:
-    """Return where the whole numbers below, or above, an interval are."""
+    """Return the range of the whole numbers below, or above, the values of an interval."""
     low, high = operand
     function = math.floor if operation == "floor" else math.ceil
     return (
@@ -261,7 +261,7 @@ def _whole(a: Interval) -> Interval:
 
 
 def _risen(operation: str, operand: Interval) -> Interval:
-    """Return the values of a function that rises, or falls, over an interval."""
+    """Return the range of a monotonic function over an interval."""
     function, domain = _RISING[operation]
     low, high = (_at(function, value) for value in _both(operand, domain))
     if operation == "acos":
@@ -272,7 +272,7 @@ def _risen(operation: str, operand: Interval) -> Interval:
 
 
 def _at(function: Callable[[float], float], value: float) -> float:
-    """Return the value or the limit of a function; what is too large for a double is infinite."""
+    """Return the value or the limit of a function; values too large for a double are infinite."""
     try:
         return function(value)
     except OverflowError:
@@ -312,7 +312,7 @@ def _power(base: Interval, exponent: Fraction | None) -> Interval:
 
 
 def _raised(value: float, count: int) -> Interval:
-    """Return a power of a number, rounded outward if it is rounded at all."""
+    """Return a power of a number, rounded outward only if it is inexact."""
     try:
         power = math.pow(value, count)
     except OverflowError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs that signs of several expressions exclude each other, because a sum of the expressions is a number.
+"""Proofs that signs of several expressions exclude each other because a sum of the expressions is a number.
 
 Terms count as unknowns of their own, and unknowns are eliminated one by one, exactly.
 """
@@ -15,19 +15,19 @@ from ..pool import Pool
 from .intervals import RANGES, Bounds
 
 Form = dict[int, Fraction]
-"""Coefficients of nodes; of the number under `_ONE`."""
+"""Coefficients of nodes; the constant is stored under `_ONE`."""
 Row = tuple[Form, bool]
-"""A form that is positive, or, where this is False, not negative."""
+"""A form that is positive or, where the flag is False, not negative."""
 _ONE = -1
 _MOST = 300
-"""Inequalities at once: their number may square with each unknown. Fewer prove less, more take longer where there is
-nothing to prove."""
+"""Limit on inequalities at once: their number may square with each unknown. Fewer prove less; more take longer where
+there is nothing to prove."""
 _CASES = 4
-"""Maxima, minima and absolute values whose operands are taken in turn: sixteen cases where each has two."""
+"""Limit on maxima, minima and absolute values that are split into cases: sixteen cases of two each."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Whether nodes cannot have these signs at once; `False` where no proof is found."""
+    """Return True if nodes cannot have these signs at once; False if no proof is found."""
     rows: list[Row] = []
     for node, sign in atoms:
         form = _form(pool, node)
@@ -40,7 +40,7 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
 
 
 def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
-    """Whether inequalities contradict each other whichever form each maximum, minimum and absolute value has."""
+    """Return True if inequalities contradict each other in all cases of the maxima, minima and absolute values."""
     cased = (node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min", "abs"))
     chosen = list(cased)[:_CASES]
     equal = ([_sum([{node: Fraction(1)}, _scaled(form, Fraction(-1))]) for node, form in zip(chosen, case, strict=True)]
@@ -58,7 +58,7 @@ def _cases(pool: Pool, node: int) -> list[Form]:
 
 
 def _is_contradiction(rows: list[Row]) -> bool:
-    """Whether no numbers satisfy inequalities; `False` where there are too many of them to tell."""
+    """Return True if no numbers satisfy the inequalities; False also if there are too many of them."""
     while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
@@ -70,7 +70,7 @@ def _is_contradiction(rows: list[Row]) -> bool:
 
 
 def _tightest(rows: Sequence[Row]) -> list[Row]:
-    """Return of all rows that bound the same multiple of the same form the one that bounds it most."""
+    """Return the tightest row for each form, up to a factor."""
     best: dict[frozenset[tuple[int, Fraction]], tuple[Fraction, bool]] = {}
     for form, strict in rows:
         lead = next((abs(form[node]) for node in sorted(form) if node != _ONE), Fraction(1))
@@ -81,7 +81,7 @@ def _tightest(rows: Sequence[Row]) -> list[Row]:
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
-    """Return what is known of a term: its bounds, or how it stands to its operands."""
+    """Return the known inequalities of a term: its bounds, or its relation to its operands."""
     operation, *rest = pool.nodes[node]
     itself = {node: Fraction(1)}
     if operation == "sym":

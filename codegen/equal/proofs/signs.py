@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the sign of an expression says of the signs of its parts.
+"""Signs of parts that follow from the sign of an expression.
 
 A product is positive where an even number of its factors is negative, `sqrt(Q) - k` where `k` is negative or `Q - k^2`
-is positive, a minimum where each of its operands is. What is written as one condition on one side, and as several on
-the other, becomes the same signs.
+is positive, a minimum where each of its operands is. So one condition on one side and several on the other become the
+same signs.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from ..pool import Pool
 from .intervals import Bounds
 
 _FACTORS = 4
-"""Factors of a product whose signs are told apart: eight alternatives."""
+"""Limit on factors of a product whose signs are split: eight alternatives."""
 
 
 class Signs:
-    """Splits signs of expressions into those of their parts.
+    """Split signs of expressions into those of their parts.
 
     Parameters
     ----------
     pool : Pool
         Holds them.
     bounds : mapping
-        Of free names.
+        Bounds of free names.
     """
 
     def __init__(self, pool: Pool, bounds: Bounds) -> None:
@@ -44,7 +44,7 @@ class Signs:
         return self._memo[atom]
 
     def parts(self, node: int) -> set[int]:
-        """Return the nodes whose signs make that of a node."""
+        """Return the nodes whose signs determine that of a node."""
         alternatives = [*(self((node, 1)) or ()), *(self((node, -1)) or ())]
         return {part for alternative in alternatives for part, _ in alternative}
 
@@ -97,7 +97,7 @@ class Signs:
         return self._of_squares(terms, sign) or [((node, sign),)]
 
     def _of_root(self, square: int, factor: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
-        """Tell the sign of P + c sqrt(Q): that of c where P has it too or is the smaller one."""
+        """Split the sign of P + c sqrt(Q): it is that of c where P has the same sign or the smaller size."""
         own = 1 if factor > 0 else -1
         margin = self.pool.many("add", [self._times(square, factor**2), self._times(self._square(rest), Fraction(-1))])
         smaller, larger = self((margin, 1)), self((margin, -1))
@@ -105,7 +105,7 @@ class Signs:
         return either([along, smaller]) if sign == own else every([against, larger])
 
     def _of_squares(self, terms: Sequence[int], sign: int) -> list[tuple[Atom, ...]] | None:
-        """Tell the sign of A^2 - B^2 by A - B and A + B."""
+        """Split the sign of A^2 - B^2 into those of A - B and A + B."""
         roots = [self._root(term) for term in terms]
         if len(roots) != 2 or None in roots:
             return None
@@ -117,7 +117,7 @@ class Signs:
         return self((product, sign * plus))
 
     def _root(self, term: int) -> tuple[int, int] | None:
-        """Return the root of what a term is a square of, and the sign of the square; None if it is none."""
+        """Return the base of a term that is a square, and the term's sign; None if it is no square."""
         factor, rest = self._split(term)
         size = _rational_root(abs(factor))
         if size is None:
@@ -132,7 +132,7 @@ class Signs:
         return self._times(self.pool.power(operands[0], exponent / 2), size), sign
 
     def _split(self, term: int) -> tuple[Fraction, int]:
-        """Return the number of a term, and the rest."""
+        """Return the numeric factor of a term and the rest."""
         value = self.pool.constant(term)
         if value is not None:
             return value, self.pool.number(1)
@@ -143,7 +143,7 @@ class Signs:
         return number, self.pool.many("mul", [factor for factor in factors if self.pool.constant(factor) is None])
 
     def _times(self, node: int, factor: Fraction) -> int:
-        """Return a multiple of a node, of a sum that of each term, so that terms of two of them meet."""
+        """Return a multiple of a node, for a sum multiplied term by term, so that equal terms of two sums combine."""
         if self.pool.nodes[node][0] == "add":
             return self.pool.many("add", [self._times(term, factor) for term in self.pool.operands(node)])
         return self.pool.many("mul", [node, self.pool.number(factor)])
@@ -167,7 +167,7 @@ class Signs:
         return value is not None and value.denominator == 1 and value % 2 == 1
 
     def _is_positive(self, node: int) -> bool:
-        """Whether the form of a node says that it is positive almost everywhere."""
+        """Return True if the form of a node shows that it is positive almost everywhere."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             low = self._bounds.get(operands[0], (None, None))[0]
@@ -193,6 +193,6 @@ def _rational_root(value: Fraction) -> Fraction | None:
 
 
 def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
-    """Yield the alternatives that give several nodes their signs; the signs themselves if there are too many."""
+    """Yield the alternatives that give several nodes their signs; the given signs if there are too many."""
     alternatives = every([signs(atom) for atom in atoms])
     yield from [tuple(atoms)] if alternatives is None else alternatives
