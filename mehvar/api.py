@@ -278,7 +278,7 @@ def batch(
 
 def _listed(values: Any) -> str:
     """Return an array of values as the text of a dispersion; anything else is refused where it is read."""
-    if isinstance(values, str) or np.ndim(values) != 1:
+    if not isinstance(values, (list, tuple, np.ndarray)) or np.ndim(values) != 1:
         return cast(str, values)
     return f"values({', '.join(repr(number('vary', value)) for value in values)})"
 

