@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Assembly(Protocol):
-    """What makes a system, such as a `Spacecraft`."""
+    """Maker of a system, such as a `Spacecraft`."""
 
     def system(self) -> System:
         """Return the system."""

@@ -61,7 +61,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Report:
-    """What became of one model.
+    """Result of the generation of one model.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Report:
     written : tuple of str
         Files that were written, or that would be.
     reasons : tuple of str
-        Why: sources that changed, files that are missing or were edited.
+        Reasons: sources that changed, files that are missing or were edited.
     """
 
     model: str
@@ -79,7 +79,7 @@ class Report:
 
     @property
     def stale(self) -> bool:
-        """Whether anything differed from the sources."""
+        """True if the folder differed from the sources."""
         return bool(self.reasons)
 
 
@@ -157,7 +157,7 @@ def _renumbered(
     try:
         parse_manifest(text, tables / FILE)
     except InputError:
-        return None  # what is wrong with the numbers is said by the check of the whole system
+        return None  # the check of the whole system reports what is wrong with the numbers
     return {FILE: text}
 
 
@@ -411,7 +411,7 @@ def _record(folder: Path) -> Manifest | None:
 
 
 def has_casadi(folder: Path, model: str) -> bool:
-    """Whether CasADi's own C is in a generated folder, or should be."""
+    """Return True if CasADi's own C is in a generated folder, or should be."""
     record, name = _record(folder), f"{model}_casadi.c"
     return (folder / name).is_file() or (record is not None and name in record.files_sha256)
 
@@ -446,9 +446,9 @@ def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
 
 
 def outdated(tree: Tree, model: str) -> tuple[str, ...]:
-    """Say which of a project's own sources are not those that its generated folder was derived from.
+    """Return the project's own sources that differ from those its generated folder was derived from.
 
-    The tool's do not count, nor do its versions and what lies outside of the tree: a revision holds none of them.
+    Sources and versions of the tool do not count, nor do files outside of the tree: a revision holds none of them.
 
     Raises
     ------
@@ -492,9 +492,9 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
 
 
 def write(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write all files under temporary names, then rename them, the manifest last: what is half done shows as stale.
+    """Write all files under temporary names, then rename them, the manifest last: an unfinished write shows as stale.
 
-    One process at a time renames, so that the files of two never mix. A new folder is removed if nothing got there.
+    One process at a time renames, so that the files of two never mix. A new folder that stays empty is removed.
     """
     new = not folder.exists()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated folders of structural variants, derived once: who asks again finds them in the cache."""
+"""Generated folders of structural variants, derived once and then taken from the cache."""
 
 from __future__ import annotations
 

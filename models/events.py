@@ -21,7 +21,7 @@ from .quantities import Located
 
 @dataclass(frozen=True)
 class Event(Located):
-    """What happens where a guard crosses zero.
+    """Event at a zero crossing of its guard.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Event(Located):
 
     @property
     def outcome(self) -> str:
-        """What the event ends, one of `mehvar.manifest.ENDS`."""
+        """Outcome of a run that the event ends, one of `mehvar.manifest.ENDS`."""
         return self.ends if isinstance(self.ends, str) else "run" if self.ends else ""
 
 

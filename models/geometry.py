@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture of a system shows: rods, arrows, balls, boxes and faces, whose points are functions of the state."""
+"""Shapes in a picture of a system: rods, arrows, balls, boxes, faces, with points as functions of the state."""
 
 from __future__ import annotations
 

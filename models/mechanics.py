@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the systems share: rotations, products and time derivatives."""
+"""Mechanics shared by the systems: rotations, products and time derivatives."""
 
 from __future__ import annotations
 

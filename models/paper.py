@@ -152,7 +152,7 @@ class Relation:
 
 
 class Slip(StrEnum):
-    """What kind of error a printed statement has, by where it came about.
+    """Kind of error in a printed statement, by origin.
 
     scan: in the copy that was read. A dot, a bar, a stroke, a bracket or an exponent is lost, a letter is taken for one
     that looks like it, a line of a right-to-left text is turned round; what was meant is told by the formulas around.

@@ -142,7 +142,7 @@ class Interval:
 
     @property
     def positive(self) -> bool:
-        """Whether every allowed value is above zero."""
+        """True if every allowed value is above zero."""
         return self.lower > 0 or (self.lower == 0 and self.lower_open)
 
     @classmethod

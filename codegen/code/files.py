@@ -71,7 +71,7 @@ class PrintedFunction:
 
     @property
     def places(self) -> dict[str, tuple[str, ...]]:
-        """What C calls the places of the vectors that this part makes for others."""
+        """Names in C for the places of the vectors that this part makes for others."""
         return {name: self.labels.constants[name] for name, _ in self.results if name in self.labels.parts}
 
     @property

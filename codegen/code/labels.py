@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What generated text calls its values: after the model where it names them, else after what they are made of.
+"""Names of values in generated text: from the model where it names them, otherwise from their contents.
 
-The names of a function depend on that function alone, and not on how many values stand before one: an edit of a model
-leaves the names of what it does not touch. See decision 0022.
+The names of a function depend on that function alone, and not on the number of values before one. So an edit of a model
+keeps the names of everything that it does not affect. See decision 0022.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ LEAVES = 8
 """Operands of a statement, beyond which parts of it get statements of their own, so that a line has about a hundred
 letters; in a sum each term gets a line instead. Half makes more statements, twice longer lines; numbers stay."""
 _DEPTH = 2
-"""How many statements below its own decide a value's name. An early count of eight edits of satellite gave as median of
-lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1 with 2, 3
-and 8."""
+"""Number of statements below its own that decide a value's name. An early count of eight edits of satellite gave as
+median of lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1
+with 2, 3 and 8."""
 _LETTERS = 5
 """Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in
 one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
 _LONGEST = 200
 """Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
-"""What a name does not tell: a sign, whether a truth value is meant as a number, a difference from a sum."""
+"""Distinctions that a name ignores: a sign, a truth value used as a number, a difference instead of a sum."""
 _RESERVED = frozenset("""
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while linux unix
@@ -45,7 +45,7 @@ _RESERVED = frozenset("""
 
 @dataclass(frozen=True)
 class Labels:
-    """What a function's vectors, their elements and its steps are called.
+    """Names of a function's vectors, their elements and its steps.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ PLAIN = Labels()
 
 @dataclass(frozen=True)
 class Names:
-    """What a function's values are called, in every language.
+    """Names of a function's values, in every language.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ def _users(tape: Tape) -> dict[int, int]:
 
 
 def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
-    """Whether a value used once has too many operands, and is no result and no sum that another goes on from."""
+    """Return True if a value used once has too many operands, and is neither a result nor part of a longer sum."""
     if size <= LEAVES or k not in users:
         return False
     user = tape.instructions[users[k]]
@@ -299,7 +299,7 @@ def _described(
 
 
 def _is_multiple(instruction: Instruction) -> bool:
-    """Whether a value is another one but for its sign, or for a two that CasADi writes as a sum."""
+    """Return True for a value that equals another except for its sign, or a factor two that CasADi writes as a sum."""
     return instruction.op in _SIGNS or (instruction.op == "add" and instruction.args[0] == instruction.args[1])
 
 

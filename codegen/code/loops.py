@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a tape does the same for each member of a family: loops over the members, and what stands between them."""
+"""Loops over the members of a family, where a tape does the same for each, and the statements between loops."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which values of a tape exist once for each member of a family, such as one for each pendulum.
+"""Values of a tape that exist once for each member of a family, such as one for each pendulum.
 
-A value that follows from the quantities of one member, and from what all share, is that member's; two members' values
-are of one kind when the same operations make them. Sums over all members are put in the order of the members, so that
-a member's values can be forgotten once its terms are added.
+A value that follows from the quantities of one member, and from shared ones, belongs to that member. Values of two
+members are of one kind if the same operations make them. Sums over all members are put in the order of the members, so
+that a member's values can be dropped once its terms are added.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Members:
         return self.kinds[self.kind[k]][0]
 
     def alike(self, terms: Sequence[tuple[bool, int]]) -> bool:
-        """Whether terms, sorted by member, are the same ones for each."""
+        """Return True if terms, sorted by member, are the same for each member."""
         each: dict[int, list[tuple[bool, int]]] = {number: [] for number in self.numbers}
         for negative, k in terms:
             if k not in self.kind:
@@ -157,10 +157,10 @@ def _leaves(tape: Tape, root: int, inside: set[int]) -> list[tuple[bool, int]]:
 
 
 def in_order(tape: Tape, tags: Tags, parameters: frozenset[int]) -> Tape:
-    """Put sums over all members in the order of these, what depends on parameters alone first.
+    """Reorder sums over all members: in the order of members, terms that depend only on parameters first.
 
-    A sum's terms in another order give other last bits, the same ones in every language that the tape is printed in.
-    What the old sums alone needed stays behind, without a use.
+    Reordering a sum changes its last bits, equally in every language that the tape is printed in. Values that only the
+    old sums needed stay in the tape, unused.
     """
     if len(_numbers(tags)) < LEAST:
         return tape
@@ -184,7 +184,7 @@ def in_order(tape: Tape, tags: Tags, parameters: frozenset[int]) -> Tape:
 
 
 def _merged(tape: Tape) -> Tape:
-    """Make one value of two that differ in the order of the operands of a commutative operation, to the last bit."""
+    """Merge values that differ only in the order of operands of a commutative operation, exact to the last bit."""
     builder, moved, known = Builder(), list[int](), dict[Hashable, int]()
     for i in tape.instructions:
         args = tuple(moved[a] for a in i.operands) or i.args
@@ -200,9 +200,10 @@ def _merged(tape: Tape) -> Tape:
 def _runs(
     found: Members, terms: Sequence[tuple[bool, int]], constant: Sequence[bool], deep: Sequence[bool]
 ) -> list[list[tuple[bool, int]]] | None:
-    """Split a sum's terms into what is shared and what is of each member; None where the members' terms differ.
+    """Split a sum's terms into shared and members' runs; None where the members' terms differ.
 
-    What is shared but follows from members' values, such as another sum over them, comes last: no loop waits for it.
+    Shared terms that follow from members' values, such as another sum over them, come last, so that no loop waits for
+    them.
     """
     runs = []
     for now in ([term for term in terms if constant[term[1]]], [term for term in terms if not constant[term[1]]]):
@@ -226,7 +227,7 @@ def _deep(tape: Tape, found: Members) -> list[bool]:
 def _chain(
     builder: Builder, runs: Sequence[Sequence[tuple[bool, int]]], shared: bool, known: dict[Hashable, int]
 ) -> int:
-    """Append a sum's runs of terms, one after the other; beginnings that sums share are appended once."""
+    """Append a sum's runs of terms in order; common beginnings of sums are appended once."""
     if shared and not runs[0][0][0]:
         (_, total), *first = runs[0]
     else:

@@ -21,7 +21,7 @@ _Load = tuple[str, object, int]
 
 @dataclass(frozen=True)
 class Language:
-    """How a language spells a tape.
+    """Spelling of a tape in a language.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Split a tape in two: what depends on parameters alone and is computed once per run, and the rest of every call."""
+"""Split of a tape in two: values that depend on parameters alone, computed once per run, and the rest."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
 
 
 def _frontier(tape: Tape, constant: Sequence[bool]) -> list[int]:
-    """Return the values that depend on parameters alone and that the rest needs; what costs nothing stays behind."""
+    """Return the values that depend on parameters alone and that the rest needs; free ones are not moved."""
     stack, seen, frontier = [v for result in tape.results for v in result], set[int](), set[int]()
     while stack:
         k = stack.pop()

@@ -157,7 +157,7 @@ class Builder:
         return self.add("num", position) if self.instructions[position].op in MASKS else position
 
     def is_flag(self, bound: int, position: int) -> bool:
-        """Whether a number is above the bound exactly when the truth value it was made from holds."""
+        """Return True if a number is above the bound exactly when its truth value holds."""
         low, flag = self.instructions[bound], self.instructions[position]
         if low.op != "const" or flag.op != "select0":
             return False
@@ -265,12 +265,12 @@ def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
 
 
 def is_sum(instruction: Instruction) -> bool:
-    """Whether a value is a sum or a difference."""
+    """Return True if a value is a sum or a difference."""
     return instruction.op in ("add", "sub")
 
 
 def keeps_place(instruction: Instruction) -> bool:
-    """Tell whether computing a value again is as cheap as having it, or it is no number that could be kept."""
+    """Return True if a value is as cheap to compute again as to keep, or is no number that could be kept."""
     return instruction.op in _FREE or instruction.op in MASKS
 
 

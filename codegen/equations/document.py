@@ -58,12 +58,12 @@ class Row:
 
     @property
     def named(self) -> bool:
-        """Whether other expressions refer to it by its name."""
+        """True if other expressions refer to it by its name."""
         return self.kind == "definition"
 
     @property
     def implicit(self) -> bool:
-        """Whether it says 0 = ..., so that only its zeros count."""
+        """True for an equation 0 = ..., of which only the zeros count."""
         return self.kind == "motion" or (self.kind == "equation" and self.latex == "0")
 
 

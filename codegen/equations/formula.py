@@ -22,7 +22,7 @@ Path = tuple[int, ...]
 Marks = Set[Path]
 
 _SUM, _PRODUCT, _POWER, _ATOM = range(4)
-"""How tightly a part binds."""
+"""Binding strengths of parts, weakest first."""
 _ROLES = ("parameter", "scenario", "law", "definition", "state", "reference", "input", "rate")
 _POWERED = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 """Functions that are raised behind their name and need no parentheses around a symbol."""
@@ -31,7 +31,7 @@ _Key = tuple[tuple[int, str], ...]
 
 @dataclass(frozen=True)
 class SymbolNames:
-    """How names are printed and sorted.
+    """Printed form and order of names.
 
     Attributes
     ----------

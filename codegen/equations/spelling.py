@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the parts of a formula are spelt: as plain text, as LaTeX, as MathML."""
+"""Spellings of the parts of a formula: plain text, LaTeX, MathML."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a generated function is: a graph with names for its arguments and results."""
+"""Generated functions: graphs with names for their arguments and results."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
 _OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair)
-"""What is converted in a way of its own."""
+"""Operations with their own conversion rules."""
 
 
 def to_casadi(
@@ -98,7 +98,7 @@ def _expression(value: object) -> sp.Basic:
 
 
 def lack(node: sp.Basic) -> str:
-    """Say why a node has no counterpart in CasADi, its parts aside; nothing when it has one."""
+    """Return the reason why a node, apart from its parts, has no counterpart in CasADi; empty if it has one."""
     if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
         return f"Piecewise without a last branch for all other cases: {node}"
     known = isinstance(node, _OTHERS) or type(node) in (*_UNARY, *_BINARY, *_FOLDED)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What depends on each parameter: a run refuses one that nothing in it reads."""
+"""Readers of each parameter: a run refuses a parameter that nothing in it reads."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Reader:
 
 
 def readers(system: System) -> list[Reader]:
-    """List what decides the numbers of a run; what depends on a reference depends on the parameters behind it.
+    """List all functions that affect the numbers of a run; readers of a reference read the parameters behind it.
 
-    A run goes by no margin but that of its limits, and calls no function that a model has for its users.
+    A run uses no margins except those of its limits, and calls no function that a model has for its users.
     """
     reference = dict(zip(system.references.symbols, system.reference, strict=True))
     laws = {f"{identifier(law.name)}_defaults": law for law in system.controllers}

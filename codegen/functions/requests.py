@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which functions are generated for a system, still in SymPy, and what their symbols stand for."""
+"""Functions that are generated for a system, still in SymPy, and the meanings of their symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mehvar.models.system import (
 from mehvar.names import CLOCK, identifier
 
 ROLES = ("u_cmd", "e", "dw", "v", "z", "q")
-"""What vectors are called that requests make of the quantities of a system."""
+"""Names of vectors that requests form from the quantities of a system."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hold the form that is evaluated against what CasADi can evaluate, and against the equations that were derived."""
+"""Check the evaluated form against the functions that CasADi has, and against the derived equations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .lower import LoweringError, lack, to_casadi
 POINTS = 40
 """A wrong term shows at any point; forty also reach the branches of a switch."""
 TOLERANCE = 1e-12
-"""Rounding leaves 1e-15 in the largest shipped model, a wrong term its own size: anything between serves."""
+"""Rounding leaves 1e-15 in the largest shipped model, a wrong term its own size: any value between works."""
 
 
 class VerificationError(MehvarError, ValueError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What must hold for arrays in every run: that points increase, that matrices are positive definite."""
+"""Constraints on arrays in every run: points that increase, matrices that are positive definite."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ SYMMETRIC = ("symmetric", "positive definite")
 INCREASING = "increasing"
 LINES = ("linear", "cubic")
 OUTSIDE = ("hold", "line")
-"""What arrays may be declared as: matrices, the points of a table, tables, and what holds beyond their points."""
+"""Kinds of declared arrays: matrices, the points of a table, tables, and their rule beyond these points."""
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,7 @@ def _refuse(expr: Expr, what: str, other: object = None) -> None:
 
 
 def _is_entry_with_zero(frame: FrameType) -> bool:
-    """Tell whether what is evaluated in a frame is written `M[...] == 0` or `!= 0`, and M is a matrix."""
+    """Return True if the text evaluated in a frame is `M[...] == 0` or `!= 0`, and M is a matrix."""
     try:
         node = ast.parse(f"({_source(frame)})", mode="eval").body
     except SyntaxError:
@@ -107,7 +107,7 @@ def _source(frame: FrameType) -> str:
 
 
 def _value(node: ast.expr, frame: FrameType) -> object:
-    """Return what a name, or an attribute of one, stands for in a frame."""
+    """Return the value of a name, or of an attribute of a name, in a frame."""
     if isinstance(node, ast.Name):
         return frame.f_locals.get(node.id, frame.f_globals.get(node.id))
     if isinstance(node, ast.Attribute):

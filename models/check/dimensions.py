@@ -33,15 +33,16 @@ _OF_NUMBERS = (
 
 _DEGREE = "deg"
 _ROUNDING = 4e-15
-"""Of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is as near."""
+"""Rounding of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is that
+close."""
 
 
 class MisfitError(Exception):
-    """What does not fit, in words; who catches it says where."""
+    """Mismatch of dimensions, in words; the handler adds its place."""
 
 
 def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
-    """Refuse rows in another unit than their quantity's, and sums of what cannot be added.
+    """Refuse rows whose unit differs from their quantity's, and sums of different dimensions.
 
     A definition whose unit is not stated has that of its expression; a plain number that is a definition of its own
     has the unit that is stated.
@@ -72,7 +73,7 @@ def check_radians(unit: str, where: str) -> None:
 def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -> None:
     parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
     with placed(vector.row(k)):
-        values = [dimensions(part) for part in parts]  # of a smallest margin only the sign counts
+        values = [dimensions(part) for part in parts]  # only the sign of a smallest margin counts
         if k < len(vector.rows) and values[0] is not None and not vector.in_balance:
             unit = vector.rows[k].unit + ("/s" if vector.rate else "")
             if values[0] != dimension(unit):
@@ -80,7 +81,7 @@ def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -
 
 
 def _check_units(system: System, vectors: Iterable[Vector]) -> None:
-    """Refuse units that are none, of quantities and of definitions."""
+    """Refuse invalid units of quantities and of definitions."""
     for vector in vectors:
         for unit in (*vector.units.values(), *(q.unit for q in vector.rows)):
             with placed(f"{vector.origin}: {vector.what}"):
@@ -102,7 +103,7 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
 
 @contextlib.contextmanager
 def placed(where: str) -> Iterator[None]:
-    """Put a place before what is said of a unit that is none or does not fit."""
+    """Prefix a message about an invalid or wrong unit with its place."""
     try:
         yield
     except (MisfitError, ValueError) as error:
@@ -110,7 +111,7 @@ def placed(where: str) -> Iterator[None]:
 
 
 def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions that expressions are made of."""
+    """Return the definitions that expressions contain."""
     definitions = system.definitions
     stack, seen = list(entries), set[sp.Symbol]()
     while stack:
@@ -270,4 +271,4 @@ def short(expr: sp.Basic) -> str:
 
 
 _NODES = 40
-"""Of an expression that is shown: a line or two of a terminal."""
+"""Limit on nodes of an expression that is shown: a line or two of a terminal."""

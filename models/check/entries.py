@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the entries of each vector are as many as its group, expressions, finite, and of symbols that it receives."""
+"""Check of the entries of each vector: as many as its group, finite expressions of symbols that it receives."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
 
 
 class Nodes:
-    """What expressions are made of; each is walked once, as the graph that it is."""
+    """Contents of expressions; each is walked once, as a graph."""
 
     def __init__(self, system: System) -> None:
         self.definitions: Mapping[sp.Symbol, Definition] = {step.symbol: step for step in system.definitions_in_order}
@@ -103,7 +103,7 @@ def _check_symbols(
 
 
 def _stranger(symbol: sp.Symbol, within: Definition | None, system: System, vector: Vector) -> str:
-    """Say what a symbol is that a vector may not be a function of."""
+    """Return a description of a symbol that a vector must not depend on."""
     allowed = sorted(s.name for s in vector.units)
     through = f" (by definition {within.symbol.name!r} at {within.origin})" if within else ""
     if symbol.name in allowed:

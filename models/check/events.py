@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether events are what a run can locate: each named once, with resets that assign states."""
+"""Check of events: each named once, located by a run, with resets that assign states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 def check_events(system: System) -> None:
-    """Refuse events that no run has, and resets of what is no state."""
+    """Refuse events that no run has, and resets of symbols that are no states."""
     for event in system.events:
         _check_reset(system, event)
     _check_beside(system)
@@ -46,7 +46,7 @@ def _check_reset(system: System, event: Event) -> None:
 
 
 def _check_beside(system: System) -> None:
-    """Refuse events beside what they were not built for."""
+    """Refuse events together with features that do not support them."""
     first = next(iter((*system.events, *(event for law in system.controllers for event in law.events))), None)
     if first is None:
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether what a system declares has an effect: a feature that nothing would use is refused by name."""
+"""Check that every declared feature has an effect: one that nothing would use is refused by name."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ..tables import check_names, suggestion
 from .events import check_events
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
-"""What only a sampled law has."""
+"""Fields that only a sampled law has."""
 _OF_MEMORY = ("applied", "start", "update", "rates")
-"""What only a law with memory has."""
+"""Fields that only a law with memory has."""
 
 
 def check_features(system: System) -> None:
-    """Refuse what would be ignored, and combinations that no run can have."""
+    """Refuse declarations that would be ignored, and combinations that no run can have."""
     if not len(system.states):
         raise ModelError(f"{system.origin}: states = (): a system must have at least one state")
     for law in system.controllers:
@@ -46,7 +46,7 @@ def check_features(system: System) -> None:
 
 
 def _check_mass(system: System) -> None:
-    """Refuse a mass that is not one row and column a state, and what says the rates a second time."""
+    """Refuse a mass matrix without one row and column per state, and second declarations of the rates."""
     if system.mass is None:
         return
     n = len(system.states)
@@ -68,7 +68,7 @@ def _check_mass(system: System) -> None:
 
 
 def _check_beside_algebraic(system: System) -> None:
-    """Refuse what no method can integrate together with algebraic states."""
+    """Refuse features that no method can integrate together with algebraic states."""
     if system.diffusion:
         raise ModelError(
             f"{system.diffusion.origin}: diffusion cannot stand beside algebraic states, which the methods for "
@@ -154,7 +154,7 @@ def _check_chart(system: System) -> None:
 
 
 def _check_noise(system: System) -> None:
-    """Refuse process noise that is none, and random steps that never come."""
+    """Refuse process noise that is zero, and random steps that never occur."""
     diffusion, step = system.diffusion, system.random_step
     if diffusion:
         if system.coordinates:
@@ -180,7 +180,7 @@ def _check_noise(system: System) -> None:
 
 
 def _check_delays(system: System) -> None:
-    """Refuse delays of what is no input, by what is no count of samples."""
+    """Refuse delays of names that are no inputs, and delays that are no counts of samples."""
     parameters = {q.name: q for q in system.parameters}
     check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
     check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")
@@ -233,7 +233,7 @@ def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str,
 
 
 def check_distinct(names: Sequence[object], what: str) -> None:
-    """Refuse a name that is there twice."""
+    """Refuse a name that occurs twice."""
     for k, name in enumerate(names):
         if name in names[:k]:
             raise ModelError(f"{what} {name!r} is there twice")

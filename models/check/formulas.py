@@ -34,7 +34,7 @@ def formulas(group: Group) -> dict[str, Expr]:
 
 
 def _check_ends(uses: Mapping[str, set[str]]) -> None:
-    """Refuse formulas that come back to themselves: no order computes them."""
+    """Refuse circular formulas, which no order can compute."""
     waiting = dict(uses)
     while waiting:
         ready = [name for name, names in waiting.items() if not names & waiting.keys()]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether every field of a system holds what its class says: a list is no tuple, a text no number."""
+"""Check that every field of a system has its declared type: a list is no tuple, a text no number."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..system import System
 
 
 def check_kinds(system: object) -> None:
-    """Refuse what is no `System`, and fields of another kind than they are declared."""
+    """Refuse a value that is no `System`, and fields of the wrong type."""
     if not isinstance(system, System):
         raise ModelError(f"system() returns a {type(system).__name__}: must be a System")
     _check_record(system, "", system.origin)
@@ -59,7 +59,7 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
 
 
 def _is(value: object, kind: type) -> bool:
-    """Tell whether a value is of a kind; whole numbers are floats too, truth values are no numbers."""
+    """Return True if a value is of a type; whole numbers are floats too, truth values are no numbers."""
     return isinstance(value, (int, float) if kind is float else kind) and (kind is bool or not isinstance(value, bool))
 
 

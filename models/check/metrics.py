@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether metrics are of what there is, in a unit that fits, and with numbers that their kind reads."""
+"""Check of metrics: existing quantities, fitting units, and the numbers that their kind reads."""
 
 from __future__ import annotations
 

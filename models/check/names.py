@@ -24,23 +24,23 @@ _OF_C = frozenset("""
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     linux unix real np
 """.split())  # fmt: skip  # noqa: SIM905
-"""Words of C and of its compilers, and what generated functions compute with: no argument can be called so."""
+"""Reserved words of C, its compilers and generated functions; no argument may have one of these names."""
 _CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 _TAKEN = ("jac", "hess", "null")
-"""What CasADi calls no function."""
+"""Names that CasADi refuses for functions."""
 _GENERATED = frozenset("""
     rhs outputs geometry limits initial reference constraints to_coordinates from_coordinates project actuate measure
     mass_diagonal measure_jvp diffuse jump input_delays guards resets
     jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
-"""What a system's own functions are called: no law and no other function."""
+"""Names of a system's own functions; no law and no other function may have them."""
 _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")
-"""How generated functions call their own variables."""
+"""Names of local variables in generated functions."""
 
 
 @dataclass(frozen=True)
 class _Use:
-    """A name with what bears it; `origin` where that has a place of its own."""
+    """A name and the thing that has it; `origin` is the place of that thing, if it has its own."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class _Use:
 
 
 def check_names(system: System) -> None:
-    """Refuse names that two things bear, or that generated code or a command line cannot have."""
+    """Refuse names that two things have, or that generated code or a command line cannot have."""
     _check_words(system)
     common = _common(system)
     taken = _unique(common, {}, system.origin)
@@ -74,7 +74,7 @@ def check_names(system: System) -> None:
 
 
 def _check_words(system: System) -> None:
-    """Refuse a model or a law that is called as what stands in its place on a command line."""
+    """Refuse a model or a law whose name is a word of the command line at the same place."""
     if system.name == WORK:
         raise ModelError(
             f"{system.origin}: the model is called {WORK!r}, which is what `mehvar diff` calls present sources"
@@ -125,7 +125,7 @@ def _unique(uses: Iterable[_Use], taken: dict[str, _Use], origin: str) -> dict[s
 
 
 def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
-    """Refuse an output that bears the name of something else and is not that very thing."""
+    """Refuse an output that has the name of something else without being the same quantity."""
     rows = dict(zip((q.name for q in system.outputs), system.output, strict=False))
     for name, entry in rows.items():
         if name in taken and entry != taken[name].symbol:
@@ -163,7 +163,7 @@ def _check_variables(system: System) -> None:
 
 
 def _check_results(uses: Iterable[_Use], origin: str) -> None:
-    """Refuse a variable that bears the name of something that every result or store has."""
+    """Refuse a variable with a name that every result or store uses."""
     for use in uses:
         if use.name in RESULT_NAMES:
             raise ModelError(
@@ -172,7 +172,7 @@ def _check_results(uses: Iterable[_Use], origin: str) -> None:
 
 
 def _check_arguments(system: System) -> None:
-    """Refuse parameters and choices that bear the name of an argument of a run; a law's delay may be called delay."""
+    """Refuse parameters and choices with the name of an argument of a run; a law's delay may be called delay."""
     shared = (*system.parameters, *system.scenario_parameters)
     uses = [(f"parameter {q.name!r}", q.name, system.origin) for q in shared]
     uses += [(f"choice {choice.name!r}", choice.name, system.origin) for choice in system.choices]
@@ -243,7 +243,7 @@ def _check_text(text: str, where: str) -> None:
 
 
 def _check_letters(system: System) -> None:
-    """Refuse another name of a vector than that by which runs know it."""
+    """Refuse names of vectors that differ from those by which runs know them."""
     groups = [
         ("x", system.states),
         ("u", system.inputs),

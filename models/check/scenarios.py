@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether parameters are used, and scenarios speak of what there is."""
+"""Check that parameters are used, and that scenarios refer to existing names."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     """Refuse inputs, references and noise that nothing reads."""
-    # What only hands a group on, as an identity chart does, reads nothing of it; a rate that is an input does.
+    # A function that only passes a group on, such as an identity chart, does not read it; a rate that is an input does.
     reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
     groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
@@ -74,7 +74,7 @@ def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
         for q in group:
             if q.symbol not in used:
                 raise ModelError(f"{origin}: {kind} {q.name!r} would be ignored: nothing is a function of it")
-    for law in system.controllers:  # the inputs that were applied come as a whole; a law may need one alone
+    for law in system.controllers:  # applied inputs come as a whole group, of which a law may need only one
         if len(law.applied) and not used.intersection(law.applied.symbols):
             raise ModelError(f"{law.origin}: applied of law {law.name!r} would be ignored: nothing is a function of it")
 

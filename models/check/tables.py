@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether everything that a model's tables say has come into its system."""
+"""Check that everything in a model's tables has come into its system."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every vector of expressions that a system has: its rows, their units, and what it may be a function of."""
+"""Vectors of expressions of a system: their rows, units and arguments."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ class Vector:
 
     @property
     def units(self) -> dict[sp.Symbol, str]:
-        """The unit of each symbol that it may be a function of."""
+        """Unit of each symbol that it may be a function of."""
         time = {TIME.symbol: TIME.unit} if self.of_time else {}
         return time | {q.symbol: q.unit for group in self.receives for q in group} | dict(self.more)
 
     def row(self, index: int) -> str:
-        """Return what a message calls an entry."""
+        """Return the name of an entry in messages."""
         where = f"{self.origin}: {self.what}, row {index + 1} of {len(self.entries)}"
         return f"{where} ({self.rows[index].name})" if index < len(self.rows) else where
 
@@ -305,7 +305,7 @@ def _guard(event: Event, what: str, receives: tuple[Group, ...]) -> Vector:
 
 
 def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:
-    """Hold a group of symbols against the inputs that they stand for, one by one and in their units."""
+    """Check a group of symbols against the inputs that they stand for, one by one, including units."""
     return Vector(what, group.symbols, inputs.quantities, (group,), origin, group="inputs")
 
 

@@ -49,7 +49,7 @@ def with_mass(system: System) -> System:
 
 
 class _Steps:
-    """What a mass matrix adds to a derivation, named after the states of its rows and columns."""
+    """Steps that a mass matrix adds to a derivation, named after the states of its rows and columns."""
 
     def __init__(self, system: System, states: Sequence[Quantity]) -> None:
         self.derivation = Derivation(system.steps)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is counted in samples: laws that command once in so many, inputs that act so many after their command.
+"""Quantities counted in samples: periods of commands, delays of inputs.
 
-A law that commands at some samples, while its memory is updated at each, is one whose memory also holds the last
-command and how many samples it has been held: every backend, lane, unit and board that runs laws with memory then runs
-it, and its equations say what it does.
+Consider a law that commands at some samples only, while its memory is updated at each. It becomes a law whose memory
+also holds the last command and the number of samples since. So every backend, lane, unit and board that runs laws with
+memory runs it, and its equations state its behaviour.
 """
 
 from __future__ import annotations

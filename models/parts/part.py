@@ -54,7 +54,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Aggregates:
-    """What determines the motion of a part and of the hub that carries it.
+    """Quantities that determine the motion of a part and of its hub.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class Follower:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a part adds to the equations of the hub.
+    """Contribution of a part to the equations of the hub.
 
     Attributes
     ----------

@@ -167,7 +167,7 @@ def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
 
 @dataclass(frozen=True)
 class Shared:
-    """What the laws share in a sample: reference models, the estimators of the adaptive ones, and the actuators."""
+    """Shared parts of the laws in a sample: reference models, estimators of adaptive laws, and actuators."""
 
     models: tuple[ReferenceModel, ...]
     estimates: tuple[Estimate, ...]

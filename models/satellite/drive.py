@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What turns the satellite: inputs, their limits, and how a law's torque becomes commands of wheels and torquers."""
+"""Drive of the satellite: inputs, their limits, and the commands of wheels and torquers for a law's torque."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Drive:
 
     @property
     def measured(self) -> tuple[Expr, ...]:
-        """What the commands are functions of beside the torque."""
+        """Arguments of the commands in addition to the torque."""
         return (*(self.wheels.momenta if self.field or self._spare else ()), *self.field)
 
     def commands(self, torque: Sequence[Expr], law: Group) -> tuple[Expr, ...]:

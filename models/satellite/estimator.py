@@ -67,7 +67,7 @@ def symbols(axis: str) -> dict[str, sp.Symbol]:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the estimator of an axis knows in this sample.
+    """Estimate of an axis in this sample.
 
     Attributes
     ----------

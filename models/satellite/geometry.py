@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture of the satellite shows: body, panels, its axes, where two of them should point, and the torque."""
+"""Picture of the satellite: body, panels, its axes, the wanted direction of two of them, and the torque."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HALF = tuple(sp.Rational(h, 100) for h in (32, 32, 38))
 """Half of the body's edges, m; like all lengths here of the picture, for the paper gives none."""
 _ROOT, _TIP, _WIDTH = sp.Rational(42, 100), sp.Rational(5, 4), sp.Rational(24, 100)
 _REACH = (sp.Rational(19, 20), sp.Rational(31, 20), sp.Rational(19, 20))
-"""How far the arrows of the axes reach: that of y beyond its panel."""
+"""Lengths of the arrows of the axes: that of y reaches beyond its panel."""
 _PER_TORQUE = 30
 """Metres of an arrow for a N m: the papers' laws ask for some hundredths."""
 _COLORS = ("blue", "vermillion", "green")

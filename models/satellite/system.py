@@ -97,7 +97,7 @@ class _Craft:
 
     @property
     def like_the_paper(self) -> bool:
-        """Whether the equations of motion are the paper's."""
+        """True if the equations of motion are the paper's."""
         return not {"inertia", "wheels", "orbit"} & structure.beyond(self.choices).keys()
 
 

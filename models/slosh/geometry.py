@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture of the spacecraft shows: a hull to look into, the pendulums in it, and the thrust."""
+"""Picture of the spacecraft: a transparent hull, the pendulums in it, and the thrust."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture of the triangle shows: three masses, their rods, the attitude and the one that is wanted."""
+"""Picture of the triangle: three masses, their rods, the attitude and its target."""
 
 from __future__ import annotations
 

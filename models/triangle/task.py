@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every model of the triangle is asked to do: its target, how far it is from there, and the laws that go there."""
+"""Task of every model of the triangle: target, distance from it, and the laws that approach it."""
 
 from __future__ import annotations
 

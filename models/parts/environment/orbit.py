@@ -160,7 +160,7 @@ def _radius(orbit: Orbit, frame: Frame) -> tuple[Expr, sp.Matrix]:
 
 @dataclass(frozen=True)
 class Sky:
-    """What a place on an orbit decides; vectors are in the axes of the hub, and each is named when it is asked for.
+    """Quantities of a place on an orbit, in the axes of the hub; each is named on first use.
 
     Parameters
     ----------

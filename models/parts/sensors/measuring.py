@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the sensors of a craft show together, and how their biases walk."""
+"""Measurements of all sensors of a craft, and the random walks of their biases."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from .gyro import Rate
 
 @dataclass(frozen=True)
 class Motion:
-    """What the laws see.
+    """Motion as the laws receive it.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Error:
-    """How far the attitude is from the wanted one; its vector and scalar with the sign of the shorter way."""
+    """Attitude error; its vector and scalar have the sign of the shorter rotation."""
 
     scalar: Expr
     vector: sp.Matrix

@@ -11,7 +11,7 @@ from ...system import Controller, Derivation, Expr, Group
 from ..drive import Drive
 
 NORMAL = sp.Matrix([0, 0, -1])
-"""Where the panels look, in body axes: away from the Earth."""
+"""Normal of the panels, in body axes: away from the Earth."""
 
 LEAST = sp.Rational(1, 10**4)
 """Sine below which the angle is taken for it: they differ by its cube over six, less than single precision has. Half or

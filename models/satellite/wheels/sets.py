@@ -67,7 +67,7 @@ class Wheels:
 
     @property
     def momentum(self) -> sp.Matrix:
-        """What the wheels hold together, in body axes."""
+        """Total momentum of the wheels, in body axes."""
         return self.axes * self.momenta
 
 

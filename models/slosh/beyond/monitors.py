@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the proofs of the Lyapunov laws assume, watched along a run.
+"""Monitors of the assumptions in the proofs of the Lyapunov laws, evaluated along a run.
 
-The proofs differentiate V along the reduced model: accelerations come about as demanded, a_x is F over the mass, and
-the attitude angles have the body rates for their rates. Then V' is what (30) promises. Here V is differentiated along
-the craft as it is.
+The proofs differentiate V along the reduced model: accelerations equal their demands, a_x is F over the mass, and the
+attitude angles have the body rates as their rates. Then V' is the one that (30) promises. Here V is differentiated
+along the full craft.
 """
 
 from __future__ import annotations

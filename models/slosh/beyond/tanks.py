@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tanks hold once some fuel is burnt, and the lines through which it leaves.
+"""Contents of the tanks after some fuel is burnt, and the lines through which it leaves.
 
 All tanks are filled alike: a part of the fuel that is burnt, the share, gives the sloshing mass and the length of every
 pendulum by two tables. What sloshes no more and is not burnt lies with the fixed fuel. Moments of inertia go with their

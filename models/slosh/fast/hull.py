@@ -168,7 +168,7 @@ def _applied(p: Group, centre: Expr, d: Derivation) -> tuple[Expr, ...]:
 
 @dataclass(frozen=True)
 class Pull:
-    """What one pendulum adds to the hull's equations besides its constant mass.
+    """Contribution of one pendulum to the hull's equations, apart from its constant mass.
 
     Attributes
     ----------

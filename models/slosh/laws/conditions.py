@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What parameters and initial states must satisfy before a run, and what is said when they do not."""
+"""Conditions on parameters and initial states before a run, with the messages on violation."""
 
 from __future__ import annotations
 

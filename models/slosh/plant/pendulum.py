@@ -30,7 +30,7 @@ angle_acceleration = sp.symbols(r"\ddot{\varphi}_{i} \ddot{\theta}_{i}", real=Tr
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one pendulum adds to energy, momentum and the equations of motion, in generic symbols.
+    """Contribution of one pendulum to energy, momentum and the equations of motion, in generic symbols.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What has mass: three points, alone or with rods between them.
+"""Bodies with mass: three points, with or without rods between them.
 
 A uniform rod that stretches evenly moves linearly from end to end, so that its kinetic energy is
 m (v_i.v_i + v_i.v_j + v_j.v_j)/6. With half of each rod at either end that is (m/2)(v_i.v_i + v_j.v_j)/2 less

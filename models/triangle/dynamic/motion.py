@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the masses are and how they move, in axes along rod 3: from lengths, their rates and angular momentum.
+"""Positions and velocities of the masses in axes along rod 3, from lengths, rates and angular momentum.
 
-Mass 1 is the origin, mass 2 lies on the first axis and mass 3 above it. Two places X, V of the plane are enough: what
-turns is the angular momentum's, H = sum m_i X_i x X_i', which is linear in the rate of these axes.
+Mass 1 is the origin, mass 2 lies on the first axis and mass 3 above it. Two positions X, V of the plane are sufficient.
+The rotation follows from the angular momentum H = sum m_i X_i x X_i', which is linear in the rate of these axes.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from .states import ANOMALY, HEADING, lengths, rates, thrust
 
 @dataclass(frozen=True)
 class Plant:
-    """What becomes of the states.
+    """Rates of the states.
 
     Attributes
     ----------

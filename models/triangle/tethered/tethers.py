@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tethers pull with: linear in strain and its rate when taut, nothing when slack.
+"""Tether tensions: linear in strain and its rate when taut, zero when slack.
 
 Strain of a tether of natural length s is l/s - 1. Its rate times s, what the damping sees, is l' - (l/s) s': a reel
 that pays out lets go without loss. With reels at rest it is the rate of the length.
@@ -18,18 +18,18 @@ from .states import out, reels
 
 @dataclass(frozen=True)
 class Tethers:
-    """What three tethers do.
+    """Quantities of three tethers.
 
     Attributes
     ----------
     demands : tuple of Expr
-        What strain and its rate give; a tether is slack while that is negative.
+        Tensions by strain and its rate; a tether is slack while its value is negative.
     tensions : tuple of Expr
-        What they pull with.
+        Actual tensions.
     speeds : tuple of Expr
         Rates at which stretched tether leaves the reels.
     energy : Expr
-        Elastic energy of those that are longer than their natural lengths.
+        Elastic energy of the tethers that are longer than their natural lengths.
     """
 
     demands: tuple[Expr, ...]
