@@ -130,7 +130,7 @@ def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
         closed = loops(before, after)
     except InputError as error:  # a copied folder has no file of them and no sources to make it from
         closed, note = (), str(error)
-    return closed, f"loops not compared: {note}" if note else ""
+    return closed, f"loops and margins not compared: {note}" if note else ""
 
 
 def _loaded(folder: Path) -> Model:

@@ -180,7 +180,10 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
             continue
         if change is not None and change.size > largest:
             overlay, largest = Overlay(law, scenario, first, second, change.size), change.size
-        edges = _margins(before, first), _margins(after, second)
+        try:
+            edges = _margins(before, first), _margins(after, second)
+        except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
+            continue
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
     return Runs(tuple(changed), tuple(same), tuple(moved), tuple(refused)), overlay

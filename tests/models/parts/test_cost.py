@@ -51,4 +51,5 @@ def test_operations_are_linear_in_the_number_of_parts_and_the_text_does_not_grow
     few, more, many = (craft.operations for craft in crafts)
     assert more - few == many - more <= most
     few_lines, many_lines = ([line for line in craft.c_lines if "enum" not in line] for craft in (crafts[0], crafts[2]))
-    assert len(few_lines) == len(many_lines)  # names of elements aside: there are four on a line
+    sums = 2 * 2 if kind == "tank" else 0  # of two more tanks: one sum over them is no loop, with two terms a tank
+    assert len(many_lines) - len(few_lines) == sums  # names of elements aside: there are four on a line
