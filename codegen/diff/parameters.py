@@ -136,7 +136,8 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
         return
     skipped = _unsaid(old) | _unsaid(new) | EXEMPT.keys()
     before, after = (dict(_entries(manifest, skipped)) for manifest in (old, new))
-    for place in {place for place in before.keys() ^ after.keys() if place[2] == "entry"}:
+    entries = [place for place in {**before, **after} if place[2] == "entry"]
+    for place in [place for place in entries if (place in before) != (place in after)]:
         for side in (before, after):  # one change for the whole entry, not one for each of its fields
             for other in [other for other in side if other[0].endswith(f" {place[1]}")]:
                 del side[other]

@@ -131,7 +131,7 @@ class _Writer:
                 latex[step.symbol.name] = step.latex
                 rank[step.symbol.name] = rank_of("definition")
             else:
-                for symbol in step.expr.free_symbols - self._quantities.keys():
+                for symbol in sorted(step.expr.free_symbols - self._quantities.keys(), key=str):
                     spelled = "\\" in symbol.name or "^" in symbol.name
                     latex.setdefault(symbol.name, symbol.name if spelled else sp.latex(symbol))
                     rank.setdefault(symbol.name, rank_of("rate" if "dot" in symbol.name else "parameter"))

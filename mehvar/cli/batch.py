@@ -136,8 +136,9 @@ def command(
 def _campaign(model: str, **fields: Any) -> CampaignFile:
     """Return the campaign of a file overridden by the command line, or of the command line alone."""
     flags = {name: value for name, value in fields.items() if value is not None}
-    for name in flags.keys() & _FLAGS.keys():
-        CAMPAIGN_OPTIONS[name].check(flags[name], _FLAGS[name])
+    for name, flag in _FLAGS.items():
+        if name in flags:
+            CAMPAIGN_OPTIONS[name].check(flags[name], flag)
     if model.endswith(".toml"):
         return read_campaign(Path(model)).under(flags)
     together(

@@ -148,8 +148,8 @@ def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[
     mirrored = {place: "_".join((name, *reversed(place.removeprefix(f"{name}_").split("_")))) for place in given}
     if not set(own) <= set(given) or any(mirrored[place] not in own for place in set(given) - set(own)):
         raise bad_value(name, value, f"an array with the elements {', '.join(own)}", origin)
-    for place in set(given) - set(own):
-        if given[place] != given[mirrored[place]]:
+    for place, number in given.items():
+        if place not in own and number != given[mirrored[place]]:
             raise bad_value(name, value, f"symmetric: {place} and {mirrored[place]} differ", origin)
     return {place: given[place] for place in own}
 
