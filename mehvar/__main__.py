@@ -7,6 +7,9 @@ import sys
 
 from mehvar.terminal import fail, interruptible, let_readers_leave, print_version, warn_in_a_line
 
+_PACKAGES = {"elftools": "pyelftools", "serial": "pyserial"}
+"""Packages by the module that they install, where the names differ."""
+
 
 def main() -> None:
     """Run the command line; a user's mistake ends in one message, never in a traceback."""
@@ -40,9 +43,11 @@ def _run() -> None:
 
 def _how_to_install(module: str) -> str:
     """Return the command that installs a package we depend on; a name of anyone else's could be anyone's package."""
-    from mehvar.versions import required
+    from mehvar.versions import extra_of, required
 
     package = module.partition(".")[0]
+    if extra := extra_of(_PACKAGES.get(package, package)):
+        return f': pip install "mehvar[{extra}]"'
     return f": pip install {package} (mehvar doctor lists them all)" if package in required() else ""
 
 

@@ -31,6 +31,18 @@ def required() -> frozenset[str]:
         return frozenset()
 
 
+def extra_of(package: str) -> str:
+    """Return the first extra of a user, no sum of others, that installs a package; "" for none."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        lines = requires("mehvar") or ()
+    except PackageNotFoundError:
+        return ""
+    pattern = re.compile(rf"{re.escape(package)}\b(?!-).*extra == ['\"](?!all|dev|docs)(\w+)", re.IGNORECASE)
+    return next((match[1] for line in lines if (match := pattern.match(line))), "")
+
+
 def project_root(start: Path) -> Path | None:
     """Return the nearest folder at or above `start` that has generated/, and a model in models/.
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import mehvar
+from mehvar.__main__ import _how_to_install
 from mehvar.errors import MehvarError
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.batch.workers import connect
@@ -58,3 +59,8 @@ def test_every_extra_of_a_user_is_tried():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     ours = {"all", "dev", "docs", "mutants", "validation"}  # sums of others, and what makes this project
     assert {*project["optional-dependencies"]} - ours == {*USES, "cc"}
+
+
+@pytest.mark.parametrize("module", ["capstone", "elftools.elf.elffile", "serial", "unicorn"])
+def test_a_module_of_an_extra_that_is_imported_unguarded_is_named_with_the_extra(module):
+    assert _how_to_install(module) == ': pip install "mehvar[board]"'
