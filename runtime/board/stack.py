@@ -76,6 +76,17 @@ def stack_bound(elf: Elf, cpu: str) -> StackBound:
     return StackBound(total + _EXCEPTION[cpu], chain)
 
 
+def deepest(elf: Elf, name: str) -> tuple[tuple[str, int], ...]:
+    """Return the chain of calls from a function with the most stack, with the bytes that each takes.
+
+    Raises
+    ------
+    UnboundedError
+        As `stack_bound`.
+    """
+    return _Graph(elf).deepest(name)
+
+
 class _Graph:
     """Call graph. A call through a register may reach every function whose address is stored in the image."""
 

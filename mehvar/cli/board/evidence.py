@@ -9,11 +9,14 @@ from typing import Annotated
 import typer
 
 from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
-from mehvar.errors import bad_value
-from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence
+from mehvar.errors import bad_value, unknown_name
+from mehvar.names import identifier
+from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence, write_inspection
 from mehvar.runtime.board.evidence.collect import collect
+from mehvar.runtime.board.evidence.foreign import inspect
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
+from mehvar.runtime.model.model import load
 from mehvar.settings import whole
 from mehvar.terminal import working
 
@@ -30,11 +33,17 @@ def command(
             parser=whole, metavar="N", help="Steps besides, from memories, parameters and measurements that are drawn."
         ),
     ] = 400,
+    elf: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Your own image with the law: inspected, not built or run.")
+    ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:
     """Compile, run, disturb, write; return the exit status of the run."""
     maker = f"mehvar board evidence {model} {controller}"
     check_folder(out, maker, EVIDENCE_NAMES)
+    if elf is not None:
+        _inspect(model, controller, elf, board or compiler, out, maker)
+        return 0
     if disturbed < 0:
         raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
@@ -50,3 +59,21 @@ def command(
     )
     typer.echo(f"evidence: {out / 'evidence.md'}")
     return status_of(evidence.run)
+
+
+def _inspect(model: str, controller: str, elf: Path, build: str | None, out: Path, maker: str) -> None:
+    """Write the evidence for an image that another project built."""
+    if build is not None:
+        raise bad_value("elf", str(elf), "given without --board and --compiler, as the image is built", "--elf")
+    manifest = load(model).manifest
+    if controller not in manifest.controllers:
+        raise unknown_name("controller", controller, manifest.controllers, "--controller")
+    symbol = f"{identifier(manifest.model)}_{identifier(controller)}"
+    inspection = inspect(elf, symbol)
+    write_inspection(inspection, symbol, out, maker)
+    law = inspection.functions[0]
+    typer.echo(
+        f"{symbol}: at most {law.bound or 'undecided'} instructions, {'undecided' if law.stack is None else law.stack} "
+        "bytes of stack"
+    )
+    typer.echo(f"evidence: {out / 'evidence.md'}")

@@ -10,6 +10,7 @@ from typing import Any
 
 from mehvar.runtime.board.evidence.branches import Condition
 from mehvar.runtime.board.evidence.collect import Evidence
+from mehvar.runtime.board.evidence.foreign import Inspection
 from mehvar.runtime.board.evidence.misra import Findings
 from mehvar.runtime.board.evidence.trace import Traced
 from mehvar.runtime.files import filling
@@ -27,6 +28,38 @@ def write_evidence(evidence: Evidence, misra: Findings | None, out: Path, maker:
         (folder / "evidence.json").write_text(
             json.dumps(evidence_facts(evidence, misra), indent=1) + "\n", encoding="utf-8"
         )
+
+
+def write_inspection(found: Inspection, law: str, out: Path, maker: str) -> None:
+    """Write evidence.md and evidence.json for another project's image into a folder, in the name of a command."""
+    facts = {**vars(found), "path": str(found.path), "functions": [vars(f) for f in found.functions]}
+    with filling(out, maker) as folder:
+        (folder / "evidence.md").write_text("\n".join(_inspection(found, law)) + "\n", encoding="utf-8")
+        (folder / "evidence.json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+
+
+def _inspection(found: Inspection, law: str) -> Iterator[str]:
+    yield f"# {law} in {found.path.name}: evidence"
+    yield ""
+    yield f"SHA-256 of the image {found.sha256}. From its instructions alone: nothing was run, no bits were compared."
+    yield ""
+    yield f"{found.flash} bytes of flash, {found.ram} of static data, in the whole image."
+    yield f"Double-precision routines: {', '.join(found.doubles) or 'none'}."
+    rows = [
+        (f"`{f.function}`", f.size, f.own, _decided(f.loops), len(f.calls), f.indirect, "yes" if f.recursive else "no",
+         _decided(f.bound), _decided(f.stack))
+        for f in found.functions
+    ]  # fmt: skip
+    head = ("function", "bytes", "instructions", "loops", "functions called", "calls through a register", "recursive",
+            "instructions of a call, at most", "bytes of stack, at most")  # fmt: skip
+    yield from _section("Functions", _table(head, rows))
+    reasons = [f"- `{f.function}`: {reason}" for f in found.functions for reason in f.reasons]
+    if reasons:
+        yield from _section("Undecided", iter(reasons))
+
+
+def _decided(value: int | None) -> str:
+    return "undecided" if value is None else str(value)
 
 
 def evidence_facts(evidence: Evidence, misra: Findings | None) -> dict[str, Any]:

@@ -159,6 +159,16 @@ class Flow:
             waiting += new
         return result - {name}
 
+    def loops(self, name: str) -> int:
+        """Return the number of outermost loops of a function.
+
+        Raises
+        ------
+        UnboundedError
+            For a jump whose target is unknown.
+        """
+        return _Function(self, self._elf, name, {}, ()).loops()
+
     def owner(self, address: int) -> str | None:
         """Return the function that begins at an address."""
         return self._names.get(address)
@@ -300,6 +310,10 @@ class _Function:
             for n in component:
                 length[n] = (cost[0] + rest[0], cost[1] + rest[1])
         return length[entry]
+
+    def loops(self) -> int:
+        """Return the number of outermost loops."""
+        return sum(self._loops(c, self._next) for c in _components(self._next, min(self._blocks)))
 
     @staticmethod
     def _loops(component: set[int], arrows: Mapping[int, list[int]]) -> bool:

@@ -55,8 +55,8 @@ class Elf:
         raise ValueError(f"{size} bytes at {address:#010x} are not in the image")
 
 
-def read_elf(path: Path) -> Elf:
-    """Read an image for a board."""
+def read_elf(path: Path, stack: bool = True) -> Elf:
+    """Read an image for a board; without its stack where another project's linker script made it."""
     with path.open("rb") as file:
         elf = ELFFile(file)
         segments = tuple(
@@ -70,11 +70,11 @@ def read_elf(path: Path) -> Elf:
         }
         functions = _functions(table)
         sizes = {s.name: s["sh_size"] for s in elf.iter_sections() if s["sh_flags"] & 2}
-    stack = sizes.pop(".stack", 0)
-    if not stack:
-        stack = symbols["__stack_top"][0] - symbols["__stack_limit"][0]
+    reserved = sizes.pop(".stack", 0)
+    if stack and not reserved:
+        reserved = symbols["__stack_top"][0] - symbols["__stack_limit"][0]
     ram = sizes.pop(".bss", 0) + sizes.get(".data", 0)
-    return Elf(segments, symbols, sum(sizes.values()), ram, stack, functions)
+    return Elf(segments, symbols, sum(sizes.values()), ram, reserved, functions)
 
 
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:

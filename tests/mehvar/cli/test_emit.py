@@ -152,6 +152,34 @@ def test_a_microcontrollers_gcc_fuses_nothing_in_a_package(tmp_path, kind):
         subprocess.run([*command, tmp_path / "sketch.cpp"], check=True)
 
 
+@needs("arm-none-eabi-gcc")
+def test_evidence_is_given_for_an_image_of_somebody_elses(tmp_path):
+    folder = emitted(tmp_path, "cmake", "satellite", "pd")
+    (folder / "main.c").write_text(
+        '#include "mehvar/server.h"\n#include "mehvar/board.h"\n'
+        "int main(void) { mv_server_init(); for (;;) mv_server_byte((uint8_t)mv_board_read()); }\n"
+    )
+    sources = ["main.c", *(str(unit.relative_to(folder)) for unit in units(folder, "cmake"))]
+    link = ["-Isrc", "-nostdlib", "-Wl,--gc-sections", "-Wl,-e,main", "-Wl,--unresolved-symbols=ignore-all"]
+    subprocess.run(["arm-none-eabi-gcc", *ARM, *link, *sources, "-o", "user.elf"], cwd=folder, check=True)
+    image, out = str(folder / "user.elf"), tmp_path / "evidence"
+    asked = ("board", "evidence", "satellite", "--elf", image, "--out", str(out), "--controller")
+    done = run(*asked, "pd")
+    assert done.returncode == 0, done.stderr
+    found = json.loads((out / "evidence.json").read_text())
+    law, step, *called = found["functions"]
+    assert (law["function"], step["function"]) == ("satellite_pd", "mv_app_step")
+    assert {f["function"] for f in called} == {*law["calls"], *step["calls"]} - {"satellite_pd"}
+    assert (law["loops"], law["recursive"], law["indirect"], law["reasons"]) == (0, False, 0, [])
+    assert 100 < law["own"] < law["bound"] < step["bound"] < 4000
+    assert 0 < law["stack"] < step["stack"] < 1000
+    assert "satellite_pd" in (out / "evidence.md").read_text()
+    asked = (*asked[:-2], str(tmp_path / "none"), "--controller")
+    assert "an image with the function satellite_mrac" in refused(*asked, "mrac")
+    subprocess.run(["arm-none-eabi-strip", image], check=True)
+    assert "do not strip it" in refused(*asked, "pd")
+
+
 def test_the_settings_are_what_keeps_the_bits(tmp_path):
     """Without them the compiler does fuse: the test above can fail."""
     if not shutil.which("arm-none-eabi-gcc"):

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Evidence for a law in an image that another project built, from the image alone; nothing is run."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from elftools.common.exceptions import ELFError
+from elftools.elf.elffile import ELFFile
+
+from mehvar.errors import bad_value
+
+from ..emulator.profile import STEP
+from ..image.elf import Elf, read_elf
+from ..stack import UnboundedError as UnboundedStackError
+from ..stack import deepest
+from .flow import Flow, UnboundedError, instructions
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """A function of the law, or one that it calls.
+
+    Attributes
+    ----------
+    size, own : int
+        Bytes and instructions of its own.
+    loops : int or None
+        Outermost loops; None where undecided.
+    indirect : int
+        Calls through a register.
+    calls : tuple of str
+        The functions that it calls, directly or indirectly.
+    recursive : bool
+        True where it is among them.
+    bound, stack : int or None
+        Largest number of instructions of a call, and of bytes of stack; None where undecided.
+    reasons : tuple of str
+        Reasons why something is undecided.
+    """
+
+    function: str
+    size: int
+    own: int
+    loops: int | None
+    indirect: int
+    calls: tuple[str, ...]
+    recursive: bool
+    bound: int | None
+    stack: int | None
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Evidence for a law in another project's image.
+
+    Attributes
+    ----------
+    flash, ram : int
+        Bytes of the whole image.
+    doubles : list of str
+        Double-precision routines in the image.
+    functions : list of Inspected
+        The law first, then all that it and the step of the link call.
+    """
+
+    path: Path
+    sha256: str
+    flash: int
+    ram: int
+    doubles: list[str]
+    functions: list[Inspected]
+
+
+def inspect(path: Path, symbol: str) -> Inspection:
+    """Return the evidence for a law in an image for a Cortex-M.
+
+    Parameters
+    ----------
+    symbol : str
+        The law's function.
+
+    Raises
+    ------
+    InputError
+        For a file that is no such image, or one without the law's function.
+    """
+    _check(path)
+    elf = read_elf(path, stack=False)
+    if symbol not in elf.functions:
+        allowed = f"an image with the function {symbol}: link the law, without link-time optimization or strip"
+        raise bad_value("elf", str(path), allowed, "--elf")
+    flow = Flow(elf)
+    roots = [symbol, *([STEP] if STEP in elf.functions else [])]
+    called = sorted(set().union(*map(flow.callees, roots)) - set(roots))
+    return Inspection(
+        path, hashlib.sha256(path.read_bytes()).hexdigest(), elf.flash, elf.ram, elf.doubles(),
+        [_inspected(elf, flow, name) for name in (*roots, *called)],
+    )  # fmt: skip
+
+
+def _check(path: Path) -> None:
+    """Refuse what is not a linked image for a Cortex-M with its symbols."""
+    with path.open("rb") as file:
+        try:
+            elf = ELFFile(file)
+        except ELFError:
+            raise bad_value("elf", str(path), "an ELF file", "--elf") from None
+        if (elf["e_machine"], elf["e_type"]) != ("EM_ARM", "ET_EXEC"):
+            raise bad_value("elf", str(path), "a linked image for a Cortex-M", "--elf")
+        if elf.get_section_by_name(".symtab") is None:
+            raise bad_value("elf", str(path), "an image with its symbols: do not strip it", "--elf")
+
+
+def _inspected(elf: Elf, flow: Flow, name: str) -> Inspected:
+    text = instructions(elf, name)
+    calls = flow.callees(name)
+    itself = any(i.call and i.target is not None and flow.owner(i.target) == name for i in text)
+    loops, bound, stack, reasons = None, None, None, []
+    try:
+        loops = flow.loops(name)
+        bound = flow.worst(name).instructions
+    except UnboundedError as error:
+        reasons.append(str(error))
+    try:
+        stack = sum(size for _, size in deepest(elf, name))
+    except UnboundedStackError as error:
+        reasons.append(str(error))
+    return Inspected(
+        name, sum(size for _, size in elf.functions[name]), len(text), loops,
+        sum(i.call and i.target is None for i in text), tuple(sorted(calls)),
+        itself or any(name in flow.callees(c) for c in calls), bound, stack, tuple(reasons),
+    )  # fmt: skip
