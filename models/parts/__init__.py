@@ -7,7 +7,7 @@ from .craft import Spacecraft
 from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
-from .joints import Hinge, Slider
+from .joints import Hinge, Joint, Slider
 from .mechanisms import (
     Chain,
     ControlMomentGyro,
@@ -40,6 +40,7 @@ __all__ = [
     "Hinge",
     "Hub",
     "Instrument",
+    "Joint",
     "Law",
     "Link",
     "Load",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Annotated
@@ -19,8 +20,8 @@ MOTIONS = ("free", "prescribed", "locked")
 
 
 @dataclass(frozen=True)
-class _Jointed(Part):
-    """A rigid body on a joint with a spring, a damper and a motor.
+class Joint(Part):
+    """A rigid body on a joint with a spring, a damper and a motor: a `Hinge` or a `Slider`.
 
     Its motion is free, prescribed by an acceleration relative to the hub that a law or an input over time gives, or
     locked where the parameter NAME_locked says.
@@ -52,13 +53,13 @@ class _Jointed(Part):
                 result.locked = parameters.add(f"{self.name}_locked", self.locked, place.unit, title, "(-inf, inf)")
         return result
 
+    @abstractmethod
     def _coordinate(self) -> Coordinate:
         """Return the degree of freedom that the joint has."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _command(self) -> Quantity:
         """Return the force or torque of the motor."""
-        raise NotImplementedError
 
     def inputs(self) -> tuple[Quantity, ...]:
         if self.motion == "prescribed":
@@ -97,7 +98,7 @@ class _Jointed(Part):
 
 
 @dataclass(frozen=True)
-class Hinge(_Jointed):
+class Hinge(Joint):
     """A rigid body that turns about an axis of the hub.
 
     Parameters
@@ -150,7 +151,7 @@ class Hinge(_Jointed):
 
 
 @dataclass(frozen=True)
-class Slider(_Jointed):
+class Slider(Joint):
     """A rigid body that slides along an axis of the hub.
 
     Parameters

@@ -17,6 +17,7 @@ with the acceleration a = V' + W x V of O.
 
 from __future__ import annotations
 
+from abc import ABC
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
 from dataclasses import fields as dataclass_fields
@@ -343,7 +344,7 @@ class Mounted:
 
 
 @dataclass(frozen=True)
-class Part:
+class Part(ABC):
     """A part of a spacecraft.
 
     A part of one's own overrides `coordinates` and `aggregates`; the equations follow.
@@ -355,6 +356,11 @@ class Part:
     """
 
     name: str
+
+    def __new__(cls, *args: Any, **fields: Any) -> Self:
+        if missing := sorted(cls.__abstractmethods__):
+            raise ModelError(f"{cls.__name__} is no complete part: it lacks the method {missing[0]}; write it")
+        return super().__new__(cls)
 
     @classmethod
     def read(cls, name: str, table: str | Path, **fields: Any) -> Self:

@@ -8,6 +8,7 @@ wrong in one picture is a standard deviation, whatever the period. Without noise
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -27,13 +28,9 @@ from ..values import Number, Parameters, Vector, scalar, vector
 class Instrument(Part):
     """A sensor: it measures `seen`, with as many `errors`, which are standard normal numbers times their sizes."""
 
+    @abstractmethod
     def seen(self) -> tuple[Quantity, ...]:
         """Return the measured quantities."""
-        return tuple(Quantity(f"{self.name}_{axis}", *self._kind(axis)) for axis in AXES)
-
-    def _kind(self, axis: str) -> tuple[str, str]:
-        """Return unit and meaning of the component along an axis."""
-        raise NotImplementedError
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -44,9 +41,9 @@ class Instrument(Part):
         """Return the standard deviation of each error in a sample; zero for none."""
         return (sp.S.Zero,) * len(AXES)
 
+    @abstractmethod
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         """Return the measured quantities with errors."""
-        raise NotImplementedError
 
     def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
         """Return states that walk at random, each with the standard deviation of its change in a sample."""
@@ -54,7 +51,19 @@ class Instrument(Part):
 
 
 @dataclass(frozen=True)
-class Gyro(Instrument):
+class _Triad(Instrument):
+    """A sensor of the three components of a vector in the axes of the hub."""
+
+    def seen(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}_{axis}", *self._kind(axis)) for axis in AXES)
+
+    @abstractmethod
+    def _kind(self, axis: str) -> tuple[str, str]:
+        """Return unit and meaning of the component along an axis."""
+
+
+@dataclass(frozen=True)
+class Gyro(_Triad):
     """Gyros along the axes of the hub.
 
     Parameters
@@ -129,7 +138,7 @@ class StarTracker(Instrument):
 
 
 @dataclass(frozen=True)
-class SunSensor(Instrument):
+class SunSensor(_Triad):
     """A Sun sensor: it measures the direction to the Sun in the axes of the hub, zero in the shadow of the Earth.
 
     Parameters
@@ -154,7 +163,7 @@ class SunSensor(Instrument):
 
 
 @dataclass(frozen=True)
-class Magnetometer(Instrument):
+class Magnetometer(_Triad):
     """A magnetometer: it measures the Earth's field in the axes of the hub.
 
     Parameters

@@ -11,14 +11,18 @@ from mehvar.models.parts import (
     ControlMomentGyro,
     Hinge,
     Hub,
+    Instrument,
+    Joint,
     Link,
     Pendulum,
+    Slider,
     Spacecraft,
     Tank,
     Thruster,
     Value,
     Wheel,
 )
+from mehvar.models.quantities import ModelError
 
 BALL = (1.0, 1.0, 1.0)
 
@@ -108,3 +112,19 @@ def test_the_derivation_has_a_section_for_each_part():
     sections = list(dict.fromkeys(step.section for step in system.steps))
     assert sections == ["Mounts", "Part tank", "Accelerations", "Rates"]
     assert {s.symbol.name for s in system.steps if s.section == "Part tank"} >= {"tank_k", "tank_uu", "tank_dex"}
+
+
+def test_hinge_and_slider_are_joints():
+    assert all(isinstance(kind("j", 1.0, BALL, axis=(1, 0, 0)), Joint) for kind in (Hinge, Slider))
+
+
+@pytest.mark.parametrize(
+    ("base", "arguments", "method"),
+    [(Joint, (1.0, BALL, (1, 0, 0)), "_command"), (Instrument, (), "measured")],
+)
+def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, method):
+    class Own(base):
+        pass
+
+    with pytest.raises(ModelError, match=f"Own is no complete part: it lacks the method {method}; write it"):
+        Own("own", *arguments)
