@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mehvar.api import batch as batch
     from mehvar.api import build as build
+    from mehvar.api import open_result as open_result
     from mehvar.api import simulate as simulate
     from mehvar.codegen.functions.lower import to_casadi as to_casadi
     from mehvar.comparison.compare import diff as diff
@@ -59,11 +60,10 @@ if TYPE_CHECKING:
     from mehvar.runtime.model.trim import Trim as Trim
     from mehvar.runtime.model.trim import TrimError as TrimError
     from mehvar.runtime.model.trim import trim as trim
-    from mehvar.runtime.run.formats import open_result as open_result
     from mehvar.runtime.run.formats import save as save
 
 _HOMES = {
-    "mehvar.api": ("batch", "build", "simulate"),
+    "mehvar.api": ("batch", "build", "open_result", "simulate"),
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.fmu.export": ("export_fmu",),
@@ -71,7 +71,7 @@ _HOMES = {
     "mehvar.runtime.model.catalogue": ("list_models",),
     "mehvar.runtime.model.model": ("Model", "load"),
     "mehvar.runtime.model.trim": ("Trim", "TrimError", "trim"),
-    "mehvar.runtime.run.formats": ("open_result", "save"),
+    "mehvar.runtime.run.formats": ("save",),
     "mehvar.codegen.functions.lower": ("to_casadi",),
     "mehvar.models.mechanics": (
         "kirchhoff", "lagrange", "quaternion_of_turns", "quaternion_product", "quaternion_rates",

@@ -17,10 +17,12 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters, elements, number
+from mehvar.runtime.run.formats import open_result as open_file
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
@@ -274,6 +276,25 @@ def batch(
             origin=origin,
         )
         return store.dataset()
+
+
+def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a complete result file, or open the store of a batch.
+
+    Parameters
+    ----------
+    path : path
+        A `.nc` file that `save` or `mehvar simulate --out` wrote, or the folder that a batch wrote, whose values are
+        read on use. The other formats are for other programs.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is neither a result in NetCDF nor a store.
+    """
+    if isinstance(path, str | os.PathLike) and os.path.isdir(path):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return open_store(path).dataset()
+    return open_file(path)
 
 
 def _listed(values: Any) -> str:

@@ -14,6 +14,7 @@ import typer
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
 from mehvar.comparison.result import Diff
+from mehvar.comparison.sources import names_model
 from mehvar.errors import InputError, bad_value
 from mehvar.names import WORK
 from mehvar.pictures.files import checked_suffix, save
@@ -32,7 +33,8 @@ _HEAD = "HEAD"
 
 def command(
     old: Annotated[
-        str | None, typer.Argument(metavar="[OLD]", help="A git revision, a folder or `work`; HEAD unless given.")
+        str | None,
+        typer.Argument(metavar="[OLD]", help="A git revision, a folder or `work`; HEAD unless given. Or a model."),
     ] = None,
     new: Annotated[
         str | None, typer.Argument(metavar="[NEW]", help="Likewise; `work`, what models/ derives now, unless given.")
@@ -59,6 +61,8 @@ def command(
         If the options do not go together, or a version or model does not exist.
     """
     chosen = _format(form, out)
+    if model is None and new is None and old is not None and names_model(old):
+        model, old = old, None
     for path in (out, plot):
         if path is not None:
             check_file(path)

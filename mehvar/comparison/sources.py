@@ -55,13 +55,25 @@ class Version:
     stale: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
+def names_model(text: str) -> bool:
+    """Return True for the name of a model here that is not a version: neither `work`, a path nor a revision."""
+    tree = _tree_here()
+    if text == WORK or Path(text).exists() or text not in tree.models:
+        return False
+    return not in_repository(tree.root) or find_revision(tree.root, text) is None
+
+
+def _tree_here() -> Tree:
+    return find_tree(Path.cwd()) or installed_tree()
+
+
 class Sources:
     """Finds versions; git revisions are unpacked below `scratch`, which the caller removes."""
 
     def __init__(self, scratch: Path, model: str | None = None) -> None:
         self.scratch = scratch
         self.model = model
-        self.tree = find_tree(Path.cwd()) or installed_tree()
+        self.tree = _tree_here()
 
     def version(self, text: str) -> Version:
         """Return the version for a user's text.

@@ -21,6 +21,11 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
     return f"<table>{caption}<thead>{_row('th', columns)}</thead><tbody>{body}</tbody></table>"
 
 
+def frame(page: str, height: int) -> str:
+    """Return a whole page as a frame of a notebook's output, `height` pixels high."""
+    return f'<iframe srcdoc="{escape(page)}" width="100%" height="{height}" style="border: 0"></iframe>'
+
+
 def _row(tag: str, cells: Sequence[object]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(str(cell))}</{tag}>' for cell in cells)}</tr>"
 

@@ -7,16 +7,17 @@ Importing this module registers the accessor with xarray; `mehvar.simulate`, `ba
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, MissingError, bad_value, unknown_name
+from mehvar.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, parse_manifest
+from mehvar.notebook.display import frame
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.run.metrics import metrics, metrics_of
@@ -33,9 +34,14 @@ if TYPE_CHECKING:
 
     from mehvar.pictures.spread import Runs
     from mehvar.report.page import Page
+    from mehvar.runtime.model.model import Model
+    from mehvar.runtime.run.own.inputs import Interpolation
+    from mehvar.runtime.run.own.law import LawFunction
 
 _HEIGHT = 720
 """Pixels of an animation in a notebook: picture, tracks and controls of a stage without scrolling on a laptop."""
+_OF_RUN = "plot metrics compare animate report"
+"""Methods of the result of a single run."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +50,11 @@ class Animation:
 
     page: str
 
+    def __repr__(self) -> str:
+        return f"<mehvar animation, {len(self.page) / 1e6:.1f} MB; save(path) writes it>"
+
     def _repr_html_(self) -> str:
-        return f'<iframe srcdoc="{escape(self.page)}" width="100%" height="{_HEIGHT}" style="border: 0"></iframe>'
+        return frame(self.page, _HEIGHT)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page, whose name ends in .html; the file is complete or absent."""
@@ -71,6 +80,12 @@ class Results:
 
     def __init__(self, dataset: xarray.Dataset) -> None:
         self._dataset = dataset
+
+    def __repr__(self) -> str:
+        about = self._dataset.attrs
+        what = f"a batch of {self._dataset.sizes['run']} runs" if self._is_batch else "a run"
+        methods = "plot scatter region convergence metrics again report" if self._is_batch else _OF_RUN
+        return f"<mehvar: {what} of {about['model']} with {about['controller']}; methods: {methods.replace(' ', ', ')}>"
 
     def plot(self, *names: str, success: str | None = None) -> list[Axes]:
         """Draw a run: states, inputs and outputs, with its settling times. For a batch: histograms, or bands over time.
@@ -162,6 +177,60 @@ class Results:
             }
         )
 
+    def again(
+        self,
+        run: int,
+        controller: LawFunction | None = None,
+        *,
+        inputs: Mapping[str, Any] | xarray.Dataset | None = None,
+        interpolation: Interpolation | None = None,
+        model: Model | str | os.PathLike[str] | None = None,
+    ) -> xarray.Dataset:
+        """Repeat one run of a batch with everything recorded, and compare it with the batch bit by bit.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run, counted from 0.
+        controller : callable, optional
+            The law in Python of the batch, whose text must be the recorded one.
+        inputs, interpolation : optional
+            The inputs of a batch without a law, as for `mehvar.batch`.
+        model : Model, str or path, optional
+            The model. Unless given, the installed model of the same name, if its code is the recorded one.
+
+        Returns
+        -------
+        xarray.Dataset
+            As from `mehvar.simulate`.
+
+        Raises
+        ------
+        InputError
+            For a single run, a run that the batch does not have or that was impossible, or another law or model.
+        MehvarError
+            If the repeated run differs from the batch.
+
+        Examples
+        --------
+        >>> import mehvar
+        >>> runs = mehvar.batch("triangle", controller="path", n=20, vary={"rho": "uniform(0.2, 0.4)"})
+        >>> bool(runs.mehvar.again(17)["theta"][-1] == runs["final"][17][3])
+        True
+        """
+        from mehvar.report.recorded import Recorded
+        from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+        from mehvar.runtime.run.results import to_dataset
+
+        if not self._is_batch:
+            raise bad_value("run", run, "left out: this result is a single run", "the call")
+        batch = Recorded(self._dataset)
+        plan = plan_of(batch, model, controller=controller, inputs=inputs, interpolation=interpolation)
+        repeated = repeat_run(plan, batch, run)
+        if different := difference(repeated, plan, batch, run):
+            raise MehvarError(f"run {run}: {different}")
+        return to_dataset(repeated)
+
     def compare(self, other: xarray.Dataset) -> pandas.DataFrame:
         """Return the deviations of another run from this one, a row for each variable that both have.
 
@@ -244,10 +313,8 @@ class Results:
         stage = None if self._is_batch else run_stage(self._dataset, self._manifest)
         if stage is None:
             about = self._dataset.attrs
-            raise InputError(
-                f"no animation of {about['model']} with {about['controller']}: there is one of a single run of a model "
-                "that is here, and that declares its geometry or has a paper whose scene shows such a run"
-            )
+            why = "this is a batch; animate a run" if self._is_batch else "its System declares no geometry (see Shape)"
+            raise InputError(f"cannot animate {about['model']} with {about['controller']}: {why}")
         return Animation(page_text(Page(self._title, [Section("animation", "Animation", [stage])])))
 
     @property

@@ -12,6 +12,7 @@ from types import FrameType
 from typing import Any
 
 import sympy as sp
+from sympy.core.relational import Relational
 
 from ..quantities import ModelError, place
 from ..system import Expr
@@ -50,12 +51,19 @@ def no_branching() -> Iterator[None]:
         same = equal(expr, other)
         return same if same is NotImplemented else not same
 
+    def decided(relation: Relational) -> bool:
+        _refuse(relation, "the truth of")
+        return bool(plain_truth(relation))
+
+    plain_truth = Relational.__bool__
+    Relational.__bool__ = decided
     sp.Expr.__bool__ = truth
     sp.Expr.__eq__, sp.Expr.__ne__ = equal, unequal
     try:
         yield
     finally:
         del sp.Expr.__bool__
+        Relational.__bool__ = plain_truth
         sp.Expr.__eq__, sp.Expr.__ne__ = plain_eq, plain_ne
 
 
@@ -63,7 +71,7 @@ def _symbolic(value: object) -> bool:
     return isinstance(value, sp.Expr) and bool(value.free_symbols)
 
 
-def _refuse(expr: Expr, what: str, other: object = None) -> None:
+def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
     """Refuse a question about an expression with symbols, unless SymPy asks it or no value can change the answer."""
     frame = sys._getframe(2)
     while frame.f_globals.get("__name__") == __name__ and frame.f_back:
@@ -76,7 +84,7 @@ def _refuse(expr: Expr, what: str, other: object = None) -> None:
         return
     raise ModelError(
         f"{place(frame.f_code.co_filename, frame.f_lineno)}: a Python branch asks for {what} the symbolic expression "
-        f"{expr}; use sympy.Piecewise so that both branches are kept"
+        f"{expr}; use sympy.Piecewise so that both branches are kept, and sympy.Min, Max and Abs for min, max and abs"
     )
 
 

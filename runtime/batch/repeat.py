@@ -7,10 +7,12 @@ import json
 import math
 import os
 from collections import Counter
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
 from mehvar.manifest import OPEN_LOOP
@@ -20,63 +22,141 @@ from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
 from ..run.options import AUTO, FIXED, OPTIONS
+from ..run.own.choice import law_of
+from ..run.own.law import LawFunction, OwnLaw, recorded_memory
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
 from .numerics import generated_digest, other_options
 from .plan import Campaign, Plan
 from .store.layout import STATUS
-from .store.store import Store
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Batch(Protocol):
+    """Recorded runs of a batch: a store, or a dataset of one."""
+
+    chunk: int
+    attributes: dict[str, Any]
+
+    @property
+    def n(self) -> int:
+        """Number of runs, stored or not."""
+
+    @property
+    def name(self) -> str:
+        """Name in messages."""
+
+    def has(self, block: int) -> bool:
+        """Return True if a block of runs is stored."""
+
+    def runs(self, block: int) -> range:
+        """Return the numbers of a block's runs."""
+
+    def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
+        """Return a variable of stored blocks, shape (runs, ...)."""
+
+    def variables(self) -> Mapping[str, Any]:
+        """Return the variables by name."""
 
 
 class TrustError(InputError):
     """Repeating a run would compile and run a model that only the store names."""
 
 
-def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, trust: bool = False) -> Plan:
+def plan_of(
+    store: Batch,
+    model: Model | str | os.PathLike[str] | None = None,
+    trust: bool = False,
+    controller: LawFunction | None = None,
+    inputs: Mapping[str, object] | xarray.Dataset | None = None,
+    interpolation: str | None = None,
+) -> Plan:
     """Return the plan of a store.
 
-    A model is code and a store is data, so a store never decides which code runs.
+    A model and a law in Python are code and a store is data, so a store never decides which code runs.
 
     Parameters
     ----------
-    store : Store
+    store : Batch
         The store.
     model : Model, str or path, optional
         The model, as `load` takes it. Unless given, the installed model of the same name, if the hash of its code is
         the one recorded in the store.
     trust : bool
         Take the model that the store names, if the hash of its code is the one recorded in the store.
+    controller : callable, optional
+        The law in Python of the batch.
+    inputs, interpolation : optional
+        The inputs of a batch without a law, as for `simulate`.
 
     Raises
     ------
     InputError
-        If the law was one in Python, or this build's options for the campaign differ.
+        If a law in Python or inputs are missing or differ from those of the batch, or this build's options differ.
     TrustError
         If only the store says where the model is, or the model has changed since.
     """
-    law = store.attributes["controller"]
-    if "law" in store.attributes or law == OPEN_LOOP:  # before the model: trust in it would not bring the law back
-        what = "an open loop" if law == OPEN_LOOP else law
-        raise InputError(
-            f"{store.name} was run under {what}, which no store keeps: repeat a run with mehvar.simulate, "
-            f"{'its inputs' if law == OPEN_LOOP else 'the law'}, and the values that the run drew"
-        )
+    _check_law(store, controller, inputs)  # before the model: trust in it would not bring the law back
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
-    plan = Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
+    campaign = Campaign(**json.loads(store.attributes["campaign"]))
+    own = _own(store, loaded, campaign, controller, inputs, interpolation)
+    if own is not None:  # the plan takes the time for which it is held from the law
+        campaign = replace(campaign, options={k: v for k, v in campaign.options.items() if k != "hold"})
+    plan = Plan(loaded, campaign, store.name, own)
     if differences := other_options(json.loads(store.attributes["numerics"])["options"], plan.effective()):
         raise InputError(f"{store.name} was made with other options, by another build: {', '.join(differences)}")
     return plan
 
 
-def is_model_of(store: Store, model: Model) -> bool:
+def _check_law(store: Batch, controller: object, inputs: object) -> None:
+    """Refuse a batch whose law or inputs are missing, and arguments that it does not take."""
+    law = str(store.attributes["controller"])
+    needed = None if "law" not in store.attributes else "inputs" if law == OPEN_LOOP else "controller"
+    given = {"controller": controller, "inputs": inputs}
+    if needed is not None and given[needed] is None:
+        what = "an open loop" if law == OPEN_LOOP else law
+        raise InputError(
+            f"{store.name} was run under {what}, which the store cannot run: give the same {needed}, as in "
+            f"runs.mehvar.again(17, {needed}={'INPUTS' if law == OPEN_LOOP else 'LAW'})"
+        )
+    for name, value in given.items():
+        if value is not None and name != needed:
+            raise bad_value(name, value, f"left out: {store.name} was run under {law}", "the call")
+
+
+def _own(
+    store: Batch,
+    model: Model,
+    campaign: Campaign,
+    controller: LawFunction | None,
+    inputs: Mapping[str, object] | xarray.Dataset | None,
+    interpolation: str | None,
+) -> OwnLaw | None:
+    """Return the law in Python of a batch, if it is the recorded one."""
+    if controller is None and inputs is None:
+        return None
+    if not store.attributes["law"]:
+        raise InputError(f"{store.name} does not identify {campaign.controller}: it keeps no text of it")
+    text, hold = str(store.attributes["law"]), float(campaign.options["hold"])
+    end = float(campaign.options.get("t_end") or model.manifest.scenario(campaign.scenario).duration)
+    memory = None if controller is None else recorded_memory(text)
+    _, own = law_of(model.manifest, controller, inputs, interpolation, hold, memory, end, "the call")
+    if own is None or own.text != text:
+        raise InputError(f"{store.name} was run under another text of {campaign.controller}; it was:\n{text}")
+    return own
+
+
+def is_model_of(store: Batch, model: Model) -> bool:
     """Return True if a store was made from this model's code."""
     return generated_digest(model.manifest) == _recorded_digest(store)
 
 
-def _trusted_model(store: Store, trust: bool) -> str:
+def _trusted_model(store: Batch, trust: bool) -> str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
     installed = shipped_models().get(name)  # not one of the working folder, which may have come with the store
     if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
@@ -92,7 +172,7 @@ def _trusted_model(store: Store, trust: bool) -> str:
     return source
 
 
-def _way(store: Store, name: str, source: str, there: bool) -> str:
+def _way(store: Batch, name: str, source: str, there: bool) -> str:
     """Return advice on the model to name for a store whose model is not installed."""
     own = project_models().get(name)
     if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
@@ -107,11 +187,11 @@ def _way(store: Store, name: str, source: str, there: bool) -> str:
     )
 
 
-def _recorded_digest(store: Store) -> str:
+def _recorded_digest(store: Batch) -> str:
     return str(json.loads(store.attributes["numerics"])["generated"])
 
 
-def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None = None) -> Run:
+def repeat_run(plan: Plan, store: Batch, number: int, progress: Progress | None = None) -> Run:
     """Integrate run `number` of a batch.
 
     Raises
@@ -128,11 +208,13 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
     campaign = plan.campaign
     changes = plan.options.changes()
     options: dict[str, Any] = {name: changes[name] for name in changes if "run" not in OPTIONS[name].refused}
+    if plan.own is not None:  # it brings its own period
+        options.pop("hold", None)
     if plan.noisy:
         options |= {"seed": campaign.seed, "run": number}
     return simulate(
         plan.model,
-        campaign.controller,
+        plan.own or campaign.controller,
         campaign.scenario,
         parameters,
         initial,
@@ -143,7 +225,7 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
     )
 
 
-def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
+def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
     """Describe how a repeated run differs from the stored one: empty if no bit differs, None if it is not stored.
 
     Every variable of the store is compared, with two exceptions. The final state of a run that ended early lies

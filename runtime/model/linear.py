@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import Controller, Manifest, Quantity
 from mehvar.names import identifier
+from mehvar.notebook.display import heading, table
 
 from .functions import FloatArray, Functions, GeneratedFunction
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LinearSystem:
     """The matrices of a linear system, with the names of their rows and columns; unpacks as (A, B, C, D).
 
@@ -39,6 +40,21 @@ class LinearSystem:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     period: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        time = "continuous" if self.period is None else f"sampled every {self.period} s"
+        return f"<linear system, {time}: states {', '.join(self.states)}; inputs {', '.join(self.inputs)}>"
+
+    def _repr_html_(self) -> str:
+        sides = {"A": (self.states, self.states), "B": (self.states, self.inputs)}
+        sides |= {"C": (self.outputs, self.states), "D": (self.outputs, self.inputs)}
+        text = heading(repr(self).strip("<>"))
+        for name, matrix in zip(sides, self, strict=True):
+            if matrix.ndim == 2:
+                rows, columns = sides[name]
+                entries = [[row, *(f"{v:.6g}" for v in values)] for row, values in zip(rows, matrix, strict=True)]
+                text += table(name, ("", *columns), entries)
+        return text
 
     def __iter__(self) -> Iterator[FloatArray]:
         return iter((self.A, self.B, self.C, self.D))

@@ -189,8 +189,8 @@ class Model:
     def linearize(
         self,
         x: ArrayLike,
-        u: ArrayLike | None,
-        p: ArrayLike,
+        u: ArrayLike | None = None,
+        p: ArrayLike | None = None,
         outputs: Sequence[str] | None = None,
         r: ArrayLike | None = None,
         controller: str | None = None,
@@ -205,8 +205,8 @@ class Model:
         Parameters
         ----------
         x, u, p : array_like
-            State, input and parameters; leading axes broadcast. With a law, which computes the input itself, `u` is
-            None, or the input of the previous sample if the law has a memory (zero for None).
+            State, input and parameters; leading axes broadcast. `u` is zero and `p` has its defaults unless given. With
+            a law, which computes the input itself, `u` is the input of the previous sample if the law has a memory.
         outputs : sequence of str, optional
             Names of outputs or states, one row of C and D each. Without it every state is an output.
         r : array_like, optional
@@ -235,11 +235,13 @@ class Model:
         --------
         >>> import mehvar
         >>> model = mehvar.load("satellite")
-        >>> loop = model.linearize(model.state(), None, model.parameters(), controller="pd")
+        >>> loop = model.linearize(model.state(), controller="pd")
         >>> loop.states[:3], loop.inputs, loop.A.shape
         (('roll', 'pitch', 'yaw'), ('ref_roll', 'ref_pitch', 'ref_yaw'), (23, 23))
         """
         reference = self._reference(r)
+        if p is None:
+            p = self.parameters()
         if controller is not None:
             law = self.manifest.controller(controller)
             constants = law_vector(self.functions, law, {}) if c is None else c
@@ -247,9 +249,8 @@ class Model:
         for name, value in (("c", c), ("z", z)):
             if value is not None:
                 raise bad_value(name, value, "None without a controller")
-        if u is None:
-            raise bad_value("u", u, "an input without a controller")
-        return linearize_plant(self.manifest, self.functions, x, u, p, reference, outputs)
+        inputs = np.zeros(len(self.input_names)) if u is None else u
+        return linearize_plant(self.manifest, self.functions, x, inputs, p, reference, outputs)
 
     def to_casadi(self, name: str = "rhs") -> Any:
         """Return a generated function as a `casadi.Function` on SX, with CasADi's derivatives.

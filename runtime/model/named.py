@@ -35,6 +35,11 @@ class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
     def __setitem__(self, key: Any, value: Any) -> None:
         self.view(np.ndarray)[self._place(key)] = value
 
+    def __repr__(self) -> str:
+        if self.shape != (len(self.names),):
+            return repr(self.view(np.ndarray))
+        return f"NamedVector({', '.join(f'{name}={value:g}' for name, value in zip(self.names, self, strict=True))})"
+
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         plain = np.asarray(array)
         return plain[()] if return_scalar or plain.ndim == 0 else plain

@@ -28,7 +28,7 @@ from . import compiled, interpreted
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
-from .own.law import Law, LawFunction
+from .own.law import Law, LawFunction, OwnLaw
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
 from .readers import check_read
 
@@ -167,7 +167,7 @@ class Run:
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str | LawFunction | None,
+    controller: str | LawFunction | OwnLaw | None,
     scenario: str | None = None,
     parameters: Mapping[str, object] | None = None,
     initial: Mapping[str, object] | None = None,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def law_of(
     manifest: Manifest,
-    controller: str | LawFunction | None,
+    controller: str | LawFunction | OwnLaw | None,
     inputs: Mapping[str, object] | xarray.Dataset | None,
     interpolation: str | None,
     period: float | None,
@@ -58,6 +58,8 @@ def law_of(
         _refuse(given, ("memory",), "left out without a law", origin)
         own = open_loop(inputs, manifest, period, interpolation, end, origin)
         return own.controller, own
+    if isinstance(controller, OwnLaw):
+        return controller.controller, controller
     if callable(controller):
         _refuse(given, ("inputs", "interpolation"), "left out with a law, which gives the inputs", origin)
         own = own_law(controller, manifest, period, memory, origin)

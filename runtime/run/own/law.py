@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +20,9 @@ from ...model.functions import FloatArray
 from ..ticks import common_step
 from .identity import told
 from .state import state_type
+
+_MEMORY = "\nmemory = "
+"""Mark in a law's identity, after its source and before its memory at the start."""
 
 LawFunction = Callable[..., Any]
 """law(t, x) -> u, or law(t, x, z) -> (u, z_next) with a memory; u of shape (nu,), in a batch (nu, runs)."""
@@ -129,9 +133,14 @@ def own_law(
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
     text, untold = told(function)
     if text:
-        text += f"\nmemory = {start.tolist()}"
+        text += f"{_MEMORY}{json.dumps(start.tolist())}"
     described = describe(f"python:{name}", title, quantities)
     return OwnLaw(described, start, caller, period, text=text, untold=untold)
+
+
+def recorded_memory(text: str) -> list[float] | None:
+    """Return the memory before the first sample from the identity of a law; None for a law without one."""
+    return json.loads(text.rpartition(_MEMORY)[2]) or None
 
 
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:

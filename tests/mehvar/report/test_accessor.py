@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -36,6 +38,10 @@ def run():
 def batch():
     vary = {"theta_0": "uniform(0.5, 1.5)"}
     return mehvar.batch("triangle", "path", 40, vary=vary, success="T_theta < 19.3", save=1.0, dt_out=0.1)
+
+
+def damp(t, x):
+    return [-0.1 * x.roll - 0.5 * x.wx, 0.0, 0.0]
 
 
 def math(page: str) -> list[str]:
@@ -87,6 +93,43 @@ def test_two_runs_are_compared_at_the_samples_of_both(run):
     assert (run.mehvar.compare(run)["largest"] == 0).all()
 
 
+def test_a_run_of_a_batch_is_repeated(batch):
+    again = batch.mehvar.again(17)
+    np.testing.assert_array_equal(again["theta"].sel(t=batch["t"]), batch["theta"][17])
+    assert repr(again.mehvar).startswith("<mehvar: a run of triangle with path")
+    changed = batch.load().copy(deep=True)
+    changed["travel"][17] *= 1 + 1e-15
+    with pytest.raises(mehvar.MehvarError, match="run 17: differs from the store in travel by up to"):
+        changed.mehvar.again(17)
+
+
+def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only():
+    batch = mehvar.batch("satellite", damp, 3, period=0.5, t_end=5.0, vary={"roll": "uniform(-0.1, 0.1)"})
+    np.testing.assert_array_equal(batch.mehvar.again(2, damp).isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
+    with pytest.raises(mehvar.InputError, match="give the same controller"):
+        batch.mehvar.again(2)
+    with pytest.raises(mehvar.InputError, match=r"another text of python:damp; it was:\ndef damp"):
+        batch.mehvar.again(2, lambda t, x: [0.0, 0.0, 0.0])
+
+
+def test_a_run_without_a_law_is_repeated_with_its_inputs():
+    batch = mehvar.batch("satellite", inputs={"Tx": 0.1}, n=3, period=0.5, t_end=5.0, vary={"roll": "uniform(0, 1)"})
+    np.testing.assert_array_equal(
+        batch.mehvar.again(1, inputs={"Tx": 0.1}).isel(t=-1)["roll"], batch["final"][1].sel(state="roll")
+    )
+    with pytest.raises(mehvar.InputError, match="another text of none"):
+        batch.mehvar.again(1, inputs={"Tx": 0.2})
+
+
+def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
+    mehvar.batch("triangle", "path", 2, out=tmp_path / "runs.zarr", t_end=1.0)
+    assert repr(mehvar.open_result(tmp_path / "runs.zarr").mehvar).startswith("<mehvar: a batch of 2 runs")
+    opened = f"xarray.open_dataset({str(tmp_path / 'runs.zarr')!r}, engine='mehvar')"
+    text = f"import xarray; print({opened}.mehvar)"
+    fresh = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+    assert fresh.stdout.startswith("<mehvar: a batch of 2 runs"), fresh.stderr
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -97,7 +140,10 @@ def test_two_runs_are_compared_at_the_samples_of_both(run):
         (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),
         (lambda run, batch: run.mehvar.compare(run.assign_coords(t=run["t"] + 0.003)), "without samples at the same"),
         (lambda run, batch: run.mehvar.report("run.pdf"), "ends in .html"),
-        (lambda run, batch: batch.mehvar.animate(), "no animation of triangle with path"),
+        (lambda run, batch: batch.mehvar.animate(), "cannot animate triangle with path: this is a batch"),
+        (lambda run, batch: run.mehvar.again(1), "this result is a single run"),
+        (lambda run, batch: batch.mehvar.again(40), "run = 40: must be a whole number from 0 to 39"),
+        (lambda run, batch: batch.mehvar.again(1, controller=damp), "run under path"),
         (lambda run, batch: xr.Dataset().mehvar.metrics(), "no result of mehvar"),
     ],
 )

@@ -119,11 +119,19 @@ def test_many_points_at_once(model: Model) -> None:
             np.testing.assert_allclose(several[place] if several.ndim == 3 else several, one, rtol=1e-14, atol=1e-15)
 
 
+def test_a_point_without_input_and_parameters_has_their_defaults(model: Model) -> None:
+    x = model.state()
+    whole = model.linearize(x, np.zeros(len(model.input_names)), model.parameters())
+    for one, other in zip(model.linearize(x), whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert "<caption>A</caption>" in whole._repr_html_()
+    assert repr(whole).startswith("<linear system, continuous: states ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"u": [0.0], "outputs": ["enrgy"]}, "unknown output of pendulum 'enrgy': did you mean energy"),
-        ({"u": None}, "u = None: must be an input without a controller"),
         ({"u": [0.0], "z": [0.0]}, r"z = \[0.0\]: must be None without a controller"),
         ({"u": [0.0], "c": [0.0]}, r"c = \[0.0\]: must be None without a controller"),
         ({"u": [0.0], "controller": "pd"}, r"u = \[0.0\]: must be None: the law pd gives the input"),
