@@ -4,6 +4,9 @@
 One process has imported them and nothing of ours that a command could have changed. For each command it forks one that
 gets the caller's files, folder and environment. What importing costs and needs is tested by
 `tests/mehvar/test_package.py`, signals and limits by tests that start a process of their own.
+
+A command derives models and judges papers in further processes, by `python -P` or by multiprocessing: `python` is a
+program that forks these as well, and is any other Python for whatever else it is asked.
 """
 
 from __future__ import annotations
@@ -13,7 +16,9 @@ import contextlib
 import functools
 import gc
 import importlib
+import itertools
 import json
+import multiprocessing.spawn
 import os
 import runpy
 import select
@@ -23,19 +28,30 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
+from typing import NoReturn
 
 LIBRARIES = (
     *("numpy", "scipy.sparse", "scipy.integrate", "scipy.linalg", "scipy.optimize", "pandas", "xarray", "dask.array"),
     *("pint", "zarr", "h5netcdf", "sympy", "casadi", "mpmath", "pydantic", "jinja2", "typer.main", "rich.console"),
     *("matplotlib.figure", "matplotlib.backends.backend_agg", "PIL.Image", "unicorn", "pyarrow"),
 )
-CLIENT = """
+COLD = sys.executable
+"""A Python that has imported nothing."""
+MOST = 64
+"""Files that a caller hands over: 3 and what multiprocessing adds, which are 2."""
+CLIENT = """#!{python} -IS
 import json, os, socket, struct, sys
+words = sys.argv[1:]
+warm = words[:2] in (["-P", "-m"], ["-P", "-c"]) or words[-1:] == ["--multiprocessing-fork"]
+if not warm:
+    os.execv({python!r}, [{python!r}, *words])
 line = socket.socket(socket.AF_UNIX)
-line.connect(sys.argv[1])
-socket.send_fds(line, [b"."], [0, 1, 2])
-text = json.dumps([sys.argv[2:], os.getcwd(), dict(os.environ)]).encode()
+line.connect({place!r})
+files = [number for number in range(256) if number != line.fileno() and os.path.exists(f"/proc/self/fd/{{number}}")]
+socket.send_fds(line, [b"."], files)
+text = json.dumps([words, files, os.getcwd(), dict(os.environ)]).encode()
 line.sendall(struct.pack("<I", len(text)) + text)
 (status,) = struct.unpack("<i", line.recv(4))
 sys.exit(status)
@@ -43,15 +59,21 @@ sys.exit(status)
 """Its exit status is the command's, or 128 and the number of the signal that ended it, as a shell has it."""
 
 
-@functools.cache
 def mehvar() -> list[str]:
     """Return the start of a command line that runs `mehvar` as a process of its own."""
+    return [python(), "-P", "-m", "mehvar"]
+
+
+@functools.cache
+def python() -> str:
+    """Return the path of the program; its server ends with this process."""
     folder = Path(tempfile.mkdtemp(prefix="mehvar-"))
-    place = folder / "socket"
-    (folder / "client.py").write_text(CLIENT, encoding="utf-8")
+    place, program = folder / "socket", folder / "python"
+    program.write_text(CLIENT.format(python=COLD, place=str(place)), encoding="utf-8")
+    program.chmod(0o700)
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     server = subprocess.Popen(
-        [sys.executable, "-m", "tests.commands", place],
+        [COLD, "-m", "tests.commands", place],
         cwd=Path(__file__).parents[1],
         env=environment,
         stdin=subprocess.PIPE,  # whose end is the server's end
@@ -60,7 +82,7 @@ def mehvar() -> list[str]:
     assert server.stdout is not None
     assert server.stdout.readline() == b"ready\n"
     atexit.register(_end, server, folder)
-    return [sys.executable, "-IS", str(folder / "client.py"), str(place)]
+    return str(program)
 
 
 def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
@@ -72,6 +94,8 @@ def serve(place: str) -> list[str] | None:
     """Fork a process for each command, in which this returns its arguments, until the standard input ends."""
     for name in LIBRARIES:
         importlib.import_module(name)
+    sys.executable = str(Path(place).with_name("python"))
+    multiprocessing.spawn.set_executable(sys.executable)
     gc.freeze()  # what is shared is not copied for the sake of its counters
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(place)
@@ -91,19 +115,20 @@ def serve(place: str) -> list[str] | None:
 
 def _called(line: socket.socket) -> list[str]:
     """Take over a caller's files, folder, environment and arguments; another process sends the exit status."""
-    _, files, _, _ = socket.recv_fds(line, 1, 3)
+    _, files, _, _ = socket.recv_fds(line, 1, MOST)
     reader = line.makefile("rb")
     (size,) = struct.unpack("<I", reader.read(4))
-    arguments, folder, environment = json.loads(reader.read(size))
+    arguments, numbers, folder, environment = json.loads(reader.read(size))
     command = os.fork()
     if command:
+        for number in files:
+            os.close(number)  # a pipe ends when the command closes it
         status = os.waitstatus_to_exitcode(os.waitpid(command, 0)[1])
         line.sendall(struct.pack("<i", status if status >= 0 else 128 - status))
         os._exit(0)
-    line.close()
-    for number, file in enumerate(files):
-        os.dup2(file, number)
-        os.close(file)
+    line.detach()
+    reader.close()
+    _number(dict(zip(numbers, files, strict=True)))
     sys.stdin, sys.stdout = open(0, closefd=False), open(1, "w", closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", buffering=1, errors="backslashreplace", closefd=False)  # noqa: SIM115
     sys.__stdin__, sys.__stdout__, sys.__stderr__ = sys.stdin, sys.stdout, sys.stderr  # which keep them open
@@ -114,8 +139,47 @@ def _called(line: socket.socket) -> list[str]:
     return list(arguments)
 
 
+def _number(files: dict[int, int]) -> None:
+    """Give the caller's files the numbers that they have there; nothing else stays open."""
+    high = max((*files, *files.values())) + 1
+    apart = {number: high + k for k, number in enumerate(files)}
+    for number, file in files.items():
+        os.dup2(file, apart[number])
+    for number, file in apart.items():
+        os.dup2(file, number)
+    for number in {*range(2 * high)} - {*files}:
+        with contextlib.suppress(OSError):
+            os.close(number)
+
+
+def run(words: list[str]) -> None:
+    """Do what Python does with a command line: `-m mehvar ...` or `-c TEXT ...`, after flags."""
+    kind, what, *arguments = itertools.dropwhile(lambda word: word not in ("-m", "-c"), words)
+    if kind == "-m":
+        sys.argv = [what, *arguments]
+        runpy.run_module(what, run_name="__main__", alter_sys=True)
+    else:
+        sys.argv = ["-c", *arguments]
+        exec(compile(what, "<string>", "exec"), vars(sys.modules["__main__"]))
+
+
+def _exit(code: object) -> NoReturn:
+    """End as the interpreter does, but leave taking the libraries apart, which takes 0.1 s, to the system."""
+    if code is not None and not isinstance(code, int):
+        print(code, file=sys.stderr)
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    with contextlib.suppress(BrokenPipeError):
+        sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code & 0xFF if isinstance(code, int) else code is not None)
+
+
 if __name__ == "__main__":
     call = serve(sys.argv[1])
     if call is not None:
-        sys.argv = ["mehvar", *call]
-        runpy.run_module("mehvar", run_name="__main__", alter_sys=True)
+        try:
+            run(call)
+        except SystemExit as end:
+            _exit(end.code)
+        _exit(0)

@@ -7,11 +7,15 @@ which share what is derived; a page of the documentation, which shares nothing.
 
 from __future__ import annotations
 
+import multiprocessing.spawn
 import os
+import sys
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+from tests import commands
 
 PAPERS = "tests/mehvar/papers/"
 TOGETHER = (PAPERS, "tests/models/slosh/", "tests/mehvar/physics/")
@@ -67,4 +71,6 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         # a run over many mutants keeps what did not change compiled
         patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(run / "compiled"))
+        patch.setattr(sys, "executable", commands.python())  # and derive without importing the libraries each time
+        multiprocessing.spawn.set_executable(sys.executable)
         yield

@@ -14,6 +14,7 @@ import pytest
 
 from mehvar.codegen.generate import Tree, check, installed_tree
 from mehvar.manifest import manifest_text, read_manifest, sealed
+from tests import commands
 
 ROOT = installed_tree().root
 HEAD = """
@@ -98,7 +99,7 @@ def test_a_new_title_of_a_scenario_derives_nothing(tree):
         "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
     )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-P", "-c", code]
+    command = [commands.COLD, "-P", "-c", code]
     done = subprocess.run(command, cwd=tree.root, env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
     after = read_manifest(tree.root / "generated" / "wheel")

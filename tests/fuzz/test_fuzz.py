@@ -7,7 +7,6 @@ Short here; `make soak` runs a hundred thousand commands and expressions.
 from __future__ import annotations
 
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -15,6 +14,7 @@ from random import Random
 import pytest
 
 from mehvar import runtime
+from tests import commands
 
 from . import campaign
 from .inputs import PENDULUM
@@ -52,7 +52,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     journal = tmp_path / "journal.jsonl"
     for sum_of_it in ("commands, seed 6: 5, of these",) * 2:
         done = subprocess.run(
-            [sys.executable, "-m", "tests.fuzz", "commands", "6", "5", journal],
+            [commands.python(), "-P", "-m", "tests.fuzz", "commands", "6", "5", journal],
             cwd=campaign.ROOT, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout + done.stderr

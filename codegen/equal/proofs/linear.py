@@ -18,6 +18,8 @@ Form = dict[int, Fraction]
 """Coefficients of nodes; the constant is stored under `_ONE`."""
 Row = tuple[Form, bool]
 """A form that is positive or, where the flag is False, not negative."""
+Whole = tuple[dict[int, int], bool]
+"""A row times a number that makes its coefficients whole, which are added many times faster than fractions."""
 _ONE = -1
 _MOST = 300
 """Limit on inequalities at once: their number may square with each unknown. Fewer prove less; more take longer where
@@ -57,8 +59,9 @@ def _cases(pool: Pool, node: int) -> list[Form]:
     return [*forms, _scaled(forms[0], Fraction(-1))] if pool.nodes[node][0] == "abs" else forms
 
 
-def _is_contradiction(rows: list[Row]) -> bool:
+def _is_contradiction(fractions: Sequence[Row]) -> bool:
     """Return True if no numbers satisfy the inequalities; False also if there are too many of them."""
+    rows = [(_whole(form), strict) for form, strict in fractions]
     while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
@@ -69,15 +72,27 @@ def _is_contradiction(rows: list[Row]) -> bool:
     return False
 
 
-def _tightest(rows: Sequence[Row]) -> list[Row]:
+def _whole(form: Form) -> dict[int, int]:
+    common = math.lcm(*(value.denominator for value in form.values()))
+    return {node: value.numerator * (common // value.denominator) for node, value in form.items()}
+
+
+def _tightest(rows: Sequence[Whole]) -> list[Whole]:
     """Return the tightest row for each form, up to a factor."""
-    best: dict[frozenset[tuple[int, Fraction]], tuple[Fraction, bool]] = {}
+    best: dict[frozenset[tuple[int, int]], tuple[Fraction, bool]] = {}
     for form, strict in rows:
-        lead = next((abs(form[node]) for node in sorted(form) if node != _ONE), Fraction(1))
-        key = frozenset((node, value / lead) for node, value in form.items() if node != _ONE)
-        bound = form.get(_ONE, Fraction(0)) / lead, not strict
-        best[key] = min(best.get(key, bound), bound)
-    return [({**dict(key), **({_ONE: value} if value else {})}, not weak) for key, (value, weak) in best.items()]
+        common = math.gcd(*(value for node, value in form.items() if node != _ONE)) or 1
+        key = frozenset((node, value // common) for node, value in form.items() if node != _ONE)
+        bound = Fraction(form.get(_ONE, 0), common), not strict
+        if key not in best or bound < best[key]:
+            best[key] = bound
+    return [
+        (
+            {node: factor * value.denominator for node, factor in key} | ({_ONE: value.numerator} if value else {}),
+            not weak,
+        )
+        for key, (value, weak) in best.items()
+    ]
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
@@ -136,24 +151,25 @@ def _scaled(form: Mapping[int, Fraction], factor: Fraction) -> Form:
     return {node: value * factor for node, value in form.items()}
 
 
-def _is_false(row: Row) -> bool:
+def _is_false(row: Whole) -> bool:
     form, strict = row
-    value = form.get(_ONE, Fraction(0))
+    value = form.get(_ONE, 0)
     return not form.keys() - {_ONE} and (value <= 0 if strict else value < 0)
 
 
-def _count(rows: Sequence[Row], node: int) -> int:
+def _count(rows: Sequence[Whole], node: int) -> int:
     signs = [form[node] > 0 for form, _ in rows if node in form]
     return sum(signs) * (len(signs) - sum(signs))
 
 
-def _without(rows: Sequence[Row], node: int) -> list[Row]:
+def _without(rows: Sequence[Whole], node: int) -> list[Whole]:
     """Eliminate an unknown: every lower bound of it is below every upper one."""
     kept = [row for row in rows if node not in row[0]]
     lower = [row for row in rows if row[0].get(node, 0) > 0]
     upper = [row for row in rows if row[0].get(node, 0) < 0]
     for first, strict in lower:
         for second, other in upper:
-            total = _sum([_scaled(first, -second[node]), _scaled(second, first[node])])
-            kept.append((total, strict or other))
+            up, down = first[node], -second[node]
+            sums = {k: down * first.get(k, 0) + up * second.get(k, 0) for k in first.keys() | second.keys()}
+            kept.append(({k: value for k, value in sums.items() if value}, strict or other))
     return kept

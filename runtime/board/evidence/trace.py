@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -109,19 +109,17 @@ def _runs(addresses: list[int], sizes: dict[int, int]) -> tuple[tuple[int, int],
     return tuple((first, last) for first, last in runs)
 
 
-def _lines(path: Path, symbol: str, file: str) -> Any:
+def _lines(path: Path, symbol: str, file: str) -> Callable[[int], int | None]:
     """Return a map from address to line of the law's code: its own line, or that of the inlined call."""
     rows = line_table(path)
-    calls = list(_inlined(path, symbol))
-    table: dict[int, int] = {}
-    for (address, name, line), (following, _, _) in pairwise(rows):
-        for at in range(address, following, 2):
-            if name == file:
-                table[at] = line
-    for low, high, line in calls:
-        for at in range(low, high, 2):
-            table[at] = line
-    return table.get
+    starts = [address for address, _, _ in rows]
+    calls = {at: line for low, high, line in _inlined(path, symbol) for at in range(low, high, 2)}
+
+    def line_at(address: int) -> int | None:
+        _, name, line = rows[bisect_right(starts, address) - 1]
+        return calls.get(address, line if name == file else None)
+
+    return line_at
 
 
 def _inlined(path: Path, symbol: str) -> Iterator[tuple[int, int, int]]:

@@ -68,7 +68,8 @@ def allan(rates, size):
 
 
 STRONG = {"noise_rate": 2e-3, "field_noise": 3e-6, "bias_noise": 1e-4}
-CLUSTER, CLUSTERS = 10.0, 4000
+SIZE, CLUSTERS = 20, 4000
+"""Samples of a cluster, of which the deviation of a walk that is sampled is off by 1/(4 SIZE^2), and clusters."""
 
 
 @pytest.mark.parametrize("period", [0.5, 0.05])
@@ -78,18 +79,17 @@ def test_densities_are_what_a_data_sheet_prints(period):
     Of 4000 clusters the deviation is off by 1/sqrt(2 * 4000) of itself, one percent; five are allowed.
     """
     subject, rng = subject_of(CRAFT), np.random.default_rng(5)
-    count = int(CLUSTERS * CLUSTER / period)
+    count, cluster = CLUSTERS * SIZE, SIZE * period
     at = points(subject, 1).moved(**STRONG, Ts=period, noise=0.0, sun_noise=0.0, quantum=0.0)
     at = at.moved(bias_x=0.0, bias_y=0.0, bias_z=0.0)
     x, p = at.values["x"], at.values["p"]
     names = [q.name for q in subject.system.seen]
     e = rng.standard_normal((count, len(subject.system.sensor.noise)))
     seen = subject("measure", np.repeat(x, count, axis=0), e, np.repeat(p, count, axis=0))
-    clusters = round(CLUSTER / period)
     for name, density in (("wx", STRONG["noise_rate"]), ("mag_x", STRONG["field_noise"])):
-        assert allan(seen[:, names.index(name)], clusters) == pytest.approx(density / np.sqrt(CLUSTER), rel=0.05)
+        assert allan(seen[:, names.index(name)], SIZE) == pytest.approx(density / np.sqrt(cluster), rel=0.05)
     steps = rng.standard_normal((count, len(subject.system.random_step.noise)))
     after = subject("jump", np.repeat(x, count, axis=0), steps, np.repeat(p, count, axis=0))
     place = [q.name for q in subject.system.states].index("bias_x")
     walk = np.cumsum(after[:, place] - x[0, place])
-    assert allan(walk, clusters) == pytest.approx(STRONG["bias_noise"] * np.sqrt(CLUSTER / 3), rel=0.05)
+    assert allan(walk, SIZE) == pytest.approx(STRONG["bias_noise"] * np.sqrt(cluster / 3), rel=0.05)
