@@ -221,6 +221,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "compiler": (EVIDENCE, (*EVIDENCE, "--compiler", "tcc")),
         "samples": (EVIDENCE, (*EVIDENCE[:6], "1", *EVIDENCE[7:])),
         "disturbed": "tests/runtime/board/test_evidence.py: disturbed=",
+        "elf": (EVIDENCE, (*EVIDENCE, "--elf", "none.elf")),
         "out": (EVIDENCE, (*EVIDENCE[:-1], "file")),
     },
     "board emit": {
