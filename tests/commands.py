@@ -97,6 +97,7 @@ def serve(place: str) -> list[str] | None:
     sys.executable = str(Path(place).with_name("python"))
     multiprocessing.spawn.set_executable(sys.executable)
     gc.freeze()  # what is shared is not copied for the sake of its counters
+    gc.set_threshold(100_000, 20, 100)
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(place)
         listener.listen()

@@ -161,8 +161,7 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
 
 def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
     manifest = plan.model.manifest
-    sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
-    names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
+    names = [FILE, *sorted(path.name for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))]
     files = {name: generated_text(manifest, name) for name in names}
     return Bundle(files, plan.campaign.json_text(), numerics.text())
 

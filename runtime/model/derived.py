@@ -47,11 +47,10 @@ def holder(manifest: Manifest, name: str) -> Manifest:
     entry = f"{manifest.model}-{cache.key(manifest.text, repr(versions))}"
     folder = None if _tree(manifest) else cache.find("derived", entry)  # a copy away from its sources, made before
     made = read_manifest(folder or _made(manifest, name, entry, what))
-    signatures, own = ({(f.name, f.arguments, f.results) for f in one.functions.values()} for one in (made, manifest))
-    if not own <= signatures:
+    if made.hash != manifest.hash:
         raise InputError(
-            f"{what}, and this version of mehvar derives other functions than {manifest.folder} has; "
-            f"generate the model again (mehvar generate {manifest.model})"
+            f"{what}, and this version of mehvar derives other functions (hash {made.hash[:8]}) than {manifest.folder} "
+            f"has ({manifest.hash[:8]}); generate the model again (mehvar generate {manifest.model})"
         )
     return made
 
@@ -62,7 +61,7 @@ def _made(manifest: Manifest, name: str, entry: str, what: str) -> Path:
     for package in _NEEDED:
         if not installed(package):
             raise InputError(f"{what}, which needs {package}: pip install {package}")
-    return cache.entry("derived", entry, lambda folder: _fill(root, manifest.model, folder, what))
+    return cache.entry("derived", entry, lambda folder: _fill(root, manifest, folder, what))
 
 
 def _tree(manifest: Manifest) -> bool:
@@ -101,8 +100,10 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _fill(root: Path, model: str, folder: Path, what: str) -> None:
-    process = run_python(root, "-m", "mehvar", "generate", model, "--emit", "casadi", "--out", str(folder))
+def _fill(root: Path, manifest: Manifest, folder: Path, what: str) -> None:
+    choices = [part for name, value in manifest.structure.items() for part in ("--structure", f"{name}={value}")]
+    options = [*choices, "--emit", "casadi", "--out", str(folder)]
+    process = run_python(root, "-m", "mehvar", "generate", manifest.model, *options)
     if process.returncode:
         raise InputError(f"{what}, which failed: {last_line(process)}")
 

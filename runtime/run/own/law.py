@@ -189,7 +189,7 @@ class _Caller:
 
     def _checked(self, t: float, what: str, value: object, shape: tuple[int, ...]) -> FloatArray:
         array = _numbers(value, shape)
-        names = f", one for each of {', '.join(self._inputs)}" if what == "u" else ""
+        names = f", one for each of {', '.join(self._inputs) or 'no inputs'}" if what == "u" else ""
         if array is None:
             size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
             raise LawError(
@@ -214,7 +214,7 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
         return None
     if len(arrays) != n or any(a.dtype.kind not in "iuf" or a.shape not in ((), runs) for a in arrays):
         return None
-    return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64)
+    return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64).reshape(shape)  # n may be 0
 
 
 def _said(error: Exception, function: LawFunction) -> str:

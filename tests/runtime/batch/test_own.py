@@ -11,6 +11,7 @@ import pytest
 import mehvar
 from mehvar import runtime
 from mehvar.errors import InputError
+from mehvar.models.parts import Gyro, Hub, Spacecraft
 from mehvar.runtime.batch.repeat import plan_of
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.own.law import LawError
@@ -185,3 +186,15 @@ def test_what_a_batch_cannot_run_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         batch(pendulum, t_end=1.0, **arguments)
+
+
+def test_a_law_of_a_model_without_inputs_returns_none_of_them() -> None:
+    craft = Spacecraft("bare")
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 1.5, 2.0)))
+    craft.add(Gyro("gyro", noise=1e-3))
+    model = mehvar.build(craft)
+    assert mehvar.batch(model, lambda _t, _x: [], n=4, period=0.1, t_end=0.5).sizes["run"] == 4
+    with pytest.raises(
+        LawError, match=r"returned u = 1.0: must be numbers of shape \(0, 4\), one for each of no inputs"
+    ):
+        mehvar.batch(model, lambda _t, _x: 1.0, n=4, period=0.1, t_end=0.5)

@@ -100,6 +100,18 @@ def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, h
         stop(*processes)
 
 
+def test_a_worker_gets_the_jacobians_of_an_implicit_method(scheduler: str, client: Client, tmp_path: Path) -> None:
+    campaign = replace(CAMPAIGN, n=8, options={"t_end": 0.5, "method": "rodas5p"})
+    process = worker(scheduler, "implicit", FOLDER=str(tmp_path), MEHVAR_CACHE=str(tmp_path / "cache"))
+    try:
+        client.wait_for_workers(1, timeout=60)
+        assert same(
+            run_batch("triangle", campaign, tmp_path / "runs.zarr", client=client), run_batch("triangle", campaign)
+        )
+    finally:
+        stop(process)
+
+
 def test_a_killed_worker_costs_time_only(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
     first = worker(scheduler, "doomed", FOLDER=str(tmp_path))
     later: list[subprocess.Popen[bytes]] = []

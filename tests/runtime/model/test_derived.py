@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,25 @@ def test_a_copied_folder_takes_the_sources_of_the_installed_model(tmp_path):
     folder = shutil.copytree(find_model("triangle").folder, tmp_path / "copy")
     made = {holder(read_manifest(folder), name).folder for name in FILES}
     assert made == {holder(find_model("triangle"), FILES[0]).folder}, "one derivation for all files"
+
+
+def test_a_folder_of_another_structure_gets_files_of_that_structure(tree, tmp_path):
+    shutil.rmtree(tree)
+    options = ("--structure", "masses=general", "--out", str(tree))
+    assert derived.run_python(tmp_path, "-m", "mehvar", "generate", "triangle", *options).returncode == 0
+    manifest = read_manifest(tree)
+    made = holder(manifest, "triangle_casadi.c")
+    assert made.folder != tree
+    assert made.structure == manifest.structure != find_model("triangle").structure
+    assert made.hash == manifest.hash
+
+
+def test_files_of_other_functions_are_refused_though_these_are_called_alike(tree):
+    """What is computed is compared, not only what it is called: sources may be derived otherwise tomorrow."""
+    manifest = replace(read_manifest(tree), hash="0" * 64)
+    for name in FILES:
+        with pytest.raises(InputError, match=r"derives other functions \(hash \w{8}\) than .* has \(0{8}\); generate"):
+            holder(manifest, name)
 
 
 def test_changed_sources_are_refused(tree):
