@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import surfaces as surfaces
     from mehvar.models.tables import read_parameters as read_parameters
     from mehvar.models.tables import read_scenarios as read_scenarios
+    from mehvar.report.verdicts import require as require
     from mehvar.runtime.batch.store.verification import verify as verify
     from mehvar.runtime.model.catalogue import list_models as list_models
     from mehvar.runtime.model.model import Model as Model
@@ -67,6 +68,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.fmu.export": ("export_fmu",),
+    "mehvar.report.verdicts": ("require",),
     "mehvar.runtime.batch.store.verification": ("verify",),
     "mehvar.runtime.model.catalogue": ("list_models",),
     "mehvar.runtime.model.model": ("Model", "load"),

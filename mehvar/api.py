@@ -17,7 +17,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
@@ -154,6 +154,8 @@ def batch(
     resume: bool = False,
     success: str | None = None,
     until: str | None = None,
+    require: Mapping[str, str] | None = None,
+    confidence: float | None = None,
     strict: bool = False,
     threads: int | None = None,
     scheduler: str | Client | None = None,
@@ -191,7 +193,10 @@ def batch(
     resume : bool
         Continue the store `out`.
     success, until : str, optional
-        What a run must fulfil to succeed, as in "T_theta < 20"; when to stop, as in "ci(success) < 0.01".
+        What a run must fulfil to succeed, as in "T_theta < 20"; when to stop, as in "ci(success) < 0.01", or "decided"
+        for when each requirement is.
+    require, confidence : mapping of str to str, float, optional
+        Requirements on all runs by name, and the confidence they are decided with; see `mehvar.require`.
     strict : bool
         Stop at a run whose drawn values are not allowed, instead of marking it `impossible`.
     threads : int, optional
@@ -216,8 +221,66 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` continues from its blocks.
     """
+    return stored_batch(
+        model,
+        controller,
+        n,
+        scenario,
+        parameters,
+        initial,
+        inputs=inputs,
+        interpolation=interpolation,
+        period=period,
+        memory=memory,
+        vary=vary,
+        seed=seed,
+        sampling=sampling,
+        save=save,
+        out=out,
+        resume=resume,
+        success=success,
+        until=until,
+        require=require,
+        confidence=confidence,
+        strict=strict,
+        threads=threads,
+        scheduler=scheduler,
+        report=report,
+        **options,
+    ).dataset()
+
+
+def stored_batch(
+    model: Model | str | os.PathLike[str],
+    controller: str | LawFunction | None = None,
+    n: int | None = None,
+    scenario: str | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    initial: Mapping[str, float] | None = None,
+    *,
+    inputs: Mapping[str, Any] | xr.Dataset | None = None,
+    interpolation: Interpolation | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
+    vary: Mapping[str, str | Sequence[float]] | None = None,
+    seed: int | None = None,
+    sampling: Design | None = None,
+    save: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    success: str | None = None,
+    until: str | None = None,
+    require: Mapping[str, str] | None = None,
+    confidence: float | None = None,
+    strict: bool = False,
+    threads: int | None = None,
+    scheduler: str | Client | None = None,
+    report: BatchProgress | None = None,
+    **options: Any,
+) -> Store:
+    """Return the store of a batch; see `batch`."""
     check_arguments("text", "the call", scenario=scenario)
-    check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary)
+    check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary, require=require)
     source: Model | str | os.PathLike[str]
     if str(model).endswith(".toml"):
         from mehvar.campaign import read_campaign
@@ -236,6 +299,8 @@ def batch(
         out = file.out if out is None else out
         success = file.success if success is None else success
         until = file.until if until is None else until
+        require = file.require if require is None else require
+        confidence = file.confidence if confidence is None else confidence
     else:
         dispersed = {names: _listed(text) for names, text in (vary or {}).items()}
         n = _runs(dispersed) if n is None else n
@@ -261,13 +326,15 @@ def batch(
             save_every=save,
         )
     with KeptInterrupts(), _connected(scheduler) as client:
-        store = run_batch(
+        return run_batch(
             source,
             campaign,
             out,
             resume=resume,
             success=success,
             until=until,
+            require=require,
+            confidence=confidence,
             strict=strict,
             threads=threads,
             client=client,
@@ -275,7 +342,6 @@ def batch(
             own=own,
             origin=origin,
         )
-        return store.dataset()
 
 
 def open_result(path: str | os.PathLike[str]) -> xr.Dataset:

@@ -34,7 +34,7 @@ class CampaignFile(_Table):
     """The contents of a campaign file, overridden by the command line; `Campaign` and its options define valid values.
 
     `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
-    states. A text may be a number with a unit; this also holds for `t_end` and `save`.
+    states, `require` requirements by name. A text may be a number with a unit; this also holds for `t_end` and `save`.
     """
 
     model: str
@@ -46,11 +46,13 @@ class CampaignFile(_Table):
     t_end: Any = None
     success: str | None = None
     until: str | None = None
+    confidence: Any = None
     out: Annotated[Path | None, Field(strict=False)] = None
     save: Save | None = None
     set: dict[str, Any] = {}
     initial: dict[str, Any] = {}
     vary: dict[str, str] = {}
+    require: dict[str, str] = {}
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
         """Return the campaign with the fields of a command line over it; `set` and `vary` name by name."""

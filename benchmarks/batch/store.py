@@ -29,9 +29,9 @@ from unittest import mock
 
 from benchmarks.machine import RESULTS, command_line, machine, table, write
 from mehvar.errors import MehvarError
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store import chunks
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.store import open_store

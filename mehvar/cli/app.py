@@ -25,13 +25,18 @@ COMMANDS = {
     "new": "Write a new system into a folder of its name: an example that generates, simulates and passes its tests.",
     "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
+    "require": "Decide whether requirements hold, by the runs of a batch or of a campaign; exit 1 unless all do.",
     "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
     "report": "Write a page about a model, a result or a batch: equations, numbers, runs, pictures, animation.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
-PLACES = {"convert": "export.convert", "git-diff": "git.diff", "git-textconv": "git.textconv"}
+PLACES = {name: f"store.{name}" for name in ("stats", "require", "verify")} | {
+    "convert": "export.convert",
+    "git-diff": "git.diff",
+    "git-textconv": "git.textconv",
+}
 """Modules of commands that stand in a folder with others."""
 FOR_GIT = {
     "git-diff": "Compare the two versions of an equations.json that git names; git's diff.NAME.command.",

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from mehvar.campaign import CampaignFile, Save, read_campaign
-from mehvar.cli.stats import print_statistics
+from mehvar.cli.store.stats import print_statistics
 from mehvar.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
@@ -115,6 +115,8 @@ def command(
                 resume=resume,
                 success=batch.success,
                 until=batch.until,
+                require=batch.require,
+                confidence=batch.confidence,
                 strict=strict,
                 threads=threads,
                 client=client,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.errors import unknown_name
+from mehvar.runtime.batch.evaluation.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.sampling import FloatArray
-from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.store.store import Store
 
 from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, pretty_unit, require_matplotlib, style

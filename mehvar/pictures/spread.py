@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import unknown_name
-from mehvar.runtime.batch.conditions import Criterion
-from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
@@ -172,17 +172,18 @@ def _edges(values: FloatArray) -> FloatArray:
 
 
 def convergence_picture(runs: Runs, canvas: Canvas = new_figure) -> Figure:
-    """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
+    """Draw the share of successful runs over the number of runs, with its exact 95 % interval if it has one."""
     counts = np.unique(np.linspace(1, runs.successful.size, _POINTS).astype(int))
     successes = np.cumsum(runs.successful)[counts - 1]
-    ends = np.array([interval(int(k), int(n)) for k, n in zip(successes, counts, strict=True)])
     figure = canvas(6.5, 3.5)
     ax = figure.subplots()
-    ax.fill_between(counts, ends[:, 0], ends[:, 1], color=BLUE, alpha=0.25, linewidth=0, label="95 % interval")
+    if design_of(runs.dataset.attrs) not in NO_INTERVAL:
+        ends = np.array([interval(int(k), int(n)) for k, n in zip(successes, counts, strict=True)])
+        ax.fill_between(counts, ends[:, 0], ends[:, 1], color=BLUE, alpha=0.25, linewidth=0, label="95 % interval")
     ax.plot(counts, successes / counts, color=BLUE, label="share of runs that succeed")
     ax.set_title(runs.headline, wrap=True)
     ax.set_xlabel("runs")
-    ax.set_ylabel("probability of success")
+    ax.set_ylabel("share of runs")
     ax.margins(x=0)
     ax.legend()
     return figure

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLUE, VERMILLION, label, new_figure, style
+from mehvar.runtime.batch.evaluation.statistics import MetricStatistics, Statistics, bands, summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.statistics import MetricStatistics, Statistics, bands, summarise
 
 from .charts import plain
 

@@ -23,7 +23,7 @@ from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
-from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.model.model import load
@@ -111,19 +111,22 @@ def batch_sections(runs: Runs) -> list[Section]:
     require_matplotlib()
     about = runs.dataset.attrs
     successes, n = int(runs.successful.sum()), runs.successful.size
-    low, high = interval(successes, n)
     condition = f" ({runs.condition})" if runs.condition else ""
-    estimate = f"{successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]"
+    design = design_of(about)
+    ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
+    estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
     text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {estimate}."
     with style():
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
         share = convergence_picture(runs)
         where = [region_picture(runs, x, y) for x, y in [runs.drawn[:2]]] if len(runs.drawn) > 1 else []
+    exact = "" if design in NO_INTERVAL else ", and its exact 95 % interval"
+    caption = f"The share of runs that succeed{exact}."
     table = runs.dataset.mehvar.metrics()
     rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
     pictures = [
-        picture("batch-share", "Convergence", "The share of runs that succeed, and its exact 95 % interval.", share),
+        picture("batch-share", "Convergence", caption, share),
         *(
             picture(f"batch-metrics-{k}", "Metrics of the runs", "Vermillion: runs that do not succeed.", figure)
             for k, figure in enumerate(spread, 1)

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,10 @@ from ..run.own.law import OwnLaw
 from ..run.problem import COMPLETE
 from ..run.results import versions
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
+from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, read_requirements
+from .evaluation.statistics import StopRule, Success
 from .numerics import other_numerics
 from .plan import Campaign, Plan
-from .statistics import StopRule, Success
 from .store.layout import STATUS, Layout
 from .store.store import Store, create
 from .store.store import resume as resume_store
@@ -77,6 +78,8 @@ def run_batch(
     resume: bool = False,
     success: str | None = None,
     until: str | None = None,
+    require: Mapping[str, str] | None = None,
+    confidence: float | None = None,
     strict: bool = False,
     threads: int | None = None,
     client: Client | None = None,
@@ -100,7 +103,12 @@ def run_batch(
     success : str, optional
         Condition that a successful run fulfils besides reaching its end, as a time or an event; see `Condition`.
     until : str, optional
-        Stop as soon as the completed runs fulfil this, as in "ci(success) < 0.01"; see `StopRule`.
+        Stop as soon as the completed runs fulfil this, as in "ci(success) < 0.01", or "decided" once each requirement
+        is; see `StopRule` and `DecisionRule`.
+    require : mapping of str to str, optional
+        Requirements on the runs by name, which the store keeps; see `read_requirements`.
+    confidence : float, optional
+        Confidence of each requirement's bounds; 0.95 unless given.
     strict : bool
         Stop at the first run whose drawn values are not allowed, instead of marking it.
     threads : int, optional
@@ -153,15 +161,25 @@ def run_batch(
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
-    rule = None if until is None else StopRule(until, campaign.sampling)
+    confidence = checked_confidence(confidence, origin)
     blocks = Blocks(plan, threads or available_processors())
     condition = Success(success)
     condition.check(blocks.scalars(), blocks.notes)
+    requirements = read_requirements(require or {}, blocks.scalars(), blocks.notes, origin)
+    design = "listed" if any(d.listed for d in plan.dispersions) else campaign.sampling
+    rule: Rule | None = None
+    if until is not None and until.strip() == DECIDED:
+        rule = DecisionRule(requirements, confidence, design)
+    elif until is not None:
+        rule = StopRule(until, design, condition)
+    kept_rules = {"success": success or "", "until": until or ""}
+    if require:
+        kept_rules["require"] = json.dumps({"requirements": dict(require), "confidence": confidence})
     source = _here(blocks) if client is None else _there(client, plan, blocks)
-    store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
+    store = _opened(plan, blocks, out, resume, chunk, kept_rules)
     try:
         with store.writing(), KeptInterrupts() as kept:
-            _Filling(store, plan, rule, condition, strict, report, kept).run(source)
+            _Filling(store, plan, rule, strict, report, kept).run(source)
     except (MemoryError, RuntimeError) as error:
         if not is_shortage(error):
             raise
@@ -282,6 +300,16 @@ def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:
         warnings.warn(f"{store.name}: {block}; computed again", stacklevel=2)
 
 
+class Rule(Protocol):
+    """What ends a batch: counts of each block, and whether their sums over the first runs are enough."""
+
+    def count(self, store: Store, block: int) -> tuple[int, ...]:
+        """Return counts of a stored block."""
+
+    def holds(self, counts: Sequence[int], runs: int) -> bool:
+        """Return True where the sums over the first runs are enough; the runs grow from call to call."""
+
+
 class _Filling:
     """Blocks on their way into a store, until it is complete or the stop rule is fulfilled."""
 
@@ -289,17 +317,17 @@ class _Filling:
         self,
         store: Store,
         plan: Plan,
-        rule: StopRule | None,
-        success: Success,
+        rule: Rule | None,
         strict: bool,
         report: BatchProgress | None,
         kept: KeptInterrupts,
     ) -> None:
         self._store, self._plan, self._rule = store, plan, rule
-        self._success, self._strict, self._report, self._kept = success, strict, report, kept
-        self._successes: dict[int, int] = {}
+        self._strict, self._report, self._kept = strict, report, kept
+        self._counts: dict[int, tuple[int, ...]] = {}
         self._stored = self._failed = 0
-        self._prefix = self._prefix_runs = self._prefix_successes = 0
+        self._prefix = self._prefix_runs = 0
+        self._prefix_counts: tuple[int, ...] = ()
 
     def run(self, source: BlockSource) -> None:
         """Count the intact stored blocks, then store missing and damaged ones."""
@@ -337,20 +365,21 @@ class _Filling:
             raise ImpossibleRunError(f"strict: {refusal}")
         if self._rule is None:
             return False
-        self._successes[block] = int(np.count_nonzero(self._success(self._store, [block])))
+        self._counts[block] = self._rule.count(self._store, block)
         return self._ends(self._rule)
 
     def _tell_progress(self) -> None:
         if self._report:
             self._report(self._stored, self._store.n, self._failed)
 
-    def _ends(self, rule: StopRule) -> bool:
+    def _ends(self, rule: Rule) -> bool:
         """Apply the stop rule to the runs from 0 on without a gap, so that block order is irrelevant; cut the store."""
-        while self._prefix in self._successes:
+        while self._prefix in self._counts:
             self._prefix_runs += len(self._store.runs(self._prefix))
-            self._prefix_successes += self._successes[self._prefix]
+            counts = self._counts[self._prefix]
+            self._prefix_counts = tuple(map(sum, zip(self._prefix_counts or (0,) * len(counts), counts, strict=True)))
             self._prefix += 1
-            if rule.holds(self._prefix_successes, self._prefix_runs):
+            if rule.holds(self._prefix_counts, self._prefix_runs):
                 self._store.end(self._prefix_runs)
                 return True
         return False

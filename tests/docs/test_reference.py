@@ -11,7 +11,7 @@ import pytest
 
 import mehvar
 from mehvar.codegen.diff.report import Fate
-from mehvar.runtime.batch.conditions import Criterion
+from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.formats import open_result, save

@@ -26,9 +26,9 @@ import mehvar
 from mehvar.__main__ import _run, main
 from mehvar.campaign import read_campaign
 from mehvar.errors import InputError
-from mehvar.runtime.batch.conditions import Criterion
 from mehvar.runtime.batch.dispersions import read_dispersions
-from mehvar.runtime.batch.statistics import StopRule
+from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.statistics import StopRule
 
 from . import inputs
 
@@ -141,7 +141,7 @@ def _distribution(text: str, _: np.ndarray) -> None:
 
 
 def _stop_rule(text: str, _: np.ndarray) -> None:
-    StopRule(f"ci(success) < {text}", "random").holds(3, 10)
+    StopRule(f"ci(success) < {text}", "random").holds([3], 10)
 
 
 def _try(outcome: Outcome, what: str, call: Callable[[], object]) -> None:

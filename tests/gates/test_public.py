@@ -23,6 +23,9 @@ CALLED = {  # what users call directly, as the README, the reference and __all__
 ANY_KEYWORD: dict[str, Callable[..., object]] = {
     "mehvar.api.simulate": lambda **more: mehvar.simulate("triangle", "path", t_end=0.1, **more),
     "mehvar.api.batch": lambda **more: mehvar.batch("triangle", "path", 2, t_end=0.1, **more),
+    "mehvar.report.verdicts.require": lambda **more: mehvar.require(
+        "triangle", {"r": "quantile(0.5, t_stop) < 9"}, controller="path", n=2, t_end=0.1, **more
+    ),
     "mehvar.runtime.run.simulate.simulate": lambda **more: runtime.simulate("triangle", "path", t_end=0.1, **more),
     "mehvar.runtime.model.model.Model.parameters": lambda **more: runtime.load("triangle").parameters(**more),
     "mehvar.runtime.model.model.Model.law_parameters": lambda **more: runtime.load("triangle").law_parameters(

@@ -76,6 +76,7 @@ REPLAY = ("board", "replay", "triangle", "--controller", "path", "--journal", "a
 EVIDENCE = ("board", "evidence", "triangle", "--controller", "path", "--samples", "3", "--disturbed", "2", "--out", "a")
 FLASH = ("board", "flash", "triangle", "--controller", "path", "--dry-run")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
+REQUIRE = ("require", "done.zarr", "--that", "r=probability(peak < 99) > 0.5")
 STORED = (*BATCH, "--out", "s.zarr")
 OPEN = (*SIMULATE[:3], "none", *SIMULATE[4:], "--out", "a.csv")
 CONVERT = ("convert", "done.zarr", "--to", "csv", "--out", "a.csv")
@@ -134,6 +135,15 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "plot": (("stats", "done.zarr"), ("stats", "done.zarr", "--plot", "a.svg")),
         "of": (("stats", "done.zarr"), ("stats", "done.zarr", "--of", "peak")),
         "as_json": (("stats", "done.zarr"), ("stats", "done.zarr", "--json")),
+    },
+    "require": {
+        "path": (REQUIRE, ("require", "none.zarr", *REQUIRE[2:])),
+        "texts": (REQUIRE, (*REQUIRE[:3], "r=probability(peak < 0) > 0.5")),
+        "confidence": (REQUIRE, (*REQUIRE, "--confidence", "0.6")),
+        "out": (REQUIRE, (*REQUIRE, "--out", "other.zarr")),
+        "resume": (REQUIRE, (*REQUIRE, "--resume")),
+        "page": (REQUIRE, (*REQUIRE, "--page", "a.html")),
+        "as_json": (REQUIRE, (*REQUIRE, "--json")),
     },
     "verify": {
         "path": (("verify", "done.zarr"), ("verify", "none.zarr")),

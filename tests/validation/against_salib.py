@@ -9,8 +9,8 @@ from importlib.metadata import version
 import numpy as np
 from SALib.analyze import sobol
 
+from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.sampling import Sampler
-from mehvar.runtime.batch.sensitivity import sensitivities
 from mehvar.runtime.batch.store.layout import STATUS, Layout, Variable
 from mehvar.runtime.batch.store.store import Store, create
 from tests.validation.table import record

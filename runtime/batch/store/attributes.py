@@ -12,8 +12,9 @@ from .records import FORMAT, digest
 
 NAMES = ("mehvar_batch", "variables")
 """Attributes of every store: its format, and the names of its variables."""
-IDENTITY = ("model", "model_hash", "campaign", "success", "until", "numerics", "law")
-"""Attributes shared by all blocks: every record has a hash of them. Only a law in Python has `law`."""
+IDENTITY = ("model", "model_hash", "campaign", "success", "until", "require", "numerics", "law")
+"""Attributes shared by all blocks: every record has a hash of them. Only a law in Python has `law`, only a batch with
+requirements has `require`."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,8 @@ class Attributes:
         Compilation settings of the first process.
     law : str
         The code of a law in Python.
+    require : str
+        JSON of `RequireText`, empty for none.
     """
 
     variables: tuple[str, ...]
@@ -59,6 +62,7 @@ class Attributes:
     flags: str
     compiler: str
     law: str = ""
+    require: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,14 @@ class CampaignText:
     initial: Mapping[str, float]
     sampling: str
     save_every: float | None
+
+
+@dataclass(frozen=True)
+class RequireText:
+    """Requirements by name, and the confidence they are decided with."""
+
+    requirements: Mapping[str, str]
+    confidence: float
 
 
 @dataclass(frozen=True)
@@ -125,6 +137,8 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     ):
         if getattr(about, name) != value:
             raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, as in {meaning}", name)
+    if about.require:
+        read(RequireText, parse(about.require))
     if missing := {"generated", "options"} - texts.numerics.keys():
         raise SchemaError(f": {min(missing)!r} is missing", "numerics")
     if not _are_options(parse(texts.numerics["options"])):

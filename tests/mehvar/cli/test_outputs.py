@@ -31,7 +31,7 @@ NOWHERE, BELOW_A_FILE = "no/such/{}", "file/{}"
 LINES: Mapping[tuple[str, str], tuple[tuple[str, ...], str, str]] = {
     ("simulate", "out"): (SIMULATE, "a.nc", "mehvar.cli.simulate.simulate_run"),
     ("simulate", "plot"): (SIMULATE, "a.png", "mehvar.cli.simulate.simulate_run"),
-    ("stats", "plot"): (("stats", "s.zarr"), "a.png", "mehvar.cli.stats.open_store"),
+    ("stats", "plot"): (("stats", "s.zarr"), "a.png", "mehvar.cli.store.stats.open_store"),
     ("diff", "out"): (("diff",), "a.html", "mehvar.cli.diff.diff_versions"),
     ("diff", "plot"): (("diff",), "a.png", "mehvar.cli.diff.diff_versions"),
     ("convert", "out"): (("convert", "r.nc", "--to", "csv"), "a.csv", "mehvar.formats.conversion.open_result"),
@@ -48,6 +48,7 @@ LINES: Mapping[tuple[str, str], tuple[tuple[str, ...], str, str]] = {
 }
 """Of each option that names an output: a line without it, a name of its kind, empty for a folder, and the work."""
 ELSEWHERE = {("batch", "out"): "a store takes its place before its first run: tests/mehvar/cli/test_batch.py"}
+ELSEWHERE[("require", "out")] = ELSEWHERE[("batch", "out")]
 READ = {("board tune", "journal"), ("board replay", "journal")}
 FILES = [row for row, (_, name, _) in LINES.items() if name and row != ("board run", "journal")]
 """Those whose ending says what they are."""

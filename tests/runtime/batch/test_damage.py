@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.records import END, STORE, DamageError, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify

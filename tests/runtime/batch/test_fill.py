@@ -19,10 +19,10 @@ from mehvar.errors import InputError
 from mehvar.manifest import sealed
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
+from mehvar.runtime.batch.evaluation.statistics import Success
 from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, OutOfMemoryError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
-from mehvar.runtime.batch.statistics import Success
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, StoreError, open_store

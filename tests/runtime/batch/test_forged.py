@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from mehvar.errors import InputError, MehvarError
+from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
-from mehvar.runtime.batch.sensitivity import sensitivities
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.lock import FILE, Lock
 from mehvar.runtime.batch.store.records import END, STORE, read_record
 from mehvar.runtime.batch.store.store import open_store

@@ -14,11 +14,11 @@ import pytest
 
 import mehvar
 from mehvar.errors import InputError
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import generated_digest
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import TrustError, is_model_of, plan_of
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.records import END, Record, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify

@@ -8,8 +8,8 @@ import sympy as sp
 import mehvar
 from mehvar.models.system import Controller, Event, Group, Metric, Scenario
 from mehvar.runtime import simulate
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status

@@ -7,15 +7,15 @@ import math
 import pytest
 
 import mehvar
-from mehvar.cli.stats import print_statistics
+from mehvar.cli.store.stats import print_statistics
 from mehvar.manifest import METRIC_KINDS, OF_SECONDS
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Event, Group, Metric, Scenario
 from mehvar.runtime import InputError, simulate
-from mehvar.runtime.batch.conditions import Criterion
+from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.metrics import evaluate, is_open, metrics
 from mehvar.runtime.run.problem import Status

@@ -16,9 +16,9 @@ import pytest
 import mehvar
 from mehvar.cli import app
 from mehvar.errors import InputError, MehvarError
+from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.lock import FILE, Lock, holder, is_abandoned
 from mehvar.runtime.batch.store.records import END, DamageError
@@ -31,6 +31,7 @@ from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents,
 COMMANDS = {
     "verify": [("verify", "{}")],
     "stats": [("stats", "{}"), ("stats", "{}", "--json"), ("stats", "{}", "--plot", "a.png")],
+    "require": [("require", "{}", "--that", "r=quantile(0.5, t_stop) < 9")],
     "convert": [("convert", "{}", "--to", to, "--out", f"a.{to}") for to in ("csv", "parquet", "mat")]
     + [("convert", "{}", "--to", "netcdf", "--out", "a.nc")],
     "report": [("report", "{}")],

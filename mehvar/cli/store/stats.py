@@ -14,9 +14,9 @@ import typer
 
 from mehvar.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
+from mehvar.runtime.batch.evaluation.sensitivity import Sensitivity, Share, sensitivities
+from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, Statistics, summarise
 from mehvar.runtime.batch.fill import REFUSALS
-from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
-from mehvar.runtime.batch.statistics import Statistics, summarise
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.files import check_file
 from mehvar.runtime.run.metrics import grouped
@@ -76,8 +76,8 @@ def print_statistics(store: Store, success: str | None = None) -> None:
         typer.echo(f"the event {name} ended {ended} runs{at_start}")
     condition = success or attributes["success"]
     typer.echo(
-        f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, probability "
-        f"{statistics.probability:.6g}, 95 % interval [{statistics.low:.6g}, {statistics.high:.6g}]\n"
+        f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, "
+        f"{_estimate(statistics)}\n"
     )
     _print_metrics(statistics)
     _print_sensitivities(sensitivities(store))
@@ -108,13 +108,22 @@ def _print_metrics(statistics: Statistics) -> None:
     )
     for text in grouped({row.name: row.note for row in rows if row.note}):
         typer.echo(f"note: {text}")
-    typer.echo("\n95 % intervals of the quantiles, - where there are too few runs for an end")
-    intervals = [[row.name, *(_interval(*row.intervals[q]) for q in quantiles)] for row in rows]
-    print_table("", ["metric", *quantiles.values()], intervals)
+    if statistics.design not in NO_INTERVAL:
+        typer.echo("\n95 % intervals of the quantiles, - where there are too few runs for an end")
+        intervals = [[row.name, *(_interval(*row.intervals[q]) for q in quantiles)] for row in rows]
+        print_table("", ["metric", *quantiles.values()], intervals)
     typer.echo("\nextreme runs")
     ends = [[row.name, *(text for run, value in (row.smallest, row.largest) for text in (f"{value:.6g}", str(run)))]
             for row in rows]  # fmt: skip
     print_table("", ["metric", "smallest", "run", "largest", "run"], ends)
+
+
+def _estimate(statistics: Statistics) -> str:
+    """Return the probability of success and its interval, or the share of runs and why there is no interval."""
+    if statistics.design in NO_INTERVAL:
+        return f"share {statistics.probability:.6g}; {NO_INTERVAL[statistics.design]}"
+    ends = f"[{statistics.low:.6g}, {statistics.high:.6g}]"
+    return f"probability {statistics.probability:.6g}, 95 % interval {ends}"
 
 
 def _extent(statistics: Statistics) -> str:

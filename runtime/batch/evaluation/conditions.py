@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value, shown, unknown_name
 from mehvar.units import Dimension, dimension, has_radians, product, unit_text
 
-from ..arguments import literals_are_numbers
-from ..run.problem import COMPLETE, Status
+from ...arguments import literals_are_numbers
+from ...run.problem import COMPLETE, Status
 
 Values = Mapping[str, NDArray[Any]]
 
@@ -120,6 +120,23 @@ class Criterion:
             if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
                 for one, other in itertools.pairwise((node.left, *node.comparators)):
                     self._alike(one, other, units)
+
+    def left(self) -> Callable[[Values], Any]:
+        """Return the evaluator of the left side of a condition that is one comparison."""
+        return self._number(self._compared())
+
+    def unit(self, units: Mapping[str, str]) -> str | None:
+        """Return the unit of the left side of a condition that is one comparison; None for a plain number."""
+        self.check(units, {})
+        kind = self._kind(self._compared(), units)
+        return None if kind is None else kind.unit
+
+    def _compared(self) -> ast.expr:
+        """Return the left side of the comparison that the condition is, or refuse it."""
+        match self._tree:
+            case ast.Compare(left=left, ops=[op]) if type(op) in _COMPARISONS:
+                return left
+        raise self._refused("one number of a run")
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
         """Return the kind of two numbers that are compared or added; None for plain numbers, which fit every kind."""
@@ -220,6 +237,34 @@ class Criterion:
             if math.isfinite(value):
                 return float(value)
         raise self._refused(f"{_USAGE}, with numbers up to {sys.float_info.max:.3g}")
+
+
+class Number:
+    """A number of each run: sums and products of numbers, abs(...), and names as in a condition.
+
+    Parameters
+    ----------
+    text, origin : str
+        As of `Criterion`.
+
+    Raises
+    ------
+    InputError
+        If the text is no such number.
+    """
+
+    def __init__(self, text: str, origin: str) -> None:
+        self._sign = Criterion(f"{text} < 0", origin)
+
+    def __call__(self, column: Callable[[str], NDArray[Any]]) -> NDArray[np.float64]:
+        """Return the number of each run; `column` returns one number of each run by name."""
+        values = {name: column(name) for name in self._sign.names}
+        with np.errstate(all="ignore"):
+            return np.asarray(self._sign.left()(values), dtype=np.float64)
+
+    def unit(self, units: Mapping[str, str]) -> str | None:
+        """Return the unit of the number, or None where it is a product of several."""
+        return self._sign.unit(units)
 
 
 @dataclass(frozen=True)

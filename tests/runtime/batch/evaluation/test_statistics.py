@@ -16,11 +16,20 @@ import mehvar
 from mehvar.errors import InputError
 from mehvar.manifest import FILE
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
+from mehvar.runtime.batch.evaluation.sensitivity import UNDETERMINED, Share, sensitivities
+from mehvar.runtime.batch.evaluation.statistics import (
+    QUANTILES,
+    StopRule,
+    Success,
+    bands,
+    interval,
+    ranks,
+    summarise,
+    worst,
+)
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Sampler
-from mehvar.runtime.batch.sensitivity import UNDETERMINED, Share, sensitivities
-from mehvar.runtime.batch.statistics import QUANTILES, StopRule, Success, bands, interval, ranks, summarise, worst
 from mehvar.runtime.batch.store.layout import STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.store import Store, create
 from mehvar.runtime.run.problem import Status
@@ -243,8 +252,8 @@ def test_a_quantile_lies_between_its_ranks_for_any_distribution(n: int, q: float
 def test_the_stop_rule_looks_at_the_whole_width() -> None:
     rule = StopRule("ci(success) < 0.1", "random")
     widths = {n: np.subtract(*interval(n // 2, n)[::-1]) for n in (300, 350, 400, 450)}
-    assert {n: rule.holds(n // 2, n) for n in widths} == {n: width < 0.1 for n, width in widths.items()}
-    assert {rule.holds(n // 2, n) for n in widths} == {True, False}
+    assert {n: rule.holds([n // 2], n) for n in widths} == {n: width < 0.1 for n, width in widths.items()}
+    assert {rule.holds([n // 2], n) for n in widths} == {True, False}
 
 
 def test_a_condition_of_success_on_an_unknown_name_is_refused_before_any_run() -> None:

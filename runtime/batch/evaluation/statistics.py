@@ -11,20 +11,22 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
 
-from ..run.options import either
-from ..run.problem import COMPLETE
-from .blocks import STATUS_TEXT
+from ...run.options import either
+from ...run.problem import COMPLETE
+from ..blocks import STATUS_TEXT
+from ..dispersions import read_dispersions
+from ..sampling import OPEN_DESIGNS, FloatArray
+from ..store.layout import NOT_RUN, STATUS
+from ..store.records import CURE, DamageError
+from ..store.store import Store
 from .conditions import Criterion
-from .sampling import OPEN_DESIGNS, FloatArray
-from .store.layout import NOT_RUN, STATUS
-from .store.records import CURE, DamageError
-from .store.store import Store
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -32,6 +34,11 @@ _SLAB_BYTES = 2**26
 """Bytes of a slab. Series of all runs are read in slabs of 64 MiB, and a quantile needs a few copies of one. Half as
 much means twice the passes over chunks that hold more samples than a slab."""
 _SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+NO_INTERVAL = {
+    "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
+    "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
+}
+"""Designs whose share of successful runs estimates no probability, or has an unknown error."""
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
@@ -70,8 +77,11 @@ class StopRule:
     ----------
     text : str
         "ci(success) < 0.01": the whole width of the exact 95 % interval of the probability of success.
-    sampling : str
-        Sampling design. Only independent points and the Sobol sequence can end early.
+    design : str
+        Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
+
+    success : Success, optional
+        What counts as success; to reach the end unless given.
 
     Raises
     ------
@@ -79,20 +89,28 @@ class StopRule:
         For another text, a width that is not in (0, 1), or a design that needs all its runs.
     """
 
-    def __init__(self, text: str, sampling: str) -> None:
+    def __init__(self, text: str, design: str, success: Success | None = None) -> None:
         match = _RULE.match(text)
         try:
             self._width = float(match.group(1)) if match else 0.0
         except ValueError:
             self._width = 0.0
         if not 0 < self._width < 1:
-            raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1")
-        if sampling not in OPEN_DESIGNS:
-            raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {sampling} needs all n runs")
+            raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1, or 'decided'")
+        if design == "listed":
+            raise InputError(f"until = {text!r} needs values that are drawn: listed values are no sample")
+        if design not in OPEN_DESIGNS:
+            raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
 
-    def holds(self, successes: int, runs: int) -> bool:
+        self._success = success or Success(None)
+
+    def count(self, store: Store, block: int) -> tuple[int, ...]:
+        """Return how many runs of a block succeed."""
+        return (int(np.count_nonzero(self._success(store, [block]))),)
+
+    def holds(self, counts: Sequence[int], runs: int) -> bool:
         """Return True when the interval is narrow enough."""
-        low, high = interval(successes, runs)
+        low, high = interval(counts[0], runs)
         return high - low < self._width
 
 
@@ -104,6 +122,13 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
     low = float(betaincinv(successes, failures + 1, tail)) if successes else 0.0
     high = float(betaincinv(successes + 1, failures, 1 - tail)) if failures else 1.0
     return low, high
+
+
+def design_of(attributes: Mapping[str, Any]) -> str:
+    """Return the design of a batch's runs by the attributes of its store: a sampling design, or "listed"."""
+    campaign = json.loads(attributes.get("campaign", "{}"))
+    dispersions = read_dispersions(campaign.get("vary", {}))
+    return "listed" if any(d.listed for d in dispersions) else str(campaign.get("sampling", "random"))
 
 
 def notes(store: Store) -> dict[str, str]:
@@ -140,7 +165,7 @@ class MetricStatistics:
     """One number of the runs: mean of the finite values, quantiles of the known ones, runs with the extremes.
 
     `note` says why no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN where
-    too few runs determine it.
+    too few runs determine it, and both are where the design has no interval.
     """
 
     name: str
@@ -172,6 +197,8 @@ class Statistics:
         Number of runs that each event ended, and of those that it ended at their start.
     successes : int
         Number of successful runs; `probability` is their share, `low` and `high` its exact 95 % interval.
+    design : str
+        Design of the runs; those of `NO_INTERVAL` have NaN as every end of an interval.
     rows : list of MetricStatistics
         One per metric of the model.
     """
@@ -185,6 +212,7 @@ class Statistics:
     probability: float
     low: float
     high: float
+    design: str
     rows: list[MetricStatistics]
 
 
@@ -205,20 +233,15 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     DamageError
         If a file of the store is missing or changed.
     """
-    verification = store.verify()
-    writer = verification.writer
-    if not verification.sound and writer is None:
-        raise DamageError(f"{store.name} is damaged: {verification.summary()}; {CURE}")
-    blocks = verification.whole
-    if not blocks:
-        raise InputError(f"{store.name} holds no run yet{f': it is being written by {writer}' if writer else ''}")
+    blocks, writer = whole_blocks(store)
     succeeds = Success(success if success is not None else store.attributes["success"] or None)
     endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
     for block in blocks:
         endings += np.bincount(store.read(STATUS, [block]), minlength=len(endings))
         successes += int(np.count_nonzero(succeeds(store, [block])))
     runs = int(endings.sum())
-    low, high = interval(successes, runs)
+    design = design_of(store.attributes)
+    low, high = (math.nan, math.nan) if design in NO_INTERVAL else interval(successes, runs)
     return Statistics(
         planned=store.n,
         stored=runs,
@@ -229,8 +252,28 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         probability=successes / runs,
         low=low,
         high=high,
-        rows=[_row(store, name, blocks) for name in metric_names(store)],
+        design=design,
+        rows=[_row(store, name, blocks, design) for name in metric_names(store)],
     )
+
+
+def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
+    """Return the blocks that are stored and intact, and the process that is writing the store now.
+
+    Raises
+    ------
+    InputError
+        If nothing is stored yet.
+    DamageError
+        If a file of the store is missing or changed.
+    """
+    verification = store.verify()
+    writer = verification.writer
+    if not verification.sound and writer is None:
+        raise DamageError(f"{store.name} is damaged: {verification.summary()}; {CURE}")
+    if not verification.whole:
+        raise InputError(f"{store.name} holds no run yet{f': it is being written by {writer}' if writer else ''}")
+    return verification.whole, writer
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
@@ -302,7 +345,7 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
+def _row(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
     attributes = store.variables()[name].attributes
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)
@@ -319,6 +362,8 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
             if not largest[1] >= value:
                 largest = (first + run, value)
     quantiles, intervals = _quantiles(store.read(name, blocks))
+    if design in NO_INTERVAL:
+        intervals = dict.fromkeys(QUANTILES, (math.nan, math.nan))
     variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
     return MetricStatistics(
         name=name,

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..run.options import RunOptions
-from .sampling import FloatArray
+from ...run.options import RunOptions
+from ..sampling import FloatArray
+from ..store.store import Store
 from .statistics import CONFIDENCE, column, drawn_names, metric_names
-from .store.store import Store
 
 _RESAMPLES = 999
 """Bootstrap resamples, as in SciPy: the ends of an interval are the 25th and the 975th value. For normal scatter they

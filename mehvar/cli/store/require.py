@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar require`: whether requirements hold, by the runs of a store or of a campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.campaign import read_campaign
+from mehvar.errors import InputError, bad_value
+from mehvar.report.verdicts import Verdicts
+from mehvar.runtime.batch.evaluation.requirements import DECIDED, checked_confidence
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.files import check_file, write_atomic
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, progress
+
+
+def command(
+    path: Annotated[
+        Path, typer.Argument(metavar="STORE|CAMPAIGN.toml", help="A batch, or a campaign to run until decided.")
+    ],
+    texts: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--that",
+            metavar="NAME=REQUIREMENT",
+            help='What is required, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"; repeat.',
+        ),
+    ] = None,
+    confidence: Annotated[
+        float | None, typer.Option(metavar="C", help="Confidence of each bound; 0.95 unless given.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store of a campaign.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
+    page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Save a page for a review.")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Decide, print; return 0 where every requirement holds and 1 otherwise.
+
+    Raises
+    ------
+    InputError
+        If nothing is required, a requirement cannot be read, or for a store or a campaign that cannot be used.
+    """
+    checked_confidence(confidence, "--confidence")
+    if page is not None:
+        if page.suffix.lower() != ".html":
+            raise bad_value("page", str(page), "a file name that ends in .html", "--page")
+        check_file(page)
+    requirements = _requirements(texts or ())
+    if path.suffix == ".toml":
+        verdicts = _run(path, requirements, confidence, out, resume)
+    elif out is not None or resume:
+        raise InputError("--out and --resume are for a campaign: the runs of a store are there")
+    else:
+        verdicts = Verdicts(open_store(path), requirements or None, confidence)
+    if as_json:
+        print_json(verdicts.facts())
+    else:
+        typer.echo("\n".join(verdicts.lines()))
+    if page is not None:
+        write_atomic(page, verdicts.page().encode())
+        typer.echo(f"saved {page}", err=as_json)
+    return 0 if verdicts.hold else 1
+
+
+def _requirements(texts: list[str] | tuple[str, ...]) -> dict[str, str]:
+    requirements: dict[str, str] = {}
+    for text in texts:
+        name, _, requirement = text.partition("=")
+        if not name.strip().isidentifier() or not requirement.strip():
+            raise bad_value("--that", text, 'NAME=REQUIREMENT, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"')
+        if name.strip() in requirements:
+            raise InputError(f"--that {name.strip()} is given twice")
+        requirements[name.strip()] = requirement.strip()
+    return requirements
+
+
+def _run(
+    path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
+) -> Verdicts:
+    file = read_campaign(path)
+    with progress(f"{path} until decided") as advance:
+        store = run_batch(
+            file.model,
+            file.campaign(str(path)),
+            out or file.out,
+            resume=resume,
+            success=file.success,
+            until=file.until or DECIDED,
+            require=requirements or file.require,
+            confidence=confidence or file.confidence,
+            report=lambda runs, total, failed: advance(runs, total, f"{runs} runs, {failed} not done"),
+            origin=str(path),
+        )
+    return Verdicts(store, None, None)

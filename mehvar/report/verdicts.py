@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts on requirements: as text, as facts, and as a page for a review."""
+
+from __future__ import annotations
+
+import math
+import os
+import shlex
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from mehvar.api import stored_batch
+from mehvar.html import page
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.batch.blocks import STATUS_TEXT
+from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, decide, recorded
+from mehvar.runtime.batch.evaluation.statistics import column
+from mehvar.runtime.batch.store.layout import STATUS
+from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.runtime.model.model import Model
+
+_KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
+"""Colours of a verdict on a page."""
+
+
+def require(
+    runs: Model | str | os.PathLike[str],
+    requirements: Mapping[str, str] | None = None,
+    *,
+    confidence: float | None = None,
+    **batch: Any,
+) -> Verdicts:
+    """Decide whether requirements hold, by the runs of a store or by runs that end as soon as all are decided.
+
+    Parameters
+    ----------
+    runs : path, str or Model
+        The store of a batch; a campaign file that ends in `.toml`; or a model, whose batch the other arguments
+        describe.
+    requirements : mapping of str to str, optional
+        A name to "quantile(0.997, PEAK) < 0.02 deg" or "probability(T_x < 20) > 0.99", about the numbers that
+        conditions of success are about. Those of the store or of the campaign unless given.
+    confidence : float, optional
+        Each bound errs with a probability of at most 1 - confidence; 0.95 unless given, or what the store has.
+    **batch
+        Arguments of `mehvar.batch`. Its n is the largest number of runs.
+
+    Returns
+    -------
+    Verdicts
+        One verdict per requirement: holds, does not hold or undecided, with the evidence and the worst runs.
+
+    Raises
+    ------
+    InputError
+        If nothing is required, a requirement cannot be read, or for anything that `mehvar.batch` refuses.
+    """
+    check_arguments("mapping", "the call", requirements=requirements)
+    if not isinstance(runs, Model) and not batch and not str(runs).endswith(".toml"):
+        return Verdicts(open_store(runs), requirements, confidence)
+    batch.setdefault("until", DECIDED)
+    return Verdicts(stored_batch(runs, require=requirements, confidence=confidence, **batch), None, None)
+
+
+class Verdicts:
+    """What the runs of a store say about requirements, one `Verdict` each.
+
+    Parameters
+    ----------
+    store : Store
+        The runs.
+    requirements : mapping of str to str, optional
+        Requirements by name; those of the batch unless given.
+    confidence : float, optional
+        Confidence of each bound; that of the batch unless given.
+
+    Raises
+    ------
+    InputError
+        If nothing is required, or a requirement cannot be read.
+    """
+
+    def __init__(self, store: Store, requirements: Mapping[str, str] | None, confidence: float | None) -> None:
+        self._store = store
+        self._verdicts = decide(store, requirements, confidence)
+        self.confidence = recorded(store)[1] if confidence is None else confidence
+
+    def __iter__(self) -> Iterator[Verdict]:
+        return iter(self._verdicts)
+
+    def __len__(self) -> int:
+        return len(self._verdicts)
+
+    def __getitem__(self, name: str) -> Verdict:
+        return next(v for v in self._verdicts if v.requirement.name == name)
+
+    @property
+    def hold(self) -> bool:
+        """True where every requirement holds."""
+        return all(verdict.answer == "holds" for verdict in self._verdicts)
+
+    def __repr__(self) -> str:
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """Return the verdicts as text."""
+        lines = [f"{self._title()}, confidence {self.confidence:g}"]
+        for verdict in self._verdicts:
+            lines += [
+                f"{verdict.requirement.name}: {verdict.answer.upper()}",
+                f"    {verdict.requirement.text}",
+                f"    {self._evidence(verdict)}",
+                *(f"    {text}: {command}" for text, command in self._worst(verdict)),
+            ]
+        return lines
+
+    def facts(self) -> list[dict[str, Any]]:
+        """Return the verdicts as mappings of plain values."""
+        return [
+            {
+                "name": verdict.requirement.name,
+                "requirement": verdict.requirement.text,
+                "verdict": verdict.answer,
+                "share": verdict.requirement.share,
+                "confidence": self.confidence,
+                "runs": verdict.evidence.runs if verdict.evidence else None,
+                "fulfilled": verdict.evidence.fulfilled if verdict.evidence else None,
+                "low": verdict.evidence.low if verdict.evidence else None,
+                "high": verdict.evidence.high if verdict.evidence else None,
+                "reason": verdict.reason,
+                "worst": [run for run, _ in verdict.worst],
+            }
+            for verdict in self._verdicts
+        ]
+
+    def page(self) -> str:
+        """Return the verdicts as an HTML page."""
+        rows = [(v.requirement, v.answer, _KINDS[v.answer], self._evidence(v), self._worst(v)) for v in self._verdicts]
+        return page("requirements.html.j2", title=self._title(), confidence=f"{self.confidence:g}", rows=rows)
+
+    def _repr_html_(self) -> str:
+        return self.page()
+
+    def _title(self) -> str:
+        about = self._store.attributes
+        return f"{about['model']} {about['controller']} {about['scenario']}: {self._store.n} runs, seed {about['seed']}"
+
+    def _evidence(self, verdict: Verdict) -> str:
+        facts = verdict.evidence
+        if facts is None:
+            return verdict.reason
+        return (
+            f"{facts.fulfilled} of {facts.runs} runs fulfil it; of all runs between {facts.low:.6g} and "
+            f"{facts.high:.6g} do, required {verdict.requirement.share:.6g} ({verdict.reason})"
+        )
+
+    def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
+        """Return the worst runs, each with the command that repeats it, empty for a store in memory."""
+        path = self._store.path
+        return [
+            (
+                f"run {run}{self._value(run, value, verdict.requirement.number)}",
+                "" if path is None else f"mehvar simulate --from {shlex.quote(str(path))} --run {run}",
+            )
+            for run, value in verdict.worst
+        ]
+
+    def _value(self, run: int, value: float, number: str) -> str:
+        if not number:
+            return ""
+        if math.isfinite(value):
+            return f", {number} = {value:.6g}"
+        status = int(column(self._store, STATUS)[run])
+        return f", which ended as {STATUS_TEXT[status]!r} or has no {number}"

@@ -1,0 +1,345 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requirements on the runs of a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
+
+A requirement says that at least a share of all possible runs fulfils a condition. The stored runs are a sample of
+these. It holds where the lower bound of the share reaches the required one; it does not hold where the upper bound
+stays below; in between it is undecided. Each bound errs with a probability of at most 1 - confidence.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+
+from ...run.options import Option
+from ...run.problem import COMPLETE
+from ...units import read_value
+from ..blocks import IMPOSSIBLE
+from ..sampling import FloatArray
+from ..store.layout import STATUS
+from ..store.store import Store
+from .conditions import Criterion, Number
+from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
+
+DECIDED = "decided"
+"""The stop rule that ends a batch as soon as each requirement is decided."""
+
+Answer = Literal["holds", "does not hold", "undecided"]
+
+_CONFIDENCE = Option("number", "Confidence of each bound", least=0.5, below=1.0, name="confidence")
+
+_WORST = 3
+_SHARE = r"(?P<share>[0-9.eE+-]+)"
+_QUANTILE = re.compile(rf"\s*quantile\s*\(\s*{_SHARE}\s*,(?P<number>.+)\)\s*(?P<sign><=?|>=?)(?P<limit>[^<>=]+)")
+_PROBABILITY = re.compile(rf"\s*probability\s*\((?P<condition>.+)\)\s*>=?\s*{_SHARE}\s*")
+_USAGE = "as in 'quantile(0.997, PEAK) < 0.02 deg' or 'probability(T_x < 20) > 0.99'"
+
+
+def checked_confidence(value: object, origin: str) -> float:
+    """Return the confidence of a bound, 0.95 for None, or refuse it."""
+    return float(_CONFIDENCE.check(0.95 if value is None else value, origin))
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A condition, and the least share of all runs that must fulfil it.
+
+    Attributes
+    ----------
+    name, text : str
+        As they were written.
+    share : float
+        The least share, in (0, 1).
+    condition : str
+        The condition on one run; see `Criterion`.
+    number : str
+        What a quantile is of; empty for a probability.
+    largest : bool
+        True where a large number is a bad one.
+    """
+
+    name: str
+    text: str
+    share: float
+    condition: str
+    number: str = ""
+    largest: bool = True
+
+    def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+        """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
+        return Success(self.condition, self.name)(store, blocks)
+
+    def badness(self, store: Store, block: int) -> FloatArray:
+        """Return a number for each run of a block, larger for a worse run; NaN for a run that is not of interest."""
+        if not self.number:
+            return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
+        value = Number(self.number, self.name)(lambda name: column(store, name, [block]))
+        ended = np.isin(store.read(STATUS, [block]), COMPLETE)
+        return np.where(ended & ~np.isnan(value), value if self.largest else -value, math.inf)
+
+
+def read_requirements(
+    texts: Mapping[str, str], units: Mapping[str, str], notes: Mapping[str, str], origin: str = "require"
+) -> tuple[Requirement, ...]:
+    """Read requirements by name.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        A name to `quantile(Q, NUMBER) < LIMIT`: at least the share Q of all runs has a number below the limit; with >
+        at least the share 1 - Q has one above. Or to `probability(CONDITION) > P`. The limit may have a unit.
+    units, notes : mapping of str to str
+        Units of the numbers of a run, and the reasons why some have none.
+    origin : str
+        Origin of the texts in error messages.
+
+    Raises
+    ------
+    InputError
+        For a text that is no requirement, a share outside (0, 1), an unknown number, or a unit of another kind.
+    """
+    return tuple(_read(name, text, units, notes, origin) for name, text in texts.items())
+
+
+def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, str], origin: str) -> Requirement:
+    if not isinstance(text, str):
+        raise bad_value(name, text, f"a text {_USAGE}", origin)
+    if match := _QUANTILE.fullmatch(text):
+        share, number = _share(name, text, match["share"], origin), match["number"].strip()
+        unit = Number(number, name).unit(units)
+        limit = read_value(match["limit"].strip(), unit, name, origin)
+        if isinstance(limit, str):
+            allowed = f"{_USAGE}: the limit {limit!r} is no number in {unit or 'a known unit'}"
+            raise bad_value(name, text, allowed, origin)
+        below = match["sign"].startswith("<")
+        result = Requirement(
+            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below
+        )
+    elif match := _PROBABILITY.fullmatch(text):
+        result = Requirement(name, text, _share(name, text, match["share"], origin), match["condition"].strip())
+    else:
+        raise bad_value(name, text, _USAGE, origin)
+    Criterion(result.condition, name).check(units, notes)
+    return result
+
+
+def _share(name: str, text: str, written: str, origin: str) -> float:
+    try:
+        share = float(written)
+    except ValueError:
+        share = math.nan
+    if not 0 < share < 1:
+        raise bad_value(name, text, f"{_USAGE}, with a share between 0 and 1", origin)
+    return share
+
+
+def lower_bound(successes: int, runs: int, confidence: float) -> float:
+    """Return the exact lower bound of a probability for a number of runs that was fixed (Clopper and Pearson 1934)."""
+    from scipy.special import betaincinv
+
+    return float(betaincinv(successes, runs - successes + 1, 1 - confidence)) if successes else 0.0
+
+
+def log_evidence(successes: int, runs: int, share: float) -> float:
+    """Return the logarithm of the evidence that a probability is larger than a share, at any number of runs.
+
+    The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
+    probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
+    of at most a, whenever one looks (Ville 1939; Robbins 1970). It falls as `share` grows up to the observed one, since
+    the logarithm of the likelihood is concave; so the shares that it excludes are an interval.
+    """
+    from scipy.special import betaincc, betaln, xlog1py, xlogy
+
+    failures = runs - successes
+    tail = float(betaincc(successes + 1, failures + 1, share))
+    if tail == 0:
+        return -math.inf
+    average = float(betaln(successes + 1, failures + 1)) + math.log(tail) - math.log1p(-share)
+    return average - float(xlogy(successes, share)) - float(xlog1py(failures, -share))
+
+
+def sequential_bound(successes: int, runs: int, confidence: float) -> float:
+    """Return the lower bound of a probability that holds at every number of runs at once; see `log_evidence`."""
+    from scipy.optimize import brentq
+
+    needed = -math.log1p(-confidence)
+    top = min(successes / runs, 1 - 2**-53) if runs else 0.0
+
+    def excess(share: float) -> float:
+        return log_evidence(successes, runs, share) - needed
+
+    tiny = 1e-300
+    if top <= tiny or excess(tiny) < 0:
+        return 0.0
+    return top if excess(top) >= 0 else float(brentq(excess, tiny, top, xtol=1e-15))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Runs that were counted, those that fulfil the condition, and both bounds of the share of all runs."""
+
+    runs: int
+    fulfilled: int
+    low: float
+    high: float
+
+    def answer(self, share: float) -> Answer:
+        """Return what the bounds say about a required share."""
+        return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
+
+
+def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
+    """Return the bounds for some runs, whose number was `fixed` beforehand or not."""
+    bound = lower_bound if fixed else sequential_bound
+    return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
+
+
+class DecisionRule:
+    """The stop rule that ends a batch as soon as each requirement is decided.
+
+    Parameters
+    ----------
+    requirements : sequence of Requirement
+        What is decided; at least one.
+    confidence : float
+        Confidence of each bound.
+    design : str
+        Design of the runs; only independent ones decide anything.
+
+    Raises
+    ------
+    InputError
+        Without a requirement, or for another design.
+    """
+
+    def __init__(self, requirements: Sequence[Requirement], confidence: float, design: str) -> None:
+        if not requirements:
+            raise bad_value("until", DECIDED, "left out where nothing is required")
+        if design != "random":
+            raise bad_value("until", DECIDED, f"left out with a {design} design: only independent runs decide")
+        self._requirements, self._open = requirements, set(range(len(requirements)))
+        self._needed = -math.log1p(-confidence)
+
+    def count(self, store: Store, block: int) -> tuple[int, ...]:
+        """Return how many runs of a block fulfil each requirement."""
+        return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
+
+    def holds(self, counts: Sequence[int], runs: int) -> bool:
+        """Return True once each requirement is decided; the runs are those so far, more at each call."""
+        for k in sorted(self._open):
+            share, failures = self._requirements[k].share, runs - counts[k]
+            if max(log_evidence(counts[k], runs, share), log_evidence(failures, runs, 1 - share)) >= self._needed:
+                self._open.remove(k)
+        return not self._open
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the runs say about a requirement.
+
+    Attributes
+    ----------
+    requirement : Requirement
+        What is required.
+    answer : str
+        "holds", "does not hold" or "undecided".
+    evidence : Evidence or None
+        The counts and bounds; None where the runs are no independent sample.
+    reason : str
+        Why it is undecided, or how the bounds were computed.
+    worst : tuple of (int, float)
+        The runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no number.
+        For a probability the first runs that do not fulfil the condition.
+    """
+
+    requirement: Requirement
+    answer: Answer
+    evidence: Evidence | None
+    reason: str
+    worst: tuple[tuple[int, float], ...]
+
+
+def recorded(store: Store) -> tuple[dict[str, str], float]:
+    """Return the requirements of a store by name, and their confidence; none for a batch that had none."""
+    rules = json.loads(store.attributes.get("require") or "{}")
+    return rules.get("requirements", {}), checked_confidence(rules.get("confidence"), "the store")
+
+
+def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: float | None = None) -> list[Verdict]:
+    """Decide requirements by the runs of a store.
+
+    Bounds are those of Clopper and Pearson where all the runs that were planned are stored. A batch that a stop rule or
+    a person ended has a number of runs that may depend on what they showed; its bounds hold for any such number.
+
+    Parameters
+    ----------
+    store : Store
+        The runs.
+    texts : mapping of str to str, optional
+        Requirements by name; those of the batch unless given. See `read_requirements`.
+    confidence : float, optional
+        Confidence of each bound; that of the batch unless given.
+
+    Raises
+    ------
+    InputError
+        If there is no requirement, one cannot be read, or nothing is stored yet.
+    DamageError
+        If a file of the store is missing or changed.
+    """
+    own, usual = recorded(store)
+    texts = own if texts is None else texts
+    confidence = usual if confidence is None else checked_confidence(confidence, "the call")
+    if not texts:
+        raise InputError(f"nothing is required of {store.name}: give a requirement {_USAGE}")
+    requirements = read_requirements(texts, scalars(store), notes(store), "the requirements")
+    blocks, _ = whole_blocks(store)
+    fixed = len(blocks) == store.blocks() and not store.attributes["until"]
+    design = design_of(store.attributes)
+    impossible = int(np.count_nonzero(store.read(STATUS, blocks) == IMPOSSIBLE))
+    counted = f"; {impossible} runs with values that are not allowed count as not fulfilled" if impossible else ""
+    return [_verdict(store, r, confidence, fixed, design, counted) for r in requirements]
+
+
+def _verdict(
+    store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
+) -> Verdict:
+    bad = worst(store, lambda block: requirement.badness(store, block), _WORST)
+    runs = tuple((run, _badness(store, requirement, run)) for run in bad)
+    if design != "random":
+        reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
+        return Verdict(requirement, "undecided", None, reason, runs)
+    if fixed:
+        fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
+        facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
+    else:
+        facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+    return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
+
+
+def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
+    """Return the evidence after the first block that decides, or after the last one before a gap."""
+    rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
+    for place, block in enumerate(store.stored()):
+        if block != place:
+            break
+        fulfilled += rule.count(store, block)[0]
+        runs += len(store.runs(block))
+        if rule.holds([fulfilled], runs):
+            break
+    return evidence(fulfilled, runs, confidence, False)
+
+
+def _badness(store: Store, requirement: Requirement, run: int) -> float:
+    block = next(block for block in store.stored() if run in store.runs(block))
+    value = float(requirement.badness(store, block)[run - store.runs(block).start])
+    return value if requirement.largest or math.isinf(value) else -value
