@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.errors import InputError as InputError
     from mehvar.errors import MehvarError as MehvarError
+    from mehvar.estimation.fit import Fit as Fit
+    from mehvar.estimation.fit import fit as fit
+    from mehvar.estimation.tune import Tuning as Tuning
+    from mehvar.estimation.tune import tune as tune
     from mehvar.fmu.export import export_fmu as export_fmu
     from mehvar.models.mechanics import kirchhoff as kirchhoff
     from mehvar.models.mechanics import lagrange as lagrange
@@ -67,6 +71,8 @@ _HOMES = {
     "mehvar.api": ("batch", "build", "open_result", "simulate"),
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
+    "mehvar.estimation.fit": ("Fit", "fit"),
+    "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),
     "mehvar.report.verdicts": ("require",),
     "mehvar.runtime.batch.store.verification": ("verify",),

@@ -23,6 +23,12 @@ CALLED = {  # what users call directly, as the README, the reference and __all__
 ANY_KEYWORD: dict[str, Callable[..., object]] = {
     "mehvar.api.simulate": lambda **more: mehvar.simulate("triangle", "path", t_end=0.1, **more),
     "mehvar.api.batch": lambda **more: mehvar.batch("triangle", "path", 2, t_end=0.1, **more),
+    "mehvar.estimation.fit.fit": lambda **more: mehvar.fit(
+        "triangle", mehvar.simulate("triangle", "path", t_end=0.1), ["k_phi"], "path", **more
+    ),
+    "mehvar.estimation.tune.tune": lambda **more: mehvar.tune(
+        "triangle", "path", ["k_phi"], "final(theta)", n=2, t_end=0.1, **more
+    ),
     "mehvar.report.verdicts.require": lambda **more: mehvar.require(
         "triangle", {"r": "quantile(0.5, t_stop) < 9"}, controller="path", n=2, t_end=0.1, **more
     ),

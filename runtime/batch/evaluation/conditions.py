@@ -111,15 +111,19 @@ class Criterion:
         notes : mapping of str to str
             Reasons why some names have no number.
         """
+        self.check_names(units, notes)
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
+                for one, other in itertools.pairwise((node.left, *node.comparators)):
+                    self._alike(one, other, units)
+
+    def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Raise InputError for unknown names and for names without a number; as `check`, whatever the units are."""
         for name in sorted(self.names - {_STATUS}):
             if name not in units:
                 raise unknown_name("number of a run", name, units, f"{self._origin} = {shown(self.text)}")
             if name in notes:
                 raise bad_value(self._origin, self.text, f"about numbers that the runs have: {name} is {notes[name]}")
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
-                for one, other in itertools.pairwise((node.left, *node.comparators)):
-                    self._alike(one, other, units)
 
     def left(self) -> Callable[[Values], Any]:
         """Return the evaluator of the left side of a condition that is one comparison."""
@@ -265,6 +269,10 @@ class Number:
     def unit(self, units: Mapping[str, str]) -> str | None:
         """Return the unit of the number, or None where it is a product of several."""
         return self._sign.unit(units)
+
+    def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Raise InputError for unknown names and for names without a number."""
+        self._sign.check_names(units, notes)
 
 
 @dataclass(frozen=True)

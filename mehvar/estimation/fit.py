@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters and initial states from a recorded run, by nonlinear least squares."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mehvar.api import simulate
+from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.own.law import LawFunction
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+_STEP = 3e-4
+"""Relative step of a central difference: the cube root of a run's relative error of some 1e-11, which balances it with
+the error of the difference; about 1e-7 of a derivative remain."""
+_UNSEEN = 1e-6
+"""A combination that acts on the data a millionth as strongly as the strongest one drowns in those 1e-7."""
+_RUN_ERROR = 1e-11
+"""Relative error of a run with the default tolerances; divided by the step it is what a derivative may be wrong by."""
+_FAR = 1e3
+"""Deviations that a sample counts which a trial run did not reach."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What `fit` returns.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The free values, in the order of `values` and `covariance`.
+    values : ndarray
+        Their estimates, shape (k,).
+    covariance : ndarray
+        Their covariance, shape (k, k); infinite for what the data do not determine.
+    sigma : mapping of str to float
+        Standard deviation of each variable's noise, as given or as estimated.
+    unseen : tuple of mapping of str to float
+        Combinations of relative changes that the data do not see.
+    misfit : float
+        Probability of residuals as large as these if the noise is as given (chi-square test); NaN for estimated noise.
+    correlation : mapping of str to float
+        Probability of residuals of each variable as correlated from sample to sample if they are independent.
+    run : xarray.Dataset
+        The run with the estimates.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    sigma: Mapping[str, float]
+    unseen: tuple[Mapping[str, float], ...]
+    misfit: float
+    correlation: Mapping[str, float]
+    run: xr.Dataset
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of an estimate."""
+        k = self.names.index(name)
+        return math.sqrt(self.covariance[k, k])
+
+    def interval(self, name: str, confidence: float = 0.95) -> tuple[float, float]:
+        """Return the interval of an estimate; its coverage is asymptotic, for many samples."""
+        from scipy.special import ndtri
+
+        half = float(ndtri((1 + confidence) / 2)) * self.deviation(name)
+        return self[name] - half, self[name] + half
+
+    def __repr__(self) -> str:
+        lines = [f"{name} = {self[name]:.6g} +- {self.deviation(name):.2g}" for name in self.names]
+        lines += [
+            f"not seen: {', '.join(f'{weight:+.2f} {name}' for name, weight in row.items())}" for row in self.unseen
+        ]
+        if not math.isnan(self.misfit):
+            lines.append(f"residuals as large: probability {self.misfit:.2g}")
+        lines += [f"residuals of {name} as correlated: probability {p:.2g}" for name, p in self.correlation.items()]
+        return "\n".join(lines)
+
+
+def fit(
+    model: Model | str | os.PathLike[str],
+    data: xr.Dataset,
+    free: Sequence[str],
+    controller: str | LawFunction | None = None,
+    scenario: str | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    initial: Mapping[str, float] | None = None,
+    *,
+    sigma: Mapping[str, float] | None = None,
+    **options: Any,
+) -> Fit:
+    """Estimate parameters and initial states from a recorded run.
+
+    The sum of the squared residuals, each in standard deviations of its variable's noise, is least at the estimates.
+    SciPy's trust-region method searches them, from the values that the run would have.
+
+    Parameters
+    ----------
+    model, controller, scenario, parameters, initial
+        As of `mehvar.simulate`. Without a controller the loop is open, with the inputs `u_NAME` of the data.
+    data : xarray.Dataset
+        Samples over `t` in s, at 0, DT, 2 DT, ...; states and outputs by name. NaN stands for a missing sample.
+    free : sequence of str
+        Parameters, and states for their initial values.
+    sigma : mapping of str to float, optional
+        Variables that are compared, and the standard deviation of the noise of each, in its unit. Unless given, all
+        states and outputs of the data are compared, and the deviations are estimated from the residuals.
+    **options
+        As of `mehvar.simulate`, without `t_end` and `dt_out`, which the data decide.
+
+    Raises
+    ------
+    InputError
+        For unknown names, data that are no such samples, or a start whose run ends before the data.
+    """
+    check_arguments("mapping", "the call", parameters=parameters, initial=initial, sigma=sigma)
+    loaded = model if isinstance(model, Model) else load(model)
+    problem = _Problem(loaded, data, free, controller, scenario, parameters or {}, initial or {}, sigma, options)
+    solution = problem.solve()
+    if sigma is None:  # again with the deviations that the residuals show
+        problem.estimate_sigma(solution)
+        solution = problem.solve(solution)
+    return problem.result(solution, sigma is not None)
+
+
+class _Problem:
+    """The residuals of a run as a function of the free values."""
+
+    def __init__(
+        self,
+        model: Model,
+        data: xr.Dataset,
+        free: Sequence[str],
+        controller: str | LawFunction | None,
+        scenario: str | None,
+        parameters: Mapping[str, ArrayLike],
+        initial: Mapping[str, float],
+        sigma: Mapping[str, float] | None,
+        options: Mapping[str, Any],
+    ) -> None:
+        self._model, self._controller, self._scenario = model, controller, scenario
+        self._parameters, self._initial = parameters, initial
+        self._data = data
+        self._options = {**options, **_grid(data, options)}
+        if controller is None:
+            self._options["inputs"] = data
+        self._free = _names(free)
+        manifest = model.manifest
+        known = {*model.state_names, *(q.name for q in manifest.outputs)}
+        shown = {str(name) for name, array in data.data_vars.items() if array.dims == ("t",)} & known
+        for name, value in (sigma or {}).items():
+            if name not in shown:
+                raise unknown_name("state or output of the data", name, shown, "sigma")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+                raise bad_value(name, value, "a number > 0", "sigma")
+        self._variables = list(sigma or sorted(shown))
+        if not self._variables:
+            raise InputError(f"data: has no state or output of {model.name} over t: {', '.join(sorted(known))}")
+        run = self._run({})
+        self._known(run)
+        start = {**json.loads(run.attrs["parameters"]), **json.loads(run.attrs["initial"])}
+        self._start = np.array([float(start[name]) for name in self._free])
+        self._scale = np.where(self._start != 0, np.abs(self._start), 1.0)
+        if run.attrs["t_stop"] < float(data.t[-1]) * (1 - 1e-12):
+            raise InputError(
+                f"the run that the search starts from ends at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
+            )
+        self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
+        self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
+        self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
+        if np.count_nonzero(self._kept) <= len(self._free):
+            raise InputError(f"data: {np.count_nonzero(self._kept)} samples do not determine {len(self._free)} values")
+
+    def _known(self, run: xr.Dataset) -> None:
+        names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}
+        for name in self._free:
+            if name not in names:
+                raise unknown_name("parameter or state", name, names, "free")
+
+    def _run(self, values: Mapping[str, float]) -> xr.Dataset:
+        states = set(self._model.state_names)
+        parameters = {**self._parameters, **{k: v for k, v in values.items() if k not in states}}
+        initial = {**self._initial, **{k: v for k, v in values.items() if k in states}}
+        return simulate(self._model, self._controller, self._scenario, parameters, initial, **self._options)
+
+    def _residuals(self, relative: FloatArray) -> FloatArray:
+        """Return the residuals in deviations of the noise; large where a run did not come, or where none is allowed."""
+        values = self._start + relative * self._scale
+        try:
+            run = self._run(dict(zip(self._free, map(float, values), strict=True)))
+        except InputError:  # a trial outside what the model allows, as inertias of no body; the start was allowed
+            return np.full(np.count_nonzero(self._kept), _FAR)
+        parts = []
+        for name, measured in self._measured.items():
+            computed = np.full(len(measured), np.nan)
+            values = np.asarray(run[name].values, float)[: len(measured)]
+            computed[: len(values)] = values
+            parts.append((computed - measured) / self._sigma[name])
+        residuals: FloatArray = np.concatenate(parts)[self._kept]
+        return np.where(np.isfinite(residuals), residuals, _FAR)
+
+    def _jacobian(self, relative: FloatArray) -> FloatArray:
+        columns: list[FloatArray] = []
+        low, high = self._bounds()
+        for k in range(len(relative)):
+            ends: list[tuple[float, FloatArray]] = []
+            for sign in (1, -1):
+                point = relative.copy()
+                point[k] = np.clip(point[k] + sign * _STEP, low[k], high[k])
+                ends.append((float(point[k]), self._residuals(point)))
+            (above, plus), (below, minus) = ends
+            columns.append((plus - minus) / (above - below))
+        return np.stack(columns, axis=1)
+
+    def _bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds of the relative changes; open bounds are kept off by a step."""
+        manifest = self._model.manifest
+        law = manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
+        rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
+        rows |= {} if law is None else {q.name: q for q in law.parameters}
+        low, high = np.full(len(self._free), -np.inf), np.full(len(self._free), np.inf)
+        for k, name in enumerate(self._free):
+            if (row := rows.get(name)) is not None and name not in self._model.state_names:
+                low[k] = (row.lower - self._start[k]) / self._scale[k] + _STEP * row.lower_open
+                high[k] = (row.upper - self._start[k]) / self._scale[k] - _STEP * row.upper_open
+        return np.minimum(low, 0), np.maximum(high, 0)
+
+    def solve(self, start: FloatArray | None = None) -> FloatArray:
+        """Return the relative changes of the free values with the least residuals."""
+        from scipy.optimize import least_squares
+
+        low, high = self._bounds()
+        x0 = np.zeros(len(self._free)) if start is None else start
+        tight = low >= high
+        if tight.any():
+            raise bad_value("free", self._free[int(np.argmax(tight))], "a value whose bounds leave room")
+        inside = np.clip(x0, low + 1e-9 * (x0 <= low), high - 1e-9 * (x0 >= high))
+        result = least_squares(
+            self._residuals,
+            inside,
+            self._jacobian,
+            bounds=(low, high),
+            x_scale="jac",
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+        )
+        return np.asarray(result.x, float)
+
+    def estimate_sigma(self, relative: FloatArray) -> None:
+        """Take the deviations of the residuals as those of the noise."""
+        rows = self._by_variable(self._residuals(relative))
+        samples = int(np.count_nonzero(self._kept))
+        share = samples / (samples - len(self._free))
+        self._sigma = {
+            name: (float(np.sqrt(np.mean(rows[name] ** 2) * share)) or 1e-300) * self._sigma[name] for name in rows
+        }
+
+    def _by_variable(self, residuals: FloatArray) -> dict[str, FloatArray]:
+        rows: dict[str, FloatArray] = {}
+        first = 0
+        for name, measured in self._measured.items():
+            count = int(np.count_nonzero(np.isfinite(measured)))
+            rows[name] = residuals[first : first + count]
+            first += count
+        return rows
+
+    def result(self, relative: FloatArray, known_noise: bool) -> Fit:
+        """Return the estimates with their covariance and the tests of the residuals."""
+        from scipy.stats import chi2, norm
+
+        residuals, jacobian = self._residuals(relative), self._jacobian(relative)
+        _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
+        size = math.sqrt(sum(float(np.nansum((m / self._sigma[k]) ** 2)) for k, m in self._measured.items()))
+        seen = strengths > max(_UNSEEN * strengths[0], _RUN_ERROR / _STEP * size)
+        inverse = (directions[seen].T / strengths[seen] ** 2) @ directions[seen]
+        covariance = inverse * np.outer(self._scale, self._scale)
+        for row in directions[~seen]:
+            lost = np.abs(row) > 1e-3
+            covariance[lost, lost] = math.inf
+        freedom = len(residuals) - len(self._free)
+        correlation = {}
+        for name, row in self._by_variable(residuals).items():
+            power = float(row @ row)
+            lag = float(row[1:] @ row[:-1]) / power if power > 0 and len(row) > 2 else 0.0
+            correlation[name] = float(2 * norm.sf(abs(lag) * math.sqrt(len(row))))
+        values = self._start + relative * self._scale
+        return Fit(
+            names=self._free,
+            values=values,
+            covariance=covariance,
+            sigma=dict(self._sigma),
+            unseen=tuple(
+                {name: float(w) for name, w in zip(self._free, row, strict=True) if abs(w) > 1e-3}
+                for row in directions[~seen]
+            ),
+            misfit=float(chi2.sf(residuals @ residuals, freedom)) if known_noise else math.nan,
+            correlation=correlation,
+            run=self._run(dict(zip(self._free, map(float, values), strict=True))),
+        )
+
+
+def _names(free: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(free, str) or not all(isinstance(name, str) for name in free) or not free:
+        raise bad_value("free", free, "a list of names of parameters or states, at least one")
+    if twice := {name for name in free if list(free).count(name) > 1}:
+        raise InputError(f"free: {min(twice)} is given twice")
+    return tuple(free)
+
+
+def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
+    """Return the options that make a run with the samples of the data."""
+    for name in ("t_end", "dt_out", "inputs"):
+        if name in options:
+            raise bad_value(name, options[name], "left out: the data decide it")
+    if not hasattr(data, "data_vars") or "t" not in data.coords or data.sizes["t"] < 2:
+        raise bad_value("data", type(data).__name__, "an xarray.Dataset with two or more samples over t")
+    t = np.asarray(data.t.values, float)
+    step = float(t[-1]) / (len(t) - 1)
+    if not (step > 0 and np.allclose(t, step * np.arange(len(t)), rtol=0, atol=1e-6 * step)):
+        raise bad_value("t", f"{t[0]:.6g}, {t[1]:.6g}, ..., {t[-1]:.6g}", "0, DT, 2 DT, ...: resample", "data")
+    return {"t_end": float(t[-1]), "dt_out": float(f"{step:.12g}")}

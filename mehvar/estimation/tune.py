@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gains by gradient, on common random numbers, against a cost over dispersions."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.api import stored_batch
+from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.batch.evaluation.conditions import Number
+from mehvar.runtime.batch.evaluation.statistics import column, notes, scalars
+from mehvar.runtime.batch.store.layout import STATUS
+from mehvar.runtime.batch.store.store import Store
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import all_parameters
+from mehvar.runtime.run.problem import COMPLETE
+
+FloatArray = NDArray[np.float64]
+_STEP = 1e-4
+"""Relative step of a central difference: the same random numbers on both sides leave the error of the integration,
+some 1e-11, over a step whose square is the error of the difference."""
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What `tune` returns.
+
+    Attributes
+    ----------
+    start, gains : mapping of str to float
+        The free values before and after.
+    cost : tuple of float
+        Mean cost over the runs of the search, before and after.
+    held_out : tuple of float
+        Mean cost over runs of another seed, before and after.
+    gain, low, high : float
+        Mean reduction of the cost over these, and its 95 % interval, run by run.
+    runs : int
+        Runs that the search took.
+    """
+
+    start: Mapping[str, float]
+    gains: Mapping[str, float]
+    cost: tuple[float, float]
+    held_out: tuple[float, float]
+    gain: float
+    low: float
+    high: float
+    runs: int
+
+    @property
+    def answer(self) -> Literal["better", "worse", "undecided"]:
+        """What the held-out runs say about the new gains."""
+        return "better" if self.low > 0 else "worse" if self.high < 0 else "undecided"
+
+    def __repr__(self) -> str:
+        lines = [f"{name}: {self.start[name]:.6g} -> {value:.6g}" for name, value in self.gains.items()]
+        lines.append(f"cost {self.cost[0]:.6g} -> {self.cost[1]:.6g} in {self.runs} runs")
+        lines.append(f"held-out runs: {self.answer}, {self.held_out[0]:.6g} -> {self.held_out[1]:.6g}, ")
+        return "\n".join(lines)[:-2] + f", reduction {self.gain:.4g} [{self.low:.4g}, {self.high:.4g}]"
+
+
+def tune(
+    model: Model | str | os.PathLike[str],
+    controller: str,
+    free: Sequence[str],
+    cost: str,
+    *,
+    vary: Mapping[str, str] | None = None,
+    n: int = 256,
+    seed: int = 0,
+    parameters: Mapping[str, float] | None = None,
+    **batch: Any,
+) -> Tuning:
+    """Search gains with a small mean cost over dispersed runs.
+
+    All trials have the same random numbers, so the mean is a smooth function of the gains where the cost of a run is.
+    The search is SciPy's L-BFGS-B, which ends at a minimum near the start, not at the least of all. Gains that are
+    positive, and may not be negative, are searched by their logarithm. Runs of the next seed, which the search has
+    not seen, say whether the new gains are better.
+
+    Parameters
+    ----------
+    model, controller, vary, n, seed, parameters
+        As of `mehvar.batch`; `vary` may be left out for a model with noise.
+    free : sequence of str
+        Parameters that are tuned; a formula or the scenario gives the start unless `parameters` does.
+    cost : str
+        A number of a run, as in conditions of success: "final(roll) * final(roll) + 100 * final(wx) * final(wx)". The
+        weights may have units, which are not checked.
+        A cost that jumps, as a settling time on a grid does, has no gradient there.
+    **batch
+        More arguments of `mehvar.batch`.
+
+    Raises
+    ------
+    InputError
+        For unknown names, or a start with runs that do not end, or that have no cost.
+    """
+    check_arguments("mapping", "the call", vary=vary, parameters=parameters)
+    if isinstance(free, str) or not free or not all(isinstance(name, str) for name in free):
+        raise bad_value("free", free, "a list of names of parameters, at least one")
+    loaded = model if isinstance(model, Model) else load(model, "c")
+    number = Number(cost, "cost")
+    trials = 0
+
+    def runs(gains: Mapping[str, float], first: int) -> Store:
+        nonlocal trials
+        trials += n
+        values = {**(parameters or {}), **gains}
+        return stored_batch(loaded, controller, n, vary=vary, seed=first, parameters=values, **batch)
+
+    store = runs({}, seed)
+    number.check_names(scalars(store), notes(store))
+    nominal = json.loads(store.attributes["nominal"])
+    for name in free:
+        if name not in nominal:
+            raise unknown_name("parameter", name, nominal, "free")
+    start = np.array([float(nominal[name]) for name in free])
+    before = _costs(store, number)
+    if not np.isfinite(before).all():
+        bad = int(np.argmax(~np.isfinite(before)))
+        raise InputError(f"cost = {cost!r}: run {bad} of the start did not reach its end, or has no such number")
+    scale, low, high = _scales(loaded, controller, free, start)
+    worst = 10 * float(np.abs(before).max()) + 1  # more than any cost of a step that a search would take
+
+    def value(point: FloatArray) -> float:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # advice about gains that are only tried; the last runs give it
+            costs = _costs(runs(dict(zip(free, map(float, scale.gains(point)), strict=True)), seed), number)
+        return float(np.where(np.isfinite(costs), costs, worst).mean())
+
+    def gradient(point: FloatArray) -> FloatArray:
+        steps = _STEP * np.eye(len(point))
+        return np.array([(value(point + h) - value(point - h)) / (2 * _STEP) for h in steps])
+
+    from scipy.optimize import minimize
+
+    bounds = list(zip(low, high, strict=True))
+    solution = minimize(value, np.zeros(len(free)), jac=gradient, bounds=bounds, method="L-BFGS-B")
+    gains = dict(zip(free, map(float, scale.gains(solution.x)), strict=True))
+    took = trials
+    old, new = (_costs(runs(values, seed + 1), number) for values in ({}, gains))
+    difference = old - new
+    mean, half = float(difference.mean()), 1.96 * float(difference.std(ddof=1)) / math.sqrt(n)
+    return Tuning(
+        dict(zip(free, map(float, start), strict=True)),
+        gains,
+        (float(before.mean()), float(solution.fun)),
+        (float(old.mean()), float(new.mean())),
+        mean,
+        mean - half,
+        mean + half,
+        took,
+    )
+
+
+def _costs(store: Store, number: Number) -> FloatArray:
+    """Return the cost of each run; infinite for one that did not reach its end or has no number."""
+    costs = number(lambda name: column(store, name))
+    return np.where(np.isin(store.read(STATUS), COMPLETE) & np.isfinite(costs), costs, math.inf)
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """Gains as functions of points of the search, which begins at zero."""
+
+    start: FloatArray
+    logarithmic: NDArray[np.bool_]
+
+    def gains(self, point: FloatArray) -> FloatArray:
+        linear = self.start + point * np.where(self.start != 0, np.abs(self.start), 1.0)
+        return np.where(self.logarithmic, self.start * np.exp(point), linear)
+
+
+def _scales(
+    model: Model, controller: str, free: Sequence[str], start: FloatArray
+) -> tuple[_Scales, list[float | None], list[float | None]]:
+    """Return the scales of the search and the bounds of its points, a difference's step inside those of the gains."""
+    law = model.manifest.controllers[controller]
+    rows = {q.name: q for q in all_parameters(model.manifest, law)}
+    logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])
+    low: list[float | None] = []
+    high: list[float | None] = []
+    for name, value, by_logarithm in zip(free, start, logarithmic, strict=True):
+        row, size = rows[name], abs(value) or 1.0
+        bounds = [
+            (math.log(end / value) if end > 0 else -math.inf) if by_logarithm else (end - value) / size
+            for end in (row.lower, row.upper)
+        ]
+        low.append(min(bounds[0] + 2 * _STEP, 0.0) if math.isfinite(bounds[0]) else None)
+        high.append(max(bounds[1] - 2 * _STEP, 0.0) if math.isfinite(bounds[1]) else None)
+    return _Scales(start, logarithmic), low, high

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fits of recorded runs: recovered values, intervals that cover, what the data do not see, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import curve_fit
+from scipy.stats import binom
+
+import mehvar
+from mehvar.errors import InputError
+from tests.runtime.batch.test_damage import PENDULUM
+
+NOISE = 1e-3
+
+
+@pytest.fixture(scope="module")
+def truth() -> xr.Dataset:
+    """A slew of the satellite with another inertia than the model's."""
+    return mehvar.simulate("satellite", "pd", t_end=60.0, dt_out=1.0, I_x=2.3)
+
+
+def noisy(truth: xr.Dataset, rng: np.random.Generator) -> xr.Dataset:
+    return xr.Dataset({name: truth[name] + rng.normal(0, NOISE, truth.sizes["t"]) for name in ("roll", "wx")})
+
+
+def test_a_run_without_noise_gives_its_values_back(truth: xr.Dataset) -> None:
+    fit = mehvar.fit(
+        "satellite", truth, ["I_x", "roll"], "pd", initial={"roll": 0.1}, sigma={"roll": NOISE, "wx": NOISE}
+    )
+    assert fit["I_x"] == pytest.approx(2.3, rel=1e-9)
+    assert fit["roll"] == pytest.approx(float(truth["roll"][0]), rel=1e-9)
+    assert float(abs(fit.run.wx - truth.wx).max()) < 1e-11
+
+
+def test_estimate_and_covariance_are_those_of_curve_fit(truth: xr.Dataset) -> None:
+    data = noisy(truth, np.random.default_rng(1))
+    data["roll"][7:9] = np.nan  # missing samples
+    fit = mehvar.fit("satellite", data, ["I_x"], "pd", sigma={"roll": NOISE, "wx": NOISE})
+    kept = np.isfinite(data["roll"].values)
+
+    def model(_: object, inertia: float) -> np.ndarray:
+        run = mehvar.simulate("satellite", "pd", t_end=60.0, dt_out=1.0, I_x=float(inertia))
+        return np.concatenate([run["roll"].values[kept], run.wx.values])
+
+    measured = np.concatenate([data["roll"].values[kept], data.wx.values])
+    value, covariance = curve_fit(model, 0, measured, [2.2], NOISE * np.ones(len(measured)), True, epsfcn=1e-9)
+    assert fit["I_x"] == pytest.approx(value[0], abs=1e-3 * fit.deviation("I_x"))
+    assert fit.deviation("I_x") == pytest.approx(covariance[0, 0] ** 0.5, rel=1e-3)
+
+
+def test_intervals_cover_as_often_as_they_say(truth: xr.Dataset) -> None:
+    rng, trials = np.random.default_rng(20261124), 60
+    fits = [
+        mehvar.fit("satellite", noisy(truth, rng), ["I_x"], "pd", sigma={"roll": NOISE, "wx": NOISE})
+        for _ in range(trials)
+    ]
+    covered = sum(low <= 2.3 <= high for low, high in (fit.interval("I_x", 0.8) for fit in fits))
+    assert binom.ppf(0.001, trials, 0.8) <= covered <= binom.ppf(0.999, trials, 0.8)
+    assert 0.3 < np.mean([fit.misfit for fit in fits]) < 0.7  # uniform, if the noise is as given
+
+
+def test_noise_is_estimated_and_correlated_residuals_are_told(truth: xr.Dataset) -> None:
+    data = noisy(truth, np.random.default_rng(3))
+    fit = mehvar.fit("satellite", data, ["I_x"], "pd")
+    assert fit.sigma["wx"] == pytest.approx(NOISE, rel=0.3)
+    assert min(fit.correlation.values()) > 0.001
+    wrong = mehvar.fit("satellite", data, ["I_y"], "pd", sigma={"roll": NOISE, "wx": NOISE})  # the error is in I_x
+    assert min(wrong.correlation.values()) < 0.001
+    assert wrong.misfit < 0.001
+    assert "I_y = " in repr(wrong)
+
+
+def test_a_combination_that_the_data_do_not_see_is_named() -> None:
+    """A pendulum without torque and damping swings as one of another mass."""
+    data = mehvar.simulate(PENDULUM, None, inputs={}, t_end=2.0, dt_out=0.05, initial={"angle": 0.5}, b=0.0)
+    fit = mehvar.fit(PENDULUM, data, ["m"], initial={"angle": 0.5}, sigma={"angle": 1e-3}, b=0.0)
+    assert fit.deviation("m") == np.inf
+    assert "m" in fit.unseen[0]
+    assert "not seen" in repr(fit)
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"free": ["I_w"]}, "I_w"),
+        ({"free": []}, "free"),
+        ({"free": "I_x"}, "free"),
+        ({"free": ["I_x", "I_x"]}, "twice"),
+        ({"sigma": {"rol": 1.0}}, "rol"),
+        ({"sigma": {"roll": 0.0}}, "roll = 0"),
+        ({"t_end": 3.0}, "t_end"),
+        ({"data": 3}, "data"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(truth: xr.Dataset, change: dict, part: str) -> None:
+    usual = {"data": truth, "free": ["I_x"], "controller": "pd"}
+    with pytest.raises(InputError, match=part):
+        mehvar.fit("satellite", **{**usual, **change})
+
+
+def test_samples_that_are_not_even_are_refused(truth: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="resample"):
+        mehvar.fit("satellite", truth.isel(t=[0, 1, 3, 4]), ["I_x"], "pd")
