@@ -317,7 +317,7 @@ class _Problem:
 
 
 def _names(free: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(free, str) or not all(isinstance(name, str) for name in free) or not free:
+    if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
         raise bad_value("free", free, "a list of names of parameters or states, at least one")
     if twice := {name for name in free if list(free).count(name) > 1}:
         raise InputError(f"free: {min(twice)} is given twice")

@@ -108,7 +108,8 @@ def tune(
         For unknown names, or a start with runs that do not end, or that have no cost.
     """
     check_arguments("mapping", "the call", vary=vary, parameters=parameters)
-    if isinstance(free, str) or not free or not all(isinstance(name, str) for name in free):
+    check_arguments("text", "the call", controller=controller, cost=cost)
+    if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
         raise bad_value("free", free, "a list of names of parameters, at least one")
     loaded = model if isinstance(model, Model) else load(model, "c")
     number = Number(cost, "cost")
@@ -116,9 +117,10 @@ def tune(
 
     def runs(gains: Mapping[str, float], first: int) -> Store:
         nonlocal trials
-        trials += n
         values = {**(parameters or {}), **gains}
-        return stored_batch(loaded, controller, n, vary=vary, seed=first, parameters=values, **batch)
+        store = stored_batch(loaded, controller, n, vary=vary, seed=first, parameters=values, **batch)
+        trials += store.n
+        return store
 
     store = runs({}, seed)
     number.check_names(scalars(store), notes(store))

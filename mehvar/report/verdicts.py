@@ -56,6 +56,8 @@ def require(
         If nothing is required, a requirement cannot be read, or for anything that `mehvar.batch` refuses.
     """
     check_arguments("mapping", "the call", requirements=requirements)
+    if not isinstance(runs, Model):
+        check_arguments("path", "the call", runs=runs)
     if not isinstance(runs, Model) and not batch and not str(runs).endswith(".toml"):
         return Verdicts(open_store(runs), requirements, confidence)
     batch.setdefault("until", DECIDED)

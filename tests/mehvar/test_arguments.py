@@ -53,6 +53,8 @@ def slope(problem: Any) -> object:
     return problem.fun(0.0, problem.y0), problem.jac(0.0, problem.y0)
 
 
+SWING = mehvar.simulate(PENDULUM, "pd", "swing", t_end=0.1)
+
 CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "simulate": (mehvar.simulate, {**RUN, "t_end": 0.1, "progress": None, "law": None, "origin": "a test", "l": 1.1}),
     "batch": (
@@ -60,8 +62,23 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         {
             **RUN, "n": 1, "t_end": 0.05, "vary": {"k_p": "normal(16, 0.1)"}, "seed": 1, "sampling": None, "save": 0.01,
             "out": None, "resume": False, "success": "peak < 1", "until": None, "strict": False, "threads": 1,
-            "scheduler": None, "report": None,
+            "require": {"r": "quantile(0.5, peak) < 1"}, "confidence": 0.9, "scheduler": None, "report": None,
         },
+    ),
+    "require": (
+        mehvar.require,
+        {"runs": PENDULUM, "requirements": {"r": "quantile(0.5, peak) < 1"}, "confidence": 0.9, "controller": "pd",
+         "n": 1, "t_end": 0.05},
+    ),
+    "fit": (
+        mehvar.fit,
+        {"model": PENDULUM, "data": SWING, "free": ["m"], "controller": "pd", "scenario": "swing",
+         "parameters": {"l": 1.1}, "initial": {"rate": 0.1}, "sigma": {"angle": 0.1}},
+    ),
+    "tune": (
+        mehvar.tune,
+        {"model": PENDULUM, "controller": "pd", "free": ["k_p"], "cost": "final(angle)", "n": 2, "seed": 1,
+         "vary": {"m": "normal(1, 0.1)"}, "parameters": {"l": 1.1}, "t_end": 0.05},
     ),
     "load": (mehvar.load, {"model": PENDULUM, "backend": "python"}),
     "build": (mehvar.build, {"system": CRAFT, "backend": "python"}),
@@ -166,7 +183,8 @@ MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
     },
 }  # fmt: skip
 """Calls of another kind, and which of their arguments are tried."""
-FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS), "Model.parameters": {"m"},
+FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS),
+        "require": {"controller", "n", "t_end"}, "tune": {"t_end"}, "Model.parameters": {"m"},
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
 RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Diffusion", "Event", "Function", "Group",
@@ -198,7 +216,17 @@ def test_every_public_name_is_called():
         if inspect.isfunction(value) and not method.startswith("_")
     }
     assert functions | methods == CALLS.keys()
-    assert classes == RECORDS | {"Model", "Derivation", "InputError", "MehvarError", "ModelError", "Trim", "TrimError"}
+    assert classes == RECORDS | {
+        "Model",
+        "Derivation",
+        "InputError",
+        "MehvarError",
+        "ModelError",
+        "Trim",
+        "TrimError",
+        "Fit",
+        "Tuning",
+    }
 
 
 @pytest.mark.parametrize("name", CALLS)
