@@ -19,6 +19,7 @@ from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.evaluation.conditions import Number
 from mehvar.runtime.batch.evaluation.statistics import column, notes, scalars
+from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store
 from mehvar.runtime.model.model import Model, load
@@ -84,10 +85,10 @@ def tune(
 ) -> Tuning:
     """Search gains with a small mean cost over dispersed runs.
 
-    All trials have the same random numbers, so the mean is a smooth function of the gains where the cost of a run is.
-    The search is SciPy's L-BFGS-B, which ends at a minimum near the start, not at the least of all. Gains that are
-    positive, and may not be negative, are searched by their logarithm. Runs of the next seed, which the search has
-    not seen, say whether the new gains are better.
+    All trials have the same random numbers, so the mean is a smooth function of the gains where the cost of a run
+    is. The search is SciPy's L-BFGS-B, which ends at a minimum near the start, not at the least of all. Gains that
+    are positive, and may not be negative, are searched by their logarithm. Runs of a neighbouring seed, which the
+    search has not seen, say whether the new gains are better.
 
     Parameters
     ----------
@@ -111,6 +112,7 @@ def tune(
     check_arguments("text", "the call", controller=controller, cost=cost)
     if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
         raise bad_value("free", free, "a list of names of parameters, at least one")
+    CAMPAIGN_OPTIONS["seed"].check(seed, "the call")
     loaded = model if isinstance(model, Model) else load(model, "c")
     number = Number(cost, "cost")
     trials = 0
@@ -152,7 +154,7 @@ def tune(
     solution = minimize(value, np.zeros(len(free)), jac=gradient, bounds=bounds, method="L-BFGS-B")
     gains = dict(zip(free, map(float, scale.gains(solution.x)), strict=True))
     took = trials
-    old, new = (_costs(runs(values, seed + 1), number) for values in ({}, gains))
+    old, new = (_costs(runs(values, seed ^ 1), number) for values in ({}, gains))
     difference = old - new
     mean, half = float(difference.mean()), 1.96 * float(difference.std(ddof=1)) / math.sqrt(n)
     return Tuning(

@@ -155,8 +155,8 @@ def log_evidence(successes: int, runs: int, share: float) -> float:
     The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
     probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
     of at most a, whenever one looks (Ville 1939; Robbins 1970). It falls as `share` grows up to the observed one, since
-    the logarithm of the likelihood is concave; so the shares that it excludes are an interval. It is minus infinity where
-    the larger probabilities are too unlikely for a double, far below any decision.
+    the logarithm of the likelihood is concave; so the shares that it excludes are an interval. Where the larger
+    probabilities are too unlikely for a double, far below any decision, it is minus infinity.
     """
     from scipy.special import betaincc, betaln, xlog1py, xlogy
 
