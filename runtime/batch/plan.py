@@ -22,7 +22,7 @@ from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
-from ..run.problem import consistent, misses, of_scenario, variant_suffix
+from ..run.problem import check_sampled_parts, consistent, misses, of_scenario, variant_suffix
 from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
@@ -138,7 +138,7 @@ class Plan:
         self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, campaign.seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
-
+        check_sampled_parts(manifest, self.nominal.values, self.options.hold, origin)
         self._check_read()
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})

@@ -36,6 +36,8 @@ from .ticks import ticks_of
 
 Progress = Callable[[float, float], None]
 
+_AT_SAMPLES = frozenset(("actuate", "jump", "measure"))
+"""Functions of a plant that act once a sample."""
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
@@ -203,6 +205,7 @@ def pose(
     check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
+    check_sampled_parts(model.manifest, resolved.values, hold, origin)
     check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
     check_noise(model.manifest, options.method, hold is not None, origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
@@ -282,6 +285,20 @@ def check_hold(hold: float | None, law: Controller, period: float | None, origin
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
         raise bad_value("hold", hold, allowed, origin)
+
+
+def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: float | None, origin: str) -> None:
+    """Refuse to sample a plant whose sensor or actuator computes with another period, as the size of its noise."""
+    if hold is None:
+        return
+    periods = {law.period for law in manifest.controllers.values()}
+    for parameter in manifest.parameters:
+        name, at_samples = parameter.name, sorted(_AT_SAMPLES.intersection(parameter.readers))
+        if name in periods and at_samples and not math.isclose(values[name], hold, rel_tol=1e-12):
+            allowed = (
+                f"{hold:g} s, the period of the loop: {' and '.join(at_samples)} of {manifest.model} compute with it"
+            )
+            raise bad_value(name, values[name], allowed, f"{origin}, or the default")
 
 
 def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:

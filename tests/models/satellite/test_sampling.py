@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A loop at another period than the one that the instruments compute with."""
+
+from __future__ import annotations
+
+import pytest
+
+import mehvar
+
+
+def law(_t, x):
+    return -0.002 * x[:3] - 0.03 * x[3:6]
+
+
+def test_a_law_in_python_is_refused_at_a_period_that_is_not_the_instruments() -> None:
+    """Ts decides the size of the noise of a sample: at another period the densities would be others."""
+    with pytest.raises(
+        mehvar.InputError, match=r"Ts = 0.5 .*must be 0.1 s, the period of the loop: actuate and measure"
+    ):
+        mehvar.simulate("satellite", law, period=0.1, t_end=1.0)
+    with pytest.raises(mehvar.InputError, match=r"Ts = 0.5 .*must be 0.1 s"):
+        mehvar.batch("satellite", law, 2, period=0.1, t_end=1.0)
+    run = mehvar.simulate("satellite", law, period=0.1, t_end=1.0, Ts=0.1)
+    assert run.attrs["status"] == "done"
+    batch = mehvar.batch("satellite", law, 2, period=0.1, t_end=1.0, Ts=0.1)
+    assert (batch.status == 0).all()
