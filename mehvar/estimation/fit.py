@@ -54,6 +54,10 @@ class Fit:
         Probability of residuals as large as these if the noise is as given (chi-square test); NaN for estimated noise.
     correlation : mapping of str to float
         Probability of residuals of each variable as correlated from sample to sample if they are independent.
+    converged : bool
+        False where the search ended before the residuals were at their least.
+    bounded : tuple of str
+        Values that ended at a bound of their parameter; the covariance does not hold there.
     run : xarray.Dataset
         The run with the estimates.
     """
@@ -65,6 +69,8 @@ class Fit:
     unseen: tuple[Mapping[str, float], ...]
     misfit: float
     correlation: Mapping[str, float]
+    converged: bool
+    bounded: tuple[str, ...]
     run: xr.Dataset
 
     def __getitem__(self, name: str) -> float:
@@ -79,11 +85,15 @@ class Fit:
         """Return the interval of an estimate; its coverage is asymptotic, for many samples."""
         from scipy.special import ndtri
 
+        if not 0 < confidence < 1:
+            raise bad_value("confidence", confidence, "a number > 0 and < 1")
         half = float(ndtri((1 + confidence) / 2)) * self.deviation(name)
         return self[name] - half, self[name] + half
 
     def __repr__(self) -> str:
         lines = [f"{name} = {self[name]:.6g} +- {self.deviation(name):.2g}" for name in self.names]
+        lines += [] if self.converged else ["the search ended before the residuals were at their least"]
+        lines += [f"{name} is at a bound: its deviation does not hold" for name in self.bounded]
         lines += [
             f"not seen: {', '.join(f'{weight:+.2f} {name}' for name, weight in row.items())}" for row in self.unseen
         ]
@@ -261,6 +271,8 @@ class _Problem:
             ftol=1e-12,
             gtol=1e-12,
         )
+        self._converged = bool(result.success)
+        self._active = tuple(name for name, side in zip(self._free, result.active_mask, strict=True) if side)
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
@@ -269,7 +281,7 @@ class _Problem:
         samples = int(np.count_nonzero(self._kept))
         share = samples / (samples - len(self._free))
         self._sigma = {
-            name: (float(np.sqrt(np.mean(rows[name] ** 2) * share)) or 1e-300) * self._sigma[name] for name in rows
+            name: (float(np.sqrt(np.mean(rows[name] ** 2) * share)) or 1.0) * self._sigma[name] for name in rows
         }
 
     def _by_variable(self, residuals: FloatArray) -> dict[str, FloatArray]:
@@ -301,6 +313,9 @@ class _Problem:
             lag = float(row[1:] @ row[:-1]) / power if power > 0 and len(row) > 2 else 0.0
             correlation[name] = float(2 * norm.sf(abs(lag) * math.sqrt(len(row))))
         values = self._start + relative * self._scale
+        run = self._run(dict(zip(self._free, map(float, values), strict=True)))
+        if run.sizes["t"] < self._data.sizes["t"]:
+            raise InputError(f"the run with the estimates ends at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}")
         return Fit(
             names=self._free,
             values=values,
@@ -312,7 +327,9 @@ class _Problem:
             ),
             misfit=float(chi2.sf(residuals @ residuals, freedom)) if known_noise else math.nan,
             correlation=correlation,
-            run=self._run(dict(zip(self._free, map(float, values), strict=True))),
+            converged=self._converged,
+            bounded=self._active,
+            run=run,
         )
 
 

@@ -18,7 +18,7 @@ from mehvar.api import stored_batch
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.evaluation.conditions import Number
-from mehvar.runtime.batch.evaluation.statistics import column, notes, scalars
+from mehvar.runtime.batch.evaluation.statistics import column, design_of, notes, scalars
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store
@@ -48,6 +48,8 @@ class Tuning:
         Mean reduction of the cost over these, and its 95 % interval, run by run.
     runs : int
         Runs that the search took.
+    converged : bool
+        False where the search ended before it was at a minimum.
     """
 
     start: Mapping[str, float]
@@ -58,6 +60,7 @@ class Tuning:
     low: float
     high: float
     runs: int
+    converged: bool
 
     @property
     def answer(self) -> Literal["better", "worse", "undecided"]:
@@ -67,6 +70,7 @@ class Tuning:
     def __repr__(self) -> str:
         lines = [f"{name}: {self.start[name]:.6g} -> {value:.6g}" for name, value in self.gains.items()]
         lines.append(f"cost {self.cost[0]:.6g} -> {self.cost[1]:.6g} in {self.runs} runs")
+        lines += [] if self.converged else ["the search ended before it was at a minimum"]
         lines.append(f"held-out runs: {self.answer}, {self.held_out[0]:.6g} -> {self.held_out[1]:.6g}, ")
         return "\n".join(lines)[:-2] + f", reduction {self.gain:.4g} [{self.low:.4g}, {self.high:.4g}]"
 
@@ -124,7 +128,11 @@ def tune(
         trials += store.n
         return store
 
+    if not vary and not loaded.manifest.random(True):
+        raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
+    if (design := design_of(store.attributes)) != "random":
+        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by; draw them at random")
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
     for name in free:
@@ -156,7 +164,7 @@ def tune(
     took = trials
     old, new = (_costs(runs(values, seed ^ 1), number) for values in ({}, gains))
     difference = old - new
-    mean, half = float(difference.mean()), 1.96 * float(difference.std(ddof=1)) / math.sqrt(n)
+    mean, half = float(difference.mean()), 1.96 * float(difference.std(ddof=1)) / math.sqrt(n) if n > 1 else math.inf
     return Tuning(
         dict(zip(free, map(float, start), strict=True)),
         gains,
@@ -166,6 +174,7 @@ def tune(
         mean - half,
         mean + half,
         took,
+        bool(solution.success),
     )
 
 

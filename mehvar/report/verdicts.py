@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mehvar.api import stored_batch
+from mehvar.errors import unknown_name
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
@@ -94,7 +95,10 @@ class Verdicts:
         return len(self._verdicts)
 
     def __getitem__(self, name: str) -> Verdict:
-        return next(v for v in self._verdicts if v.requirement.name == name)
+        by_name = {verdict.requirement.name: verdict for verdict in self._verdicts}
+        if name not in by_name:
+            raise unknown_name("requirement", name, by_name)
+        return by_name[name]
 
     @property
     def hold(self) -> bool:
@@ -112,7 +116,7 @@ class Verdicts:
                 f"{verdict.requirement.name}: {verdict.answer.upper()}",
                 f"    {verdict.requirement.text}",
                 f"    {self._evidence(verdict)}",
-                *(f"    {text}: {command}" for text, command in self._worst(verdict)),
+                *(f"    {': '.join(filter(None, pair))}" for pair in self._worst(verdict)),
             ]
         return lines
 

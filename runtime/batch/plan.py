@@ -22,7 +22,7 @@ from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
-from ..run.problem import check_sampled_parts, consistent, misses, of_scenario, variant_suffix
+from ..run.problem import check_sampled_parts, consistent, misses, of_scenario, sampled_parameters, variant_suffix
 from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
@@ -139,6 +139,8 @@ class Plan:
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
         check_sampled_parts(manifest, self.nominal.values, self.options.hold, origin)
+        if self.options.hold is not None and (both := set(self.names) & sampled_parameters(manifest).keys()):
+            raise InputError(f"{min(both)} cannot vary (from {origin}): the loop has one period")
         self._check_read()
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})

@@ -291,14 +291,17 @@ def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: f
     """Refuse to sample a plant whose sensor or actuator computes with another period, as the size of its noise."""
     if hold is None:
         return
-    periods = {law.period for law in manifest.controllers.values()}
-    for parameter in manifest.parameters:
-        name, at_samples = parameter.name, sorted(_AT_SAMPLES.intersection(parameter.readers))
-        if name in periods and at_samples and not math.isclose(values[name], hold, rel_tol=1e-12):
-            allowed = (
-                f"{hold:g} s, the period of the loop: {' and '.join(at_samples)} of {manifest.model} compute with it"
-            )
+    for name, at_samples in sampled_parameters(manifest).items():
+        if not math.isclose(values[name], hold, rel_tol=1e-12):
+            allowed = f"{hold:g} s, the period of the loop: {at_samples} of {manifest.model} compute with it"
             raise bad_value(name, values[name], allowed, f"{origin}, or the default")
+
+
+def sampled_parameters(manifest: Manifest) -> dict[str, str]:
+    """Return the parameters that are a law's period and that sensor or actuator compute with, and which of them do."""
+    periods = {law.period for law in manifest.controllers.values()}
+    readers = {q.name: sorted(_AT_SAMPLES.intersection(q.readers)) for q in manifest.parameters if q.name in periods}
+    return {name: " and ".join(functions) for name, functions in readers.items() if functions}
 
 
 def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:

@@ -104,3 +104,21 @@ def test_what_cannot_be_fitted_is_refused(truth: xr.Dataset, change: dict, part:
 def test_samples_that_are_not_even_are_refused(truth: xr.Dataset) -> None:
     with pytest.raises(InputError, match="resample"):
         mehvar.fit("satellite", truth.isel(t=[0, 1, 3, 4]), ["I_x"], "pd")
+
+
+def test_a_value_at_its_bound_and_a_variable_without_residuals_are_told(truth: xr.Dataset) -> None:
+    """Gravity cannot be negative, as this record would have it; a pendulum that hangs still shows nothing of it."""
+    data = mehvar.simulate(PENDULUM, None, inputs={}, t_end=1.0, dt_out=0.05, initial={"angle": 3.0}, g=0.0, k_wall=0.0)
+    fit = mehvar.fit(PENDULUM, data, ["g"], initial={"angle": 2.9}, sigma={"angle": 1e-3})
+    assert fit.bounded == ("g",)
+    assert "g is at a bound" in repr(fit)
+    still = xr.Dataset({"angle": data["t"] * 0.0, "rate": data["t"] * 0.0, "u_torque": data["t"] * 0.0})
+    fit = mehvar.fit(PENDULUM, still, ["g"], initial={"angle": 0.0, "rate": 0.0})
+    assert fit.deviation("g") == np.inf
+
+
+def test_an_interval_needs_a_confidence(truth: xr.Dataset) -> None:
+    fit = mehvar.fit("satellite", truth, ["I_x"], "pd", sigma={"roll": NOISE})
+    assert fit.converged
+    with pytest.raises(InputError, match="confidence = 95"):
+        fit.interval("I_x", 95)

@@ -47,3 +47,17 @@ def test_a_gain_that_acts_on_nothing_is_not_called_better() -> None:
 def test_what_cannot_be_tuned_is_refused(free: list[str], cost: str, part: str) -> None:
     with pytest.raises(InputError, match=part):
         mehvar.tune("triangle", "path", free, cost, **RUNS)
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"vary": {"theta_0": [0.9, 1.1]}, "n": 2}, "listed design"),
+        ({"sampling": "sobol"}, "sobol design"),
+        ({"vary": None}, "all runs are the same"),
+    ],
+)
+def test_runs_that_could_not_judge_are_refused(change: dict, part: str) -> None:
+    """Listed values would be the search's own runs again."""
+    with pytest.raises(InputError, match=part):
+        mehvar.tune("triangle", "path", ["k_phi"], COST, **{**RUNS, **change})

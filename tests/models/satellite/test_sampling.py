@@ -24,3 +24,5 @@ def test_a_law_in_python_is_refused_at_a_period_that_is_not_the_instruments() ->
     assert run.attrs["status"] == "done"
     batch = mehvar.batch("satellite", law, 2, period=0.1, t_end=1.0, Ts=0.1)
     assert (batch.status == 0).all()
+    with pytest.raises(mehvar.InputError, match="Ts cannot vary"):
+        mehvar.batch("satellite", law, 2, period=0.5, t_end=1.0, vary={"Ts": "uniform(0.4, 0.6)"})
