@@ -222,3 +222,18 @@ def test_listed_values_have_a_share_and_no_interval(tmp_path: Path) -> None:
     assert "95 % interval" not in text.split("sensitivities")[0]
     with pytest.raises(InputError, match="listed values are no sample"):
         mehvar.batch("triangle", "path", vary={"theta_0": [0.5, 1.0]}, t_end=0.1, until="ci(success) < 0.9")
+
+
+def test_only_a_whole_store_that_no_rule_ended_has_the_bounds_of_a_fixed_number() -> None:
+    m = np.arange(1000.0)
+    for store, runs, bound in (
+        (filled({"m": m}, **RULES), 1000, lower_bound),
+        (filled({"m": m}, **{**RULES, "until": "ci(success) < 0.1"}), 1000, sequential_bound),
+        (filled({"m": m}, blocks=[0, 1, 2], **RULES), 192, sequential_bound),
+        (filled({"m": m}, blocks=[0, 1, 5], **RULES), 128, sequential_bound),
+    ):
+        (verdict,) = decide(store, {"r": "quantile(0.9, m) < 100"}, 0.9999)
+        assert verdict.evidence is not None
+        counted = verdict.evidence.runs
+        assert counted <= runs
+        assert verdict.evidence.low == bound(min(counted, 100), counted, 0.9999)
