@@ -27,7 +27,7 @@ ANY_KEYWORD: dict[str, Callable[..., object]] = {
         "triangle", mehvar.simulate("triangle", "path", t_end=0.1), ["k_phi"], "path", **more
     ),
     "mehvar.estimation.tune.tune": lambda **more: mehvar.tune(
-        "triangle", "path", ["k_phi"], "final(theta)", n=2, t_end=0.1, **more
+        "triangle", "path", ["k_phi"], "final(theta)", vary={"theta_0": "uniform(0.9, 1)"}, n=2, t_end=0.1, **more
     ),
     "mehvar.report.verdicts.require": lambda **more: mehvar.require(
         "triangle", {"r": "quantile(0.5, t_stop) < 9"}, controller="path", n=2, t_end=0.1, **more
