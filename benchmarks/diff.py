@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long a comparison of equations takes, and how often it answers rightly.
+"""Time of a comparison of equations, and the share of right answers.
 
 Run: python -m benchmarks.diff
 """

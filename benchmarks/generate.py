@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long derivation, a generation without changes, and imports take.
+"""Times of derivation, of a generation without changes, and of imports.
 
 Run: python -m benchmarks.generate
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a benchmark is called, what it ran on, and how its tables are written."""
+"""Command line of a benchmark, its machine, and its tables."""
 
 from __future__ import annotations
 

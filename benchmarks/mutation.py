@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many wrong terms the physics gates notice: every additive term of every plant flipped, dropped, doubled.
+"""Wrong terms that the physics gates detect: every additive term of every plant flipped, dropped, doubled.
 
 Run: python -m benchmarks.mutation
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a law in Python costs beside a generated one: the satellite under PD, alone and in a batch.
+"""Cost of a law in Python beside a generated one: the satellite under PD, alone and in a batch.
 
 python -m benchmarks.own_law
 """

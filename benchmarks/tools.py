@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a call costs in the tools that a model is taken into, beside ctypes in the same process.
+"""Cost of a call in the tools that a model is exported to, beside ctypes in the same process.
 
 Run: python -m benchmarks.tools, in the environment of `make peers`; a package that is not there leaves its rows out.
 """

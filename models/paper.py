@@ -169,7 +169,7 @@ class Slip(StrEnum):
 
 @dataclass(frozen=True)
 class Erratum:
-    """Why a printed statement is not as it should be.
+    """Reason why a printed statement is wrong.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What runs outside the suite, once a round: run it, and keep what came of it.
+"""Run the campaigns outside the suite, and record their outcomes.
 
 python -m tests.campaigns NAME COMMAND...    run a campaign, and write its record and the page
 python -m tests.campaigns                    write the page

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which tests one process has, the longest first, and the cache that all processes share.
+"""Distribution of the tests over processes, the longest first, and the cache that all share.
 
 A process has the tests of a module, which share fixtures; all of the papers, which share their runs; all of one model,
 which share what is derived; a page of the documentation, which shares nothing.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tests derive from the shipped models: each system once in a process, each variant's texts once in a run.
+"""Derivations of the shipped models for tests: each system once in a process, each variant's texts once in a run.
 
 Nothing is derived while tests are collected: every process of a run collects all of them.
 """

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What batches cost, alone and beside other integrators, and what they survive."""
+"""Cost of batches, alone and beside other integrators, and the faults they survive."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a batch costs beside its steps: a call, a run, a store; 64 runs beside many.
+"""Fixed costs of a batch: a call, a run, a store; 64 runs beside many.
 
 python -m benchmarks.batch.fixed_costs
 """

@@ -27,7 +27,7 @@ VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta_0=uniform(0.8, 1.2)
 
 @dataclass
 class Tally:
-    """What happened: kills by the number of blocks that were acknowledged then, completed stores, blocks seen."""
+    """Counts of kills by the number of blocks that were acknowledged then, completed stores, blocks seen."""
 
     kills: Counter[int] = field(default_factory=Counter)
     stores: int = 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a tolerance buys: metrics of the default scenarios by tolerance, and error against time of all methods.
+"""Effect of the tolerance: metrics of the default scenarios by tolerance, and error against time of all methods.
 
 python -m benchmarks.batch.precision
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a batch scales: with threads, with the number of runs, with the number of pendulums.
+"""Scaling of a batch with threads, with the number of runs, with the number of pendulums.
 
 python -m benchmarks.batch.scaling          # all parts
 python -m benchmarks.batch.scaling threads  # some

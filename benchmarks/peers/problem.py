@@ -59,7 +59,7 @@ LOOPS = {
 
 @dataclass(frozen=True)
 class Problem:
-    """Who integrates what from where to when.
+    """An initial value problem and its contender.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What to measure, measuring in turns, and times at equal error."""
+"""Contenders, measurements in turns, and times at equal error."""
 
 from __future__ import annotations
 

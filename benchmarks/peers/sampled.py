@@ -164,7 +164,7 @@ def ours(given: Sampled, tolerances: tuple[float, ...]) -> Iterator[Contender]:
 
 
 def numba_rk4(given: Sampled, steps: tuple[int, ...]) -> Iterator[Contender]:
-    """Everything compiled: the sampled loop with so many steps of rk4 from sample to sample."""
+    """The compiled sampled loop, with a number of steps of rk4 from sample to sample."""
     namespace = _compiled(given)
     for count in steps:
         yield _built("numba, rk4", f"{count} a sample", 512, _numba, given, namespace, count)

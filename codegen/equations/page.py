@@ -34,7 +34,7 @@ _TITLES = {
     "memory rate": "Rates of the continuous laws' own states",
     "law output": "What the laws report",
     "actuator": "What becomes of a command",
-    "sensor": "What the laws see",
+    "sensor": "Measurement",
     "delay": "Samples after which inputs act",
     "diffusion": "Process noise, beside the rates",
     "random step": "The state after a random step",

@@ -113,7 +113,7 @@ def _plant(system: System) -> list[Request]:
         noise = Group("e", system.sensor.noise.quantities)
         own = len(system.sensor.seen)
         result = (("seen" if own else "x_seen", system.sensor.measured),)
-        what = "what a law sees" if own else "state that a law sees"
+        what = "measurement" if own else "measured state"
         functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
     if system.delays:
         counts = {q.name: q.symbol for q in system.parameters}

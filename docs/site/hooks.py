@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What makes a site of pages that are written to be read on a forge.
+"""Hooks that make a site of pages written for a forge.
 
 Four things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
 are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Put the main tables of benchmarks/results together as docs/numbers.md."""
+"""List the pages of benchmarks/results in docs/numbers.md, with the main tables."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 PAGE = Path(__file__).parents[1] / "numbers.md"
 
 _SHOWN = {
-    "closed_loop.md": ("One run with the defaults", "sliding, samples every 1 s", "path, samples every 1 s"),
+    "closed_loop.md": ("path, samples every 1 s",),
     "batch_open_loop.md": ("slosh, two pendulums, 10 s", "slosh on ball joints, 10 s", "satellite, 100 s"),
+    "batch_closed_loop.md": ("",),
+    "own_law.md": ("",),
     "generate.md": ("Times",),
-    "diff.md": ("One flipped Coriolis sign in slosh", "Random edits"),
-    "mutation.md": ("Killed",),
     "board.md": ("Equivalence",),
-    "fmi.md": ("Agreement",),
 }
-"""Sections whose first table is shown; of a page that is not named, the first table."""
+"""Sections whose first table is shown, in this order; an empty heading is the first table of the page."""
 _COMMANDS = {
     "batch.md": "put together by hand from the four pages of batches below; "
     + ", ".join(f"`python -m benchmarks.batch.{name}`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
@@ -42,6 +41,8 @@ _SETTINGS = {
     "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",
     "store.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "tools.md": "one call at one point with a user's default parameters",
+    "validation.md": "tolerances of the cases; a user's default is 1e-11",
+    "mutants.md": "the tests with a user's defaults",
     "closed_loop.md": "samples every 1 s where a heading says so; a user's default is 0.01 s",
     "batch_open_loop.md": "tolerances and steps as the tables say; a user's default is dop853 at 1e-11",
     "batch_closed_loop.md": "tolerance 1e-6, the method that a campaign names; a user's default is dop853 at 1e-11",
@@ -55,24 +56,38 @@ _SETTINGS = {
 """Of every page: whether its numbers were measured with a user's default settings, and with which if not."""
 _HEAD = """# Numbers
 
-What has been measured, from the pages that the benchmarks write. Written by `python docs/site/numbers.py`: change
-nothing here. Each heading leads to the page with machine, versions, date, all measurements and what they do not say.
-[How they are measured](../benchmarks/README.md) says how to repeat them. Machines were shared: compare ratios, not
-times.
+Every measurement has a page with machine, versions, date, command and caveats. Machines were shared: compare ratios,
+not times. [Benchmarks](../benchmarks/README.md) says how to repeat them. `python docs/site/numbers.py` writes this page
+from those pages.
+
+## Main results
 """
+_INDEX = """## All measurements
+
+| page | how it was made |
+|---|---|"""
 
 
 def page(results: Path = RESULTS) -> str:
-    """Return the page of numbers as Markdown."""
+    """Return the page of numbers as Markdown: the main tables, then a row for each page of results."""
+    sections = {path.name: list(_sections(_text(path))) for path in sorted(results.glob("*.md"))}
     parts = [_HEAD]
-    for path in sorted(results.glob("*.md"), key=_order):
-        text = re.sub(r"<details>.*?</details>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
-        sections = list(_sections(text))
-        parts.append(f"## [{sections[0][0]}](../benchmarks/results/{path.name})\n\n{_origin(path.name, text)}\n")
-        for heading in _SHOWN.get(path.name, ("",)):
+    for name, headings in _SHOWN.items():
+        parts.append(f"### {_link(name, sections[name])}\n")
+        for heading in headings:
             parts += [f"**{heading}**\n"] if heading else []
-            parts.append(_table(path.name, sections, heading))
-    return "\n".join(parts)
+            parts.append(_table(name, sections[name], heading))
+    rows = [f"| {_link(name, own)} | {_origin(name, _text(results / name))} |" for name, own in sections.items()]
+    return "\n".join([*parts, _INDEX, *rows, ""])
+
+
+def _text(path: Path) -> str:
+    """Return a page of results without its folded parts."""
+    return re.sub(r"<details>.*?</details>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def _link(name: str, sections: list[tuple[str, str]]) -> str:
+    return f"[{sections[0][0]}](../benchmarks/results/{name})"
 
 
 def _origin(name: str, text: str) -> str:
@@ -82,12 +97,7 @@ def _origin(name: str, text: str) -> str:
     if not made and command is None:
         raise SystemExit(f"benchmarks/results/{name} names no command that wrote it")
     made = made or f"made by `{command[1]}`"
-    return f"{made[0].upper()}{made[1:]}; {_SETTINGS[name]}."
-
-
-def _order(path: Path) -> tuple[int, str]:
-    names = list(_SHOWN)
-    return (names.index(path.name) if path.name in names else len(names), path.name)
+    return f"{made[0].upper()}{made[1:]}; {_SETTINGS[name]}"
 
 
 def _sections(text: str) -> Iterator[tuple[str, str]]:
@@ -102,7 +112,9 @@ def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
         table = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)
         if table and heading in ("", title):
             return re.sub(r"\]\((?!\w+:)", "](../benchmarks/results/", table[0])
-    raise SystemExit(f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend numbers_page.py")
+    raise SystemExit(
+        f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend docs/site/numbers.py"
+    )
 
 
 if __name__ == "__main__":

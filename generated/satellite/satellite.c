@@ -233,7 +233,7 @@ void satellite_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     u[2] = mv_max(t_s3iwg, mv_min(Tz_inside, p[umax]));
 }
 
-/* state that a law sees; 32 operations. */
+/* measured state; 32 operations. */
 void satellite_measure(const real *x, const real *e, const real *p, real *x_seen)
 {
     enum { roll = SATELLITE_X_ROLL, pitch = SATELLITE_X_PITCH, yaw = SATELLITE_X_YAW, wx = SATELLITE_X_WX };

@@ -433,7 +433,7 @@ enum {
 };
 void satellite_actuate(const mv_real *x, const mv_real *u_cmd, const mv_real *p, mv_real *u);
 
-/* state that a law sees */
+/* measured state */
 enum {
     SATELLITE_MEASURE_NX = 10,
     SATELLITE_MEASURE_NE = 6,

@@ -302,7 +302,7 @@ def actuate(x, u_cmd, p):
 
 
 def measure(x, e, p):
-    """State that a law sees: (x, e, p) -> x_seen."""
+    """Measured state: (x, e, p) -> x_seen."""
     x, e, p = _arrays(x, e, p)
     with np.errstate(all="ignore"):
         roll, pitch, yaw, wx = x[..., 0], x[..., 1], x[..., 2], x[..., 3]

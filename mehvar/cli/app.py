@@ -46,7 +46,7 @@ BOARD = {
     "build": "Compile the firmware of a law.",
     "run": "Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine.",
     "tune": "Set parameters of a law that runs on a board with a journal, between two samples.",
-    "replay": "Compute on this machine what a journal says that a board answered, and compare to the bit.",
+    "replay": "Compute on this machine what a journal says that a board answered, and compare bit for bit.",
     "report": "Run as `board run` does, and write what came of it as HTML and JSON.",
     "evidence": "Write what is known of a law in an image: equations' addresses, longest way, stack, coverage, MISRA.",
     "emit": "Write a law and its link as a package for CMake, Zephyr, PlatformIO, Arduino or STM32Cube.",

@@ -36,7 +36,7 @@ _FAR = 1e3
 
 @dataclass(frozen=True)
 class Fit:
-    """What `fit` returns.
+    """Result of `fit`.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ some 1e-11, over a step whose square is the error of the difference."""
 
 @dataclass(frozen=True)
 class Tuning:
-    """What `tune` returns.
+    """Result of `tune`.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Tuning:
 
     @property
     def answer(self) -> Literal["better", "worse", "undecided"]:
-        """What the held-out runs say about the new gains."""
+        """Verdict of the held-out runs on the new gains."""
         return "better" if self.low > 0 else "worse" if self.high < 0 else "undecided"
 
     def __repr__(self) -> str:

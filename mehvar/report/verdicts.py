@@ -66,7 +66,7 @@ def require(
 
 
 class Verdicts:
-    """What the runs of a store say about requirements, one `Verdict` each.
+    """Verdicts of a store's runs on requirements, one `Verdict` each.
 
     Parameters
     ----------

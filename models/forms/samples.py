@@ -30,7 +30,7 @@ def with_samples(system: System) -> System:
     if system.delays:
         counts = dict.fromkeys(system.delays.values())
         whole = (
-            _whole(q.symbol, q.name, "an input acts so many samples later")
+            _whole(q.symbol, q.name, f"an input acts {q.name} samples later")
             for q in system.parameters
             if q.name in counts
         )
@@ -54,7 +54,7 @@ def _held(system: System, law: Controller) -> Controller:
     new = HELD_FOR.symbol < sp.Rational(1, 2)
     last = HELD_FOR.symbol + sp.Rational(3, 2) > every
     command = tuple(sp.Piecewise((entry, new), (q.symbol, True)) for entry, q in zip(law.command, held, strict=True))
-    whole = _whole(every, law.every, "the law commands once in so many samples")
+    whole = _whole(every, law.every, f"the law commands once in {law.every} samples")
     return replace(
         law,
         memory=Group("z", (*law.memory.quantities, *held, HELD_FOR)),

@@ -17,7 +17,7 @@ coils = sp.Matrix([q.symbol for q in COILS])
 
 @dataclass(frozen=True)
 class Drive:
-    """The actuators as laws see them.
+    """The actuators as laws command them.
 
     Attributes
     ----------

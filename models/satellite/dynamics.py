@@ -107,7 +107,7 @@ def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
 
 
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
-    """Read the three angles off C: what the laws see when the state is a quaternion."""
+    """Read the three angles off C: the laws' measurement when the state is a quaternion."""
     sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
     values = (
         sp.atan2(rotation[1, 2], rotation[2, 2]),

@@ -78,7 +78,7 @@ _EARTH_RADIUS = sp.Integer(6378137)
 _EARTH_RATE = sp.Float("1.2394474623e-3")
 """rad/s, sqrt(mu/R^3) for mu = 3.986004418e14 m^3/s^2, EGM96."""
 _ROUNDED = 1 + sp.Rational(1, 10**9)
-"""A wheel may hold so many times hmax: full, it is beyond hmax by the rounding of its steps, 1e-16 of it each."""
+"""Limit of a wheel over hmax: full, it is beyond hmax by the rounding of its steps, 1e-16 of it each."""
 
 
 @dataclass(frozen=True)

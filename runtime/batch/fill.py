@@ -301,7 +301,7 @@ def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:
 
 
 class Rule(Protocol):
-    """What ends a batch: counts of each block, and whether their sums over the first runs are enough."""
+    """Stop rule of a batch: counts of each block, and whether their sums over the first runs are enough."""
 
     def count(self, store: Store, block: int) -> tuple[int, ...]:
         """Return counts of a stored block."""

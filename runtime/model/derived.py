@@ -65,7 +65,7 @@ def _made(manifest: Manifest, name: str, entry: str, what: str) -> Path:
 
 
 def _tree(manifest: Manifest) -> bool:
-    """Whether a folder stands in a tree, with its sources beside it."""
+    """Return whether a folder stands in a tree, with its sources beside it."""
     own = manifest.folder.absolute()
     return own.parent.name == "generated" and (own.parent.parent / "models" / manifest.model).is_dir()
 

@@ -246,7 +246,7 @@ def test_a_variant_goes_where_it_is_told(tmp_path):
 
 
 def test_casadis_own_c_is_written_on_request_and_kept_from_then_on(tree, monkeypatch):
-    """What the installed tree derives stands for what its copy would."""
+    """The derivation of the installed tree stands for that of its copy."""
     folder, (code, header) = tree.root / "generated" / "triangle", ("triangle_casadi.c", "triangle_casadi.h")
     texts = {casadi: derive(installed_tree(), "triangle", casadi=casadi, whole=False) for casadi in (False, True)}
     monkeypatch.setattr(generation, "derive", lambda tree, model, structure, casadi, whole: texts[casadi])

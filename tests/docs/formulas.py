@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every drawn formula must be, whatever it says."""
+"""Faults of a drawn formula."""
 
 from __future__ import annotations
 

@@ -336,22 +336,34 @@ def test_the_citation_names_this_version() -> None:
     assert f"version: {version.partition('.post')[0]}\n" in citation
 
 
-def test_every_page_is_in_the_index_and_in_the_site():
-    """A page that nobody is led to might as well not be there."""
-    index, site = ((ROOT / name).read_text(encoding="utf-8") for name in ("docs/index.md", "mkdocs.yml"))
-    pages = [path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")]
-    assert not [page for page in pages if page != "index.md" and (f"({page}" not in index or f" {page}" not in site)]
+def test_every_page_is_in_an_index_and_in_the_site() -> None:
+    """The home page leads to the index of each room, which leads to the pages of the room; decisions need no menu."""
+    indices = [ROOT / "docs" / "index.md", ROOT / "docs" / "developers.md", *(ROOT / "docs").glob("*/index.md")]
+    listed = {(page.parent / target.partition("#")[0]).resolve() for page in indices for target in links(page)}
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    pages = [page for page in (ROOT / "docs").rglob("*.md") if page != ROOT / "docs" / "index.md"]
+    assert not [page for page in pages if page not in listed]
+    assert not [page for page in pages if f" {page.relative_to(ROOT / 'docs')}" not in site]
+
+
+def test_the_home_page_leads_to_few_places() -> None:
+    """People choose among forty links, not a hundred; each of at least sixteen pictures leads to what made it."""
+    home = ROOT / "docs" / "index.md"
+    targets = [target for target in links(home) if not target.startswith("pictures/")]
+    panels = re.findall(r"\[!\[[^\]]+\]\(pictures/([\w.-]+)\)\]\(([\w./-]+)\)", home.read_text(encoding="utf-8"))
+    assert len(targets) <= 40
+    assert len(panels) >= 16
+    for picture, page in panels:
+        assert picture in linked(home.parent / page), f"{page} does not show {picture}"
 
 
 def test_every_number_names_the_command_that_made_it() -> None:
     page = (ROOT / "docs" / "numbers.md").read_text(encoding="utf-8")
-    sections = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
-    assert len(sections) == len(list((ROOT / "benchmarks" / "results").glob("*.md")))
-    for section in sections:
-        heading, origin = section.split("\n")[0], section.split("\n")[2]
-        assert re.match(r"\[.+\]\(\.\./benchmarks/results/\w+\.md\)$", heading), heading
-        assert programs(origin), f"{heading} is followed by {origin!r}"
-        assert "a user's default" in origin, f"{heading}: {origin!r} does not say at which settings"
+    rows = re.findall(r"^\| \[.+\]\(\.\./benchmarks/results/(\w+\.md)\) \| (.+) \|$", page, flags=re.MULTILINE)
+    assert [name for name, _ in rows] == sorted(path.name for path in (ROOT / "benchmarks" / "results").glob("*.md"))
+    for name, origin in rows:
+        assert programs(origin), f"{name} is followed by {origin!r}"
+        assert "a user's default" in origin, f"{name}: {origin!r} does not say at which settings"
 
 
 def test_every_figure_of_the_readme_names_its_page_and_command() -> None:
@@ -359,7 +371,7 @@ def test_every_figure_of_the_readme_names_its_page_and_command() -> None:
         r"^(`{3,}).*?^\1\s*$", "", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
     )
     claims = [paragraph for paragraph in text.split("\n\n") if FIGURE.search(prose(paragraph))]
-    assert len(claims) >= 2
+    assert claims
     for claim in claims:
         assert programs(claim), f"no command made: {claim}"
         assert re.search(r"\]\((docs|benchmarks)/[^)]+\.md", claim), f"no page has: {claim}"
@@ -413,16 +425,18 @@ def test_a_figure_without_its_origin_is_seen() -> None:
 def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() -> None:
     """A table without rows or a case without a date does not reach a reader."""
     assert "(docs/validation.md)" in "".join((ROOT / "README.md").read_text(encoding="utf-8").splitlines(True)[:25])
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    page = validation.PAGE.read_text(encoding="utf-8")
     cases = [line for line in page.splitlines() if re.search(r"\| (yes|\*\*no\*\*) \|$", line)]
     references = {line.split(" | ")[1] for line in cases}
     assert {"MuJoCo", "Basilisk", "JEOD", "SALib", "python-control", "SciPy DOP853", "SciPy Radau"} <= references
     assert all(re.search(r"\| \d{4}-\d\d-\d\d \|", line) for line in cases)
+    shown = validation.SUMMARY.read_text(encoding="utf-8").partition(validation.SUMMARY_BEGIN)[2]
+    assert shown.partition(validation.SUMMARY_END)[0].splitlines() == validation.summary(cases)
 
 
 def test_the_page_has_every_mutant_that_was_recorded() -> None:
     """An open survivor is called open there: it is a task for tests, which the page does not hide."""
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    page = mutants.PAGE.read_text(encoding="utf-8")
     seed = int(re.search(r"--sample 100 --seed (\d+)", page)[1])  # type: ignore[index]
     for begin, end, lines in (
         (mutants.BEGIN, mutants.END, functools.partial(mutants.whole, read(RESULTS))),
@@ -440,6 +454,8 @@ def test_a_case_that_ends_without_a_result_does_not_keep_its_old_row(
     page, row = tmp_path / "page.md", Row("one", "engine", "1", 1, 0.0, 1.0, "m", "digits")
     page.write_text(f"above\n{validation.BEGIN}{validation.END}below\n", encoding="utf-8")
     monkeypatch.setattr(validation, "PAGE", page)
+    monkeypatch.setattr(validation, "SUMMARY", tmp_path / "summary.md")
+    validation.SUMMARY.write_text(validation.SUMMARY_BEGIN + validation.SUMMARY_END, encoding="utf-8")
     validation.write([row, dataclasses.replace(row, case="two")])
     assert "2 cases: 2 hold, 0 fail." in page.read_text(encoding="utf-8")
     validation.write([row], without_result={"test_two": "InputError: no"}, complete=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the pages of the reference say in words and no command of theirs shows."""
+"""Statements of the reference that no command of theirs shows."""
 
 from __future__ import annotations
 

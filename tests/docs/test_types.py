@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What pages show of Python passes a type checker: what the package says of its types is true of how it is used."""
+"""Python of the pages passes a type checker."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every example is held to: backends, runs of a batch repeated alone, an edit told by a diff, the board."""
+"""Checks of every example: backends, runs of a batch repeated alone, an edit told by a diff, the board."""
 
 from __future__ import annotations
 

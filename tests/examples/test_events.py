@@ -43,7 +43,7 @@ def test_an_example_is_short(folders, name):
 
 
 def impacts(n, g=9.81, e=0.97, height=1.0):
-    """When a ball that is let go hits the ground."""
+    """Times of impact of a ball that is let go."""
     first = math.sqrt(2 * height / g)
     return first + np.append(0, np.cumsum(2 * first * e ** np.arange(1, n)))
 
@@ -277,7 +277,7 @@ def test_the_sampled_law_of_the_thrusters_on_a_board(folders):
 
 
 def dragged(n, k=0.5, g=9.81, e=0.97, height=1.0):
-    """When a ball in air of linear drag, v' = -g - k v, hits the ground: roots of its closed form."""
+    """Times of impact of a ball with linear drag, v' = -g - k v: roots of its closed form."""
     speed, t, times = 0.0, 0.0, []
     for _ in range(n):
         v = speed + g / k

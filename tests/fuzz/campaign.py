@@ -44,7 +44,7 @@ _SECONDS = 60
 
 @dataclass
 class Outcome:
-    """What became of a campaign's inputs; `findings` must stay empty."""
+    """Outcome of a campaign's inputs; `findings` must stay empty."""
 
     counts: Counter[str] = field(default_factory=Counter)
     findings: list[str] = field(default_factory=list)

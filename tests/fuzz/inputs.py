@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a confused, hurried or hostile user may type, from a seed: values, expressions, commands, campaign files."""
+"""Inputs of a confused, hurried or hostile user, from a seed: values, expressions, commands, campaign files."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an installed package must do from another folder, beside folders named like its packages."""
+"""Checks of an installed package from another folder, beside folders named like its packages."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is compiled here, compiled by zig for Windows and macOS: flags, sources and libraries. Nothing of it is run."""
+"""All C, compiled by zig for Windows and macOS: flags, sources and libraries. Nothing of it is run."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_all_c_compiles_for_another_system(target: str, models: tuple[str, ...],
 
 
 def test_no_header_of_ours_has_a_name_of_the_standard() -> None:
-    """Where a folder comes before the system's: Windows' stdlib.h includes limits.h, and would find ours."""
+    """A folder may come before the system's: Windows' stdlib.h includes limits.h, and would find ours."""
     standard = set(_STANDARD.split())
     ours = [path.stem for path in library.NATIVE.rglob("*.h")]
     assert len(ours) > 20

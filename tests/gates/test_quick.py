@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make test-quick` runs for a changed file, and where it stops."""
+"""Tests that `make test-quick` runs for a changed file."""
 
 from types import SimpleNamespace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a build is called: by git's tag, and by what a source distribution was called."""
+"""Version of a build: by git's tag, and by what a source distribution was called."""
 
 from __future__ import annotations
 

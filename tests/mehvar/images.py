@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every figure of a paper must have."""
+"""Checks of every figure of a paper."""
 
 
 def numbered_and_told(figures, numbers):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every page must be: its links land, it can be read aloud, printed and recognised."""
+"""Checks of every page: its links land, it can be read aloud, printed and recognised."""
 
 import base64
 import io

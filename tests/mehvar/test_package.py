@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What importing costs and needs."""
+"""Cost and requirements of importing."""
 
 import os
 import subprocess

@@ -115,7 +115,7 @@ def turner() -> System:
 
 @dataclasses.dataclass(frozen=True)
 class Edit:
-    """What was changed, where, and the system that came of it."""
+    """An edit, its place, and the edited system."""
 
     path: tuple[str | int, ...]
     what: str

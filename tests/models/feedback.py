@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small systems whose laws see outputs, have states of their own, or command once in so many samples."""
+"""Small systems whose laws see outputs, have states of their own, or command once in several samples."""
 
 import dataclasses
 

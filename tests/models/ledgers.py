@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the ledger of every paper must have."""
+"""Checks of the ledger of every paper."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was built apart and meets in one system: it runs the same everywhere, or is refused by name."""
+"""Features combined in one system: it runs the same everywhere, or is refused by name."""
 
 import dataclasses
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model's physics needs: wherever its limits hold, states that are declared positive are, and so are masses."""
+"""Invariants of a model's physics: wherever its limits hold, positive states are positive, and so are masses."""
 
 import numpy as np
 import pytest

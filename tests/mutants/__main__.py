@@ -27,7 +27,7 @@ from tests.mutants.sample import sample
 def main() -> None:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so many")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after this time")
     parser.add_argument("--area", action="append", help="one of subjects.toml; all by default")
     parser.add_argument("--again", action="store_true", help="try those without a reason that survived once more")
     parser.add_argument("--page", action="store_true", help="only write the page")

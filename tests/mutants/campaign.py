@@ -21,7 +21,7 @@ WORK = ROOT / "build" / "mutants"
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "benchmarks", "pyproject.toml",
            "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
 _TWICE = 2.0
-"""A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
+"""Limit of a mutant, over the seconds of its tests without one, and ten more: it compiles anew."""
 
 
 def draw(subject: Subject) -> Iterator[Mutant]:
@@ -82,7 +82,7 @@ class Campaign:
 
     @property
     def results(self) -> list[Result]:
-        """What was tried: the last result of each mutant."""
+        """The last result of each mutant."""
         return list(self._results.values())
 
     def keep(self, drawn: set[str]) -> None:
@@ -91,7 +91,7 @@ class Campaign:
         self._file.write_text("".join(map(line_of, self.results)), encoding="utf-8")
 
     def is_open(self, mutant: Mutant) -> bool:
-        """Whether a mutant has no result yet."""
+        """Return whether a mutant has no result yet."""
         return mutant.key not in self._results
 
     def decide(self, subject: Subject, mutant: Mutant) -> None:
@@ -124,7 +124,7 @@ class Campaign:
         self._remember(Result(subject.area, *fields, round(done.seconds, 1)))
 
     def _is_green(self, test: str) -> bool:
-        """Whether a test passes without a mutant; one that does not tells nothing."""
+        """Return whether a test passes without a mutant; one that does not tells nothing."""
         if test not in self._green | self._red:
             passes = trial.run(self._tree, [test], WORK).outcome == "passed"
             (self._green if passes else self._red).add(test)

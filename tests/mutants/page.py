@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mutants' part of docs/validation.md: how many of each module, and every survivor with its reason."""
+"""The tables of benchmarks/results/mutants.md: how many of each module, and every survivor with its reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tests.mutants.records import ROOT, Result, subjects
 
-PAGE = ROOT / "docs" / "validation.md"
+PAGE = ROOT / "benchmarks" / "results" / "mutants.md"
 BEGIN, END = "<!-- mutants: written by make mutants -->\n", "<!-- end of the mutants -->\n"
 SAMPLE, SAMPLE_END = "<!-- sample: written by python -m tests.mutants --sample -->\n", "<!-- end of the sample -->\n"
 _REASONS = Path(__file__).parent / "survivors.toml"

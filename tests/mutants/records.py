@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is mutated, what a mutant is, and the files of what became of them, which are committed."""
+"""Subjects, mutants, and the committed files of their results."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Result:
-    """What the tests said: killed, timeout (which also kills), refused (it does not compile) or survived.
+    """Outcome of the tests: killed, timeout (which also kills), refused (it does not compile) or survived.
 
     `seconds` are of processor time.
     """

@@ -17,7 +17,7 @@ _PLAN = Path(__file__).parent / "closest.toml"
 
 
 def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
-    """Return so many mutants of the folders of closest.toml, every place of their texts as likely as any other.
+    """Return mutants of the folders of closest.toml, every place of their texts as likely as any other.
 
     The order follows from the seed and the lines alone, so that an edit elsewhere leaves the others drawn.
     """

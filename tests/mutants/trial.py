@@ -33,7 +33,7 @@ _POLL = 0.05
 
 @dataclass(frozen=True)
 class Test:
-    """How long a test took, in seconds, and whether it failed."""
+    """Time of a test, in seconds, and whether it failed."""
 
     name: str
     seconds: float
@@ -44,7 +44,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Trial:
-    """How the tests ended: passed, failed or timeout; those that ran, in order; processor time in seconds."""
+    """Outcome of the tests: passed, failed or timeout; those that ran, in order; processor time in seconds."""
 
     outcome: str
     tests: tuple[Test, ...]

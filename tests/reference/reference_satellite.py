@@ -107,7 +107,7 @@ def square_wave(t: float, half_period: float = 200.0) -> Array:
 
 @dataclass(frozen=True)
 class Design:
-    """What an adaptive law is told, the same for each axis."""
+    """Settings of an adaptive law, the same for each axis."""
 
     form: str = "retain"
     d: int = 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compare with every engine, and write the table of docs/validation.md.
+"""Compare with every engine; write benchmarks/results/validation.md and the summary in docs/validation.md.
 
 Run: python -m tests.validation [what pytest understands, such as -k JEOD]
 """
@@ -16,8 +16,10 @@ import pytest
 
 from tests.validation.table import ROOT, ROWS, Row, read
 
-PAGE = ROOT / "docs" / "validation.md"
+PAGE = ROOT / "benchmarks" / "results" / "validation.md"
 BEGIN, END = "<!-- table: written by make validate -->\n", "<!-- end of the table -->\n"
+SUMMARY = ROOT / "docs" / "validation.md"
+SUMMARY_BEGIN, SUMMARY_END = "<!-- summary: written by make validate -->\n", "<!-- end of the summary -->\n"
 
 
 def main() -> int:
@@ -94,6 +96,42 @@ def write(
         *kept,
     ]
     PAGE.write_text(head + BEGIN + "\n".join(shown) + "\n" + END + tail, encoding="utf-8")
+    _put_summary(summary(kept))
+
+
+def _put_summary(lines: list[str]) -> None:
+    head, rest = SUMMARY.read_text(encoding="utf-8").split(SUMMARY_BEGIN)
+    tail = rest.split(SUMMARY_END)[1]
+    SUMMARY.write_text(head + SUMMARY_BEGIN + "\n".join(lines) + "\n" + SUMMARY_END + tail, encoding="utf-8")
+
+
+def summary(rows: list[str]) -> list[str]:
+    """Return a line for each reference: subjects, number of cases, how many hold, and the case nearest to its bound.
+
+    Parameters
+    ----------
+    rows : list of str
+        Rows of the table of all cases.
+    """
+    cells = [[cell.strip() for cell in row.strip("|").split(" | ")] for row in rows]
+    lines = [
+        "| reference | version | compared | cases | hold | largest error over its bound | last run |",
+        "|" + "---|" * 7,
+    ]
+    for name in sorted({row[1] for row in cells}, key=str.lower):
+        own = [row for row in cells if row[1] == name]
+        shares = [float(row[4]) / float(row[5]) for row in own if row[4] != "none" and float(row[5])]
+        values = (
+            name,
+            ", ".join(sorted({row[2] for row in own})),
+            ", ".join(sorted({row[0].partition(":")[0] for row in own})),
+            str(len(own)),
+            str(sum(row[-1] == "yes" for row in own)),
+            f"{max(shares):.2g}" if shares else "none",
+            max(row[-2] for row in own),
+        )
+        lines.append(f"| {' | '.join(values)} |")
+    return lines
 
 
 def _case(line: str) -> str:

@@ -39,7 +39,7 @@ MASS, ROTOR = 50.0, 1.5
 
 @dataclass(frozen=True)
 class Motion:
-    """How a craft begins, and what acts on it.
+    """Initial state of a craft, and its loads.
 
     Attributes
     ----------

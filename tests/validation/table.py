@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of the table of docs/validation.md: what was compared with what, and how far apart they are and may be."""
+"""Rows of benchmarks/results/validation.md: compared quantities, errors and bounds."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Row:
 
     @property
     def holds(self) -> bool:
-        """Whether the bound is kept; a NaN is not."""
+        """Return whether the error is within the bound; NaN is not."""
         return self.error <= self.bound
 
 

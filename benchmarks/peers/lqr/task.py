@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every tool is asked to fly: a craft with two fuel pendulums under one LQR, from a thousand starts.
+"""The task of every tool: a craft with two fuel pendulums under one LQR, from a thousand starts.
 
 The bobs are points on ball joints and their damping is eps/2 |s'|^2: every tool here can say that, Basilisk's own
 pendulum included.

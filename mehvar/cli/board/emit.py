@@ -81,7 +81,7 @@ def _readme(firmware: Program, kind: str) -> str:
         "mv_board_init();\nmv_server_init();\nfor (;;) {\n"
         "    for (int byte = mv_board_read(); byte >= 0; byte = mv_board_read()) mv_server_byte((uint8_t)byte);\n"
         "    mv_server_watch(mv_board_ms());\n    mv_board_wait();\n}\n```\n\n"
-        "`mehvar board run MODEL --controller C --target PORT` compares the board with this machine to the bit.\n"
+        "`mehvar board run MODEL --controller C --target PORT` compares the board with this machine bit for bit.\n"
     )
 
 

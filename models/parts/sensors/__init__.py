@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors of a spacecraft: what a law sees of it."""
+"""Sensors of a spacecraft."""
 
 from .instruments import Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
 from .measuring import drifting, measuring, watching

@@ -16,7 +16,7 @@ from .instruments import Instrument
 
 
 def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
-    """Return what laws see; None for a craft without sensors, of which they see the state."""
+    """Return the measurements of laws; None for a craft without sensors, whose laws measure the state."""
     noise: list[Quantity] = []
     measured: list[Expr] = []
     seen: list[Quantity] = []

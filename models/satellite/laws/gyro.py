@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rate as laws see it: the gyro's, less a bias that the star tracker shows."""
+"""The measured rate: the gyro's, less a bias that the star tracker shows."""
 
 from __future__ import annotations
 

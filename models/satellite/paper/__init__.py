@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the satellite's paper prints, for the ledger: equations (1)-(50), Table 1, and sentences that can be checked."""
+"""The satellite's paper as printed, for the ledger: equations (1)-(50), Table 1, and sentences that can be checked."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class Estimator:
         return upper * sp.diag(*(factors[f"D{i}"] for i in range(1, 6))) * upper.T
 
     def _vectors(self, system: System, names: Names) -> None:
-        """(37) and (38): what a law sees and what it commands."""
+        """(37) and (38): measurement and command of a law."""
         torques = sp.Matrix([q.symbol for q in system.inputs])
         self.angles = [names.table[angle].symbol for angle in angles]
         self.torques = [

@@ -44,7 +44,7 @@ class Lump:
     Attributes
     ----------
     mass, inertia : Expr
-        What there is, kg and kg m^2.
+        Fuel and inertia, kg and kg m^2.
     out, out_rate : Expr
         Fuel that leaves it, kg/s, and its rate, kg/s^2.
     inertia_rate : Expr

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the slosh paper prints, for the ledger: equations (1)-(36), Tables 1 and 2, sentences that can be checked."""
+"""The slosh paper as printed, for the ledger: equations (1)-(36), Tables 1 and 2, sentences that can be checked."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the triangle's paper prints, for the ledger: equations (1)-(53), Table 1, and sentences that can be checked."""
+"""The triangle's paper as printed, for the ledger: equations (1)-(53), Table 1, and sentences that can be checked."""
 
 from __future__ import annotations
 

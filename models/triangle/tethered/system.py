@@ -3,7 +3,7 @@
 
 Tethers only pull: a triangle at rest folds. In a spin it needs no more than they can give, for three points that turn
 as one at Omega pull at each other with mu_ij Omega^2 l. So the target turns too, at the rate of the spin, and the
-paper's laws see the attitude beside it: with the size of the target nothing else is different.
+paper's laws measure the attitude beside it: with the size of the target nothing else is different.
 """
 
 from __future__ import annotations

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the runs of a batch say: conditions, statistics, sensitivities, requirements."""
+"""Evaluation of the runs of a batch: conditions, statistics, sensitivities, requirements."""

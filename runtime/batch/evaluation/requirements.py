@@ -245,7 +245,7 @@ class DecisionRule:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the runs say about a requirement.
+    """Verdict of the runs on a requirement.
 
     Attributes
     ----------

@@ -127,7 +127,7 @@ class Store:
         return [block for block in range(self.blocks()) if self.has(block)]
 
     def has(self, block: int) -> bool:
-        """Whether a block is stored, whatever became of the others.
+        """Return whether a block is stored.
 
         Raises
         ------

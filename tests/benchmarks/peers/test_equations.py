@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What peers are given is what our C computes: a benchmark of other equations says nothing."""
+"""Peers integrate the equations of our C."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def test_statements_do_not_grow_with_the_members():
 
 
 def test_the_first_part_hands_members_on():
-    """What is computed once per run for each member is read in a loop again."""
+    """Values computed once per run for each member are read in a loop."""
     rest = printed([bodies()])[-1]
     assert {number for _, number in rest.families["h"]} >= set(range(1, N + 1))
     assert sum(line.startswith("for (") for line in rest.c_lines) == 2

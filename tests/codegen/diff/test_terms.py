@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where in a product or a sum something became something else."""
+"""Places in a product or a sum that changed."""
 
 import pytest
 

@@ -251,7 +251,7 @@ BETWEEN = (
 
 
 def _are_apart(looks: list[str]) -> bool:
-    """Whether expressions share no name, so that their windows can be met together."""
+    """Return whether expressions share no name, so that their windows can be met together."""
     names = [{str(name) for name in sp.sympify(text).free_symbols} for text in looks]
     return sum(map(len, names)) == len(set().union(*names))
 

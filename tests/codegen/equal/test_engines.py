@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What evaluates an expression, digits, doubles and intervals, against mpmath, operation by operation."""
+"""Evaluators of an expression (digits, doubles, intervals) against mpmath, operation by operation."""
 
 from fractions import Fraction
 from itertools import combinations_with_replacement

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a judge proves of one expression."""
+"""Proofs of a judge about one expression."""
 
 from fractions import Fraction
 

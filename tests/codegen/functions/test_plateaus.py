@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What saturates has the derivative zero also under a root or an arc function, whose slope is infinite there."""
+"""A saturated value has the derivative zero also under a root or an arc function, whose slope is infinite there."""
 
 import casadi as ca
 import numpy as np

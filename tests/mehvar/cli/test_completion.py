@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a shell is told when somebody presses Tab: as `mehvar --install-completion` has it asked."""
+"""Completions of a shell, as `mehvar --install-completion` requests them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as its scenario describes it is held against the numbers that the scenario expects."""
+"""A run as its scenario describes it is checked against the numbers that the scenario expects."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot be written is refused before the work, by every command that writes."""
+"""A target that cannot be written is refused before the work, by every command that writes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a terminal is shown: colours, a pager for what is longer than the screen; and neither elsewhere."""
+"""Output on a terminal: colours, and a pager for long texts; neither elsewhere."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mehvar.terminal import print_folded
 
 
 def on_a_terminal(lines: int, *words: str, **variables: str) -> str:
-    """Return what a command writes to a terminal of so many lines."""
+    """Return the output of a command on a terminal of some lines."""
     outer, inner = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "LINES": str(lines), "COLUMNS": "80", **variables}
     process = subprocess.Popen(

@@ -64,7 +64,7 @@ def consequences(count):
 
 
 def facts(model: ModelDiff) -> list[str]:
-    """Return what there is to say, as texts that have to stand in every format."""
+    """Return the facts, as texts that have to stand in every format."""
     comparison, follows = model.comparison, model.consequences
     said = [model.name, *model.notes, *(text for choice in comparison.structure for text in choice)]
     said += [text for p in comparison.parameters for text in (p.name, p.role, p.what, p.old, p.new)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What neither version runs is not called the same."""
+"""A run that neither version makes is not called the same."""
 
 import shutil
 from pathlib import Path

@@ -23,7 +23,7 @@ class Callbacks(c.Structure):
 
 
 class EventInfo(c.Structure):
-    """What FMI 2 says of discrete states."""
+    """Discrete states of FMI 2."""
 
     _fields_ = [
         *((name, c.c_int) for name in ("needed", "terminate", "nominals", "values", "next_defined")),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an FMU holds, and what is refused; how it runs is in test_importers.py."""
+"""Contents of an FMU, and refusals; test_importers.py runs it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a notebook shows: from committed files, escaped, and formulas that a typesetter takes."""
+"""Output in a notebook: from committed files, escaped, and formulas that a typesetter takes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What lies beyond the papers: claims hold, their words have their numbers from the checks, wrong files are refused."""
+"""Models beyond the papers: claims hold, their words have their numbers from the checks, wrong files are refused."""
 
 from __future__ import annotations
 

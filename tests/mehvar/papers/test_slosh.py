@@ -217,7 +217,7 @@ def _curves(figure):
 
 
 def _starts(values, curve):
-    """Whether a curve of more than a second is the beginning of a series."""
+    """Return whether a curve of more than a second is the beginning of a series."""
     return 10 < len(curve) <= len(values) and np.array_equal(curve, values[: len(curve)])
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rules by which the words of claims and captions are held against their numbers."""
+"""The rules by which the words of claims and captions are checked against their numbers."""
 
 import pytest
 

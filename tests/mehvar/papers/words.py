@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the words of claims and captions follow the numbers: what a sentence says must be what a check has."""
+"""Words of claims and captions against the numbers of the checks."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the satellite beyond the paper: any inertia, wheels, orbit and torquers, in a quaternion.
+"""Physics of the satellite beyond the paper: any inertia, wheels, orbit and torquers, in a quaternion.
 
 All is written in inertial axes from places and velocities, where the model has orbit axes and angles.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The structures that are held against physics, and the gates that each declares."""
+"""The structures that are checked against physics, and the gates that each declares."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the spacecraft with tanks that drain: bodies, lines and what leaves, in inertial axes.
+"""Physics of the spacecraft with tanks that drain: bodies, lines and what leaves, in inertial axes.
 
 What the tanks hold comes from SciPy's interpolator on the tables; places, velocities and what is summed over them from
 the state. Accelerations are differences of velocities along the motion.
@@ -430,7 +430,7 @@ def _known(at: Points) -> Points:
 
 
 def _demand(at: Points, lateral: float = 1.0) -> Array:
-    """Return accelerations that inputs give that craft; those across the thrust so many times as large."""
+    """Return accelerations that inputs give that craft; those across the thrust scaled by a factor."""
     return np.asarray(_known(at).call("outputs")[:, :5] * np.array([lateral, lateral, 1, 1, 1]))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the triangle that forces move: Newton's law for its bodies in Cartesian coordinates.
+"""Physics of the triangle that forces move: Newton's law for its bodies in Cartesian coordinates.
 
 Rods push, or tethers pull; rods may have mass, and then velocities of the corners have a mass matrix.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the satellite with wheels, and how to read it."""
+"""Physics of the satellite with wheels, and its reading."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the spacecraft with sloshing fuel, and how to read it."""
+"""Physics of the spacecraft with sloshing fuel, and its reading."""
 
 from __future__ import annotations
 

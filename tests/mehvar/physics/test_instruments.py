@@ -62,7 +62,7 @@ def test_only_densities_know_the_sample_period(case):
 
 
 def allan(rates, size):
-    """Return the Allan deviation of rates over clusters of so many samples, which do not overlap."""
+    """Return the Allan deviation of rates over clusters of samples, which do not overlap."""
     means = rates[: len(rates) // size * size].reshape(-1, size).mean(axis=1)
     return np.sqrt(np.mean(np.diff(means) ** 2) / 2)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for tethers on reels: what they pull with, store and lose, and a spin that keeps them taut."""
+"""Physics of tethers on reels: tension, stored and lost energy, and a spin that keeps them taut."""
 
 from __future__ import annotations
 

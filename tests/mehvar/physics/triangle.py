@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physics holds for the three planar masses, and how to read it."""
+"""Physics of the three planar masses, and its reading."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the page of a run or a batch says is of that run: what two runs share is true of any."""
+"""Sentences of a page come from its run: those that two runs share are true of any."""
 
 import re
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an assembly costs: operations of a call that depend on state or input, and lines of C."""
+"""Cost of an assembly: operations of a call that depend on state or input, and lines of C."""
 
 from __future__ import annotations
 

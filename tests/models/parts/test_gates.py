@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every part has to keep, whatever it is: one table of parts, and a test for each law of mechanics over all."""
+"""One table of parts, and a test for each law of mechanics over all of them."""
 
 from __future__ import annotations
 

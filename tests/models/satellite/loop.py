@@ -54,7 +54,7 @@ class Generated:
 
     @functools.cached_property
     def manifest(self) -> Manifest:
-        """What says the order of everything."""
+        """The manifest, which has the order of everything."""
         return read_manifest(self.folder)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:

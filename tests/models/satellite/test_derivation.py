@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is derived: kinematics, the linear model (8)-(11), the sampled model (43)-(45) and the polynomial equations."""
+"""Derived equations: kinematics, the linear model (8)-(11), the sampled model (43)-(45) polynomial equations."""
 
 import numpy as np
 import pytest

@@ -120,7 +120,7 @@ def test_the_corrected_numerators_have_the_sum_that_sampling_keeps(ledger: Ledge
 
 
 def test_the_counterexample_of_9(ledger: Ledger) -> None:
-    """Where pitch rests at zero, its acceleration alone takes a torque, which the printed (9) does not have."""
+    """With pitch at rest at zero, its acceleration alone takes a torque, which the printed (9) does not have."""
     point = ledger["(9)"].counterexample
     assert point is not None
     at = dict(point.at)

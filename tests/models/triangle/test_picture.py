@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture of the triangle shows is the triangle."""
+"""A picture of the triangle shows the triangle."""
 
 import numpy as np
 import pytest

@@ -84,7 +84,7 @@ class ForeignLibrary:
 
 
 def differing(model: runtime.Model, law: str, processor: str, folder: Path, samples: int) -> list[str]:
-    """Return which results of a batch are not to the bit those of this machine, lanes of two on both."""
+    """Return the results of a batch that differ in a bit from those of this machine, lanes of two on both."""
     manifest = model.manifest
     controller, scenario = manifest.controller(law), manifest.scenario(None)
     resolved = resolve(manifest, model.functions, controller, scenario, {}, "the table")

@@ -93,7 +93,7 @@ def test_looking_at_a_store_compiles_nothing(
 def test_commands_that_look_need_no_compiler_and_no_model(
     gift: Path, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Why runs were impossible stands in the store."""
+    """The store has the reason why runs were impossible."""
     shutil.rmtree(gift / "model")
     monkeypatch.setattr(compiler, "_find", lambda *_: pytest.fail("a compiler was looked for"))
     status, said = command("stats", "runs.zarr", "--plot", "a.png", cwd=gift)

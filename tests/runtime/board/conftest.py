@@ -79,7 +79,7 @@ class Bench:
         link.set("z", self.expected.z[0])
 
     def same(self, run: runtime.Run) -> bool:
-        """Whether a run has the very bits of the one on the host."""
+        """Return whether a run has the bits of the one on the host."""
         return run.u_cmd.tobytes() == self.expected.u_cmd.tobytes() and run.x.tobytes() == self.expected.x.tobytes()
 
 

@@ -46,7 +46,7 @@ BATCH = "batch"
 
 @dataclass(frozen=True)
 class Target:
-    """Where a law runs: the request of a board, or the lanes of a batch."""
+    """Target of a law: the request of a board, or the lanes of a batch."""
 
     title: str
     target: str

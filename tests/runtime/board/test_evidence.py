@@ -72,7 +72,7 @@ def test_every_law_is_bounded(model: str, law: str) -> None:
 
 
 def test_outcomes_are_those_of_the_flags(evidence: Evidence) -> None:
-    """What a branch jumps to ran when it jumped, and what follows it when it did not."""
+    """The target of a branch ran when it jumped, and its successor when it did not."""
     assert evidence.run.elf is not None
     ran = evidence.addresses
     branches = 0

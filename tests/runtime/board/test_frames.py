@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the firmware puts on the line the host reads, and the other way round, whatever the bytes are."""
+"""The host reads all bytes that the firmware sends, and the other way round."""
 
 from __future__ import annotations
 

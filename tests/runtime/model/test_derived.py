@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a generated folder leaves out is made when first used: the same functions, of unchanged sources, once."""
+"""Functions that a generated folder leaves out are made when first used: once, the same, of unchanged sources."""
 
 import os
 import shutil
@@ -33,7 +33,7 @@ def tree(tmp_path) -> Path:
 
 @pytest.mark.parametrize("model", ["triangle", "satellite", "slosh"])
 def test_python_has_every_derivative(model):
-    """CasADi's C is held against ours by tests/mehvar/report/test_backends.py."""
+    """CasADi's C is compared with ours by tests/mehvar/report/test_backends.py."""
     ours, python = load(model, "c"), load(model, "python")
     random = np.random.default_rng(1)
     for f in (f for f in ours.manifest.functions.values() if f.file.endswith("_jac.c")):
@@ -66,7 +66,7 @@ def test_a_folder_of_another_structure_gets_files_of_that_structure(tree, tmp_pa
 
 
 def test_files_of_other_functions_are_refused_though_these_are_called_alike(tree):
-    """What is computed is compared, not only what it is called: sources may be derived otherwise tomorrow."""
+    """The functions are compared, not only their names: sources may be derived otherwise tomorrow."""
     manifest = replace(read_manifest(tree), hash="0" * 64)
     for name in FILES:
         with pytest.raises(InputError, match=r"derives other functions \(hash \w{8}\) than .* has \(0{8}\); generate"):

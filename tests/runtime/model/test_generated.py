@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was edited in a generated folder does not run, and what was not generated again is told."""
+"""Edited files of a generated folder do not run, and stale ones are told."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who decides a parameter, what the messages say about it, which combinations are refused."""
+"""Source of a parameter, messages about it, and refused combinations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What C and Python both have: structures field by field, and the numbers behind names."""
+"""Definitions that C and Python share: structures field by field, and the numbers behind names."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def folder(tmp_path_factory):
 
 
 def roots(a, b, w, end=10.0):
-    """When sin(a w t + b) is zero, and whether it rises there; not at the start."""
+    """Roots of sin(a w t + b) after the start, and whether it rises there."""
     first, last = math.ceil(b / math.pi), math.floor((a * w * end + b) / math.pi)
     times = [((k * math.pi - b) / (a * w), k % 2 == 0) for k in range(first, last + 1)]
     return [(t, rises) for t, rises in times if 0 < t < end]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What follows an event: guards beside it, the step behind a reset, events in a row, guards without a value."""
+"""Consequences of an event: guards beside it, the step behind a reset, events in a row, guards without a value."""
 
 from pathlib import Path
 

@@ -115,7 +115,7 @@ def test_an_event_comes_before_a_limit_behind_it_and_moves_the_mass_beyond_one(t
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_an_instant_is_as_good_in_a_run_of_milliseconds_as_in_one_of_hours(folder, method, backend):
-    """What counts is the length of the run: a mass that swings so much faster is at its limit so much earlier."""
+    """The length of the run decides: a mass that swings faster is at its limit earlier."""
     loaded = mehvar.load(folder, backend)
     for rate in (2.0**-12, 1.0, 2.0**12):
         run = simulate(loaded, "smooth", w=rate, a_0=2.0, low=1.0, method=method, t_end=10 / rate, dt_out=0.5 / rate)

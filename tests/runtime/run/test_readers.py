@@ -85,7 +85,7 @@ def unread(manifest: Manifest, law: Controller, given: dict[str, float], initial
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_function_changes_with_its_parameters_only(model):
-    """What changes a function is read by it: the manifest's readers are not too few."""
+    """A function reads each parameter that changes it: the manifest's readers are not too few."""
     loaded = runtime.load(model)
     manifest, random_numbers = loaded.manifest, np.random.default_rng(16)
     groups = {"p": manifest.parameters, "s": manifest.scenario_parameters}

@@ -279,7 +279,7 @@ CONSTANT = (FILE, '"reference_constant": false', '"reference_constant": true')
 
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_trials_are_counted_from_one_sample_to_the_next(edited: Edit, folder: Path, backend: Any) -> None:
-    """Whether steps pass over samples, or stop there."""
+    """Steps pass over samples, or stop there."""
     passing, stopping = (runtime.load(place, backend=backend) for place in (edited(*CONSTANT), folder))
     every = {"dt_out": 0.5}
     for model, options in ((passing, every), (stopping, every), (stopping, {"dt_out": 0.1, "hold": 0.1})):

@@ -46,7 +46,7 @@ def test_samples_are_multiples_rounded_once(dt: Fraction, count: int, part: Frac
 @given(DECIMALS, st.integers(1, 50), st.integers(1, 60), st.booleans())
 @settings(deadline=None)
 def test_a_law_is_sampled_at_multiples_of_its_period(tick: Fraction, times: int, count: int, holds: bool) -> None:
-    """Whether the period is the longer or the shorter one: each instant of both is a tick, by its number."""
+    """With the longer and the shorter period, each instant of both is a tick, by its number."""
     assume(times * count * tick < 1000)
     dt, hold = (tick, times * tick) if holds else (times * tick, tick)
     end = count * times * tick

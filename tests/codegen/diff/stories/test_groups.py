@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What has one reason is one entry: a longer family, the same edit in every axis."""
+"""One reason gives one entry: a longer family, the same edit in every axis."""
 
 import dataclasses
 import random

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is proved impossible never happens at a point, and what is plainly impossible is proved."""
+"""A condition that is proved impossible holds at no point; a plainly impossible one is proved."""
 
 import random
 from fractions import Fraction

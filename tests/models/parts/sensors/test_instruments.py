@@ -34,7 +34,7 @@ def craft_of(*parts, **options):
 
 
 def shown(system, **values):
-    """Return what a law sees at values of states and errors, by name; all else is as at the start."""
+    """Return the measurement at values of states and errors, by name; all else is as at the start."""
     known = {q.symbol: q.default for q in (*system.parameters, *system.scenario_parameters)}
     known |= {q.symbol: sp.sympify(v).subs(known) for q, v in zip(system.states, system.initial, strict=True)}
     known |= {q.symbol: 0.0 for q in system.sensor.noise} | {sp.Symbol("t", real=True): 0.0}

@@ -26,7 +26,7 @@ def point(function: Function) -> list[FloatArray]:
 
 @pytest.fixture(scope="session")
 def own(tmp_path_factory: pytest.TempPathFactory) -> mehvar.Model:
-    """What `mehvar new` writes, generated."""
+    """The model of `mehvar new`, generated."""
     folder = tmp_path_factory.mktemp("own")
     for words, place in ((["new", "own"], folder), (["generate", "own"], folder / "own")):
         subprocess.run([*commands.mehvar(), *words], cwd=place, check=True, capture_output=True)

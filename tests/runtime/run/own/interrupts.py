@@ -28,7 +28,7 @@ Run = Callable[[], object]
 
 
 class PressedError(Exception):
-    """What the handler of a program raises, such as one that limits the time of a run."""
+    """The exception of a signal handler, such as one that limits the time of a run."""
 
 
 def law(_t: float, x: Any) -> list[float]:

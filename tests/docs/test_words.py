@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One word a concept: the synonyms that the glossary excludes stand on no page, in no message and in no docstring."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("mehvar", "models", "codegen", "runtime", "benchmarks", "tests", "docs")
+EXCLUDED = [
+    cell
+    for row in re.findall(r"^\| .+ \|$", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    for cell in filter(None, (part.strip() for part in row.strip("|").split("|")[2].split(",")))
+    if cell != "not"
+]
+HABITS = ["what there is", "so many", "in nobody's way", "an int"]
+"""Phrases that readers had to read twice."""
+PATTERN = re.compile(r"\b(" + "|".join(map(re.escape, [*EXCLUDED, *HABITS])) + r")\b", re.IGNORECASE)
+QUESTION = re.compile(r"(What|Whether|Who|Which|Where|How|When|Why)\b")
+
+
+def sources() -> Iterator[Path]:
+    for room in ROOMS:
+        yield from sorted((ROOT / room).rglob("*.py"))
+
+
+def pages() -> list[Path]:
+    """Return the pages for users; the glossary has the words themselves, and decisions are records of their time."""
+    docs = ROOT / "docs"
+    own = [page for page in docs.rglob("*.md") if page.parent.name != "decisions" and page.name != "glossary.md"]
+    return sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *own])
+
+
+def test_the_glossary_excludes_words() -> None:
+    assert {"to the bit", "held against", "what a law sees"} <= set(EXCLUDED)
+    assert PATTERN.search("Equal to the bit.")
+    assert not PATTERN.search("bit-identical, an integer")
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_page_uses_the_words_of_the_glossary(page: Path) -> None:
+    prose = re.sub(r"`[^`\n]*`", "", page.read_text(encoding="utf-8"))
+    assert not PATTERN.findall(" ".join(prose.split()))
+
+
+def test_code_uses_the_words_of_the_glossary() -> None:
+    """In docstrings and messages."""
+    faults = []
+    for path in sources():
+        if path == Path(__file__):
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                faults += [(str(path), node.lineno, word) for word in PATTERN.findall(" ".join(node.value.split()))]
+    assert not faults
+
+
+def test_a_docstring_names_its_thing() -> None:
+    """It answers "what is this" and does not ask it."""
+    asking = []
+    for path in sources():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
+                text = ast.get_docstring(node) or ""
+                if QUESTION.match(text):
+                    asking.append(f"{path.relative_to(ROOT)}: {text.splitlines()[0]}")
+    assert not asking
