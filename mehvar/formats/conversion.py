@@ -45,6 +45,21 @@ def flat_name(name: str, unit: str) -> str:
     return f"{name}_{re.sub(r'[^A-Za-z0-9]+', '_', '_'.join(words).replace('^', '')).strip('_')}"
 
 
+def format_of(out: str | os.PathLike[str]) -> str:
+    """Return the format that the ending of a file name stands for.
+
+    Raises
+    ------
+    InputError
+        For another ending.
+    """
+    formats = {ending: name for name, ending in ENDINGS.items()}
+    ending = Path(out).suffix.lower()
+    if ending not in formats:
+        raise bad_value("out", os.fspath(out), f"a file name that ends in one of {', '.join(formats)}")
+    return formats[ending]
+
+
 def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> list[Path]:
     """Write a result or a batch in another format.
 

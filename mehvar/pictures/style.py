@@ -139,7 +139,8 @@ def _make_drawable(figure: Figure) -> None:
         if "$" not in content:
             continue
         try:
-            parser.parse(printable(content))
+            for line in printable(content).splitlines():  # the parser has no glyph for the end of a line
+                parser.parse(line)
         except ValueError:
             text.set_text(_DOLLAR.sub(r"\\$", printable(content)))
 

@@ -93,6 +93,38 @@ def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
         assert (folder / name).read_text(encoding="utf-8") == text, f"{name}: run mehvar generate {model}"
 
 
+ANSWERS = """
+import json
+from mehvar.codegen.diff import compare
+from mehvar.codegen.build import built_folder
+from mehvar.models.parts import Bob, Hub, Spacecraft, Wheel
+from tests.codegen.diff.pairs import pairs
+
+craft = Spacecraft("craft")
+craft.add(Hub("hub", mass=100.0, inertia=((12.0, 0.1, 0.2), (0.1, 14.0, 0.3), (0.2, 0.3, 10.0))))
+for k, axis in enumerate([(1, 1, 1), (1, -1, 1), (-1, 1, 1)]):
+    craft.add(Wheel(f"wheel{k}", axis=axis, inertia=0.1))
+craft.add(Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.2, 0.5), damping=0.1))
+texts = {path.name: path.read_text() for path in built_folder(craft).iterdir() if path.is_file()}
+answers = [[pair.name, repr(compare(pair.old, pair.new))] for pair in pairs()[::37]]
+print(json.dumps([texts, answers]))
+"""
+
+
+def _under_seed(seed, folder):
+    """Return generated texts and verdicts of a fresh process, with a cache of its own."""
+    return json.loads(python(ANSWERS, folder, PYTHONHASHSEED=seed, MEHVAR_CACHE=str(folder / seed)))
+
+
+def test_the_order_of_a_set_changes_no_text_and_no_verdict(tmp_path):
+    """Of an assembled craft and of pairs of every class: a set of names has another order under every hash seed."""
+    texts, answers = _under_seed("1", tmp_path)
+    assert len(texts) > 3
+    assert len(answers) > 15
+    for seed in ("2", "3"):
+        assert _under_seed(seed, tmp_path) == [texts, answers]
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_the_committed_files_are_fresh(model):
     assert check(installed_tree(), model).reasons == ()

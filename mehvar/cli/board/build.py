@@ -96,7 +96,9 @@ def _make_fragment(portable: Sequence[str]) -> str:
         "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
         f"MEHVAR_SOURCES = {' '.join(f'$(MEHVAR)/{name}' for name in portable)}\n"
         "MEHVAR_LIBRARIES = -lm\n"
-        "MEHVAR_CFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL -ffp-contract=off -fno-math-errno\n"
+        "# for MEHVAR_SOURCES; your own files need MEHVAR_CPPFLAGS only\n"
+        "MEHVAR_CPPFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL\n"
+        "MEHVAR_CFLAGS = $(MEHVAR_CPPFLAGS) -ffp-contract=off -fno-math-errno\n"
     )
 
 
@@ -109,7 +111,7 @@ def _cmake_fragment(portable: Sequence[str]) -> str:
         f"add_library(mehvar STATIC {files})\n"
         "target_include_directories(mehvar PUBLIC ${CMAKE_CURRENT_LIST_DIR})\n"
         "target_compile_definitions(mehvar PUBLIC MEHVAR_FLOAT MEHVAR_SMALL)\n"
-        "target_compile_options(mehvar PUBLIC -ffp-contract=off -fno-math-errno)\n"
+        "target_compile_options(mehvar PRIVATE -ffp-contract=off -fno-math-errno)\n"
         "target_link_libraries(mehvar PUBLIC m)\n"
     )
 

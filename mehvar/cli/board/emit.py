@@ -2,7 +2,8 @@
 """`mehvar board emit`: a law and its link as a package for the build system of another project.
 
 Each package has the same folder `src`, and the file that its build system reads. Settings that change bits are in the
-sources, because not every build system gives a library its own flags.
+sources, because not every build system gives a library its own flags. Headers have none: they would change the code of
+a project that includes them.
 """
 
 from __future__ import annotations
@@ -21,10 +22,14 @@ from mehvar.names import identifier
 from mehvar.runtime.board.image.build import Program, program, sources, write_sources
 from mehvar.runtime.files import check_folder, filling
 
-_SETTINGS = """\
-/* Settings of this package; a compiler without GNU C must be told not to contract a*b + c. */
+_NUMBERS = """\
+/* Numbers of this package: the type of mv_real. */
 #define MEHVAR_FLOAT
 #define MEHVAR_SMALL
+
+"""
+_ARITHMETIC = """\
+/* Arithmetic of this file; a compiler without GNU C must be told not to contract a*b + c. */
 #if defined __GNUC__ && !defined __clang__
 #pragma GCC optimize("fp-contract=off", "no-math-errno")
 #elif defined __clang__
@@ -63,9 +68,10 @@ def package(firmware: Program, kind: str) -> dict[str, str]:
     """Return the files of a package by path."""
     texts = {name: text for name, text in sources(firmware, None).items() if not name.startswith(_NOT_IN_A_PACKAGE)}
     texts["mehvar/real.h"] = texts["mehvar/real.h"].replace(
-        "#ifndef MEHVAR_REAL_H", f"{_SETTINGS}#ifndef MEHVAR_REAL_H", 1
+        "#ifndef MEHVAR_REAL_H", f"{_NUMBERS}#ifndef MEHVAR_REAL_H", 1
     )
     units = sorted(name for name in texts if name.endswith(".c"))
+    texts |= {name: _ARITHMETIC + texts[name] for name in units}
     name = f"mehvar_{identifier(firmware.model.name)}_{identifier(firmware.law.name)}"
     files = {f"src/{path}": text for path, text in texts.items()}
     return files | KINDS[kind](name, units) | {"README.md": _readme(firmware, kind)}

@@ -7,17 +7,20 @@ from typing import Annotated
 
 import typer
 
-from mehvar.formats.conversion import ENDINGS, convert
+from mehvar.formats.conversion import ENDINGS, convert, format_of
 from mehvar.terminal import working
 
 
 def command(
     source: Annotated[str, typer.Argument(metavar="STORE_OR_FILE", help="A batch, or a result file (.nc).")],
-    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(ENDINGS)}.")],
     out: Annotated[str, typer.Option("--out", metavar="FILE", help="The file to write.")],
+    to: Annotated[
+        str | None,
+        typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(ENDINGS)}; default: by the ending of --out."),
+    ] = None,
 ) -> None:
     """Write a table, or everything."""
     with working(f"converting {source}"):
-        paths = convert(source, to, out)
+        paths = convert(source, format_of(out) if to is None else to, out)
     for path in paths:
         typer.echo(f"saved {path}")

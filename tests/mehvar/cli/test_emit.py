@@ -185,11 +185,35 @@ def test_the_settings_are_what_keeps_the_bits(tmp_path):
     if not shutil.which("arm-none-eabi-gcc"):
         pytest.skip("no arm-none-eabi-gcc: apt install gcc-arm-none-eabi")
     folder = emitted(tmp_path, "arduino", "satellite", "mrac")
-    real = folder / "src" / "mehvar" / "real.h"
-    real.write_text(re.sub(r"#pragma GCC.*", "", real.read_text()))
+    law = folder / "src" / "satellite.c"
+    law.write_text(re.sub(r"#pragma GCC.*", "", law.read_text()))
     command = ["arm-none-eabi-gcc", *ARM, "-Isrc", "-S", "src/satellite.c", "-o", "text.s"]
     subprocess.run(command, cwd=folder, check=True)
     assert re.search(r"\tvfn?m[as]\.", (folder / "text.s").read_text())
+
+
+@pytest.mark.parametrize(
+    "compiler",
+    [("gcc", "-O2", "-march=haswell"), pytest.param(("arm-none-eabi-gcc", *ARM), marks=needs("arm-none-eabi-gcc"))],
+    ids=lambda compiler: compiler[0],
+)
+def test_headers_leave_the_code_of_their_user_alone(tmp_path, compiler):
+    """A function of the user's own is compiled to the same instructions with and without every public header."""
+    folder = emitted(tmp_path, "arduino", "satellite", "mrac")
+    function = "float mine(float a, float b, float c) { return a * b + c; }\n"
+    headers = [
+        path.relative_to(folder / "src") for path in (folder / "src").rglob("*.h") if "private" not in path.parts
+    ]
+    assert len(headers) > 4
+    texts = []
+    for included in ("", "".join(f'#include "{header}"\n' for header in headers)):
+        (tmp_path / "mine.c").write_text(included + function)
+        command = [*compiler, f"-I{folder}/src", "-S", "mine.c", "-o", "mine.s"]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        assembly = (tmp_path / "mine.s").read_text()
+        texts.append(assembly[assembly.index("mine:") : assembly.index("\t.size\tmine")])
+    assert texts[0] == texts[1]
+    assert re.search(r"\tvfn?m", texts[0]), "the compiler fuses without being told not to"
 
 
 def test_the_command_writes_a_folder_and_refuses_what_it_does_not_know(tmp_path):
