@@ -23,9 +23,10 @@ from mehvar.runtime.board.image.build import Program, program, sources, write_so
 from mehvar.runtime.files import check_folder, filling
 
 _NUMBERS = """\
-/* Numbers of this package: the type of mv_real. */
+/* Numbers of this package: the type of mv_real. The code calls memcpy and memset, and nothing else of a C library. */
 #define MEHVAR_FLOAT
 #define MEHVAR_SMALL
+#define MEHVAR_NO_LIBM
 
 """
 _ARITHMETIC = """\

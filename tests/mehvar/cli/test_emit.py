@@ -192,6 +192,35 @@ def test_the_settings_are_what_keeps_the_bits(tmp_path):
     assert re.search(r"\tvfn?m[as]\.", (folder / "text.s").read_text())
 
 
+OURS_TO_WRITE = {
+    "mv_board_init", "mv_board_ms", "mv_board_name", "mv_board_output", "mv_board_read", "mv_board_reset",
+    "mv_board_stack", "mv_board_ticks", "mv_board_ticks_per_second", "mv_board_write", "mv_board_wait",
+}  # fmt: skip
+"""Functions of mehvar/board.h, which a project supplies."""
+
+
+@needs("arm-none-eabi-gcc")
+@pytest.mark.parametrize(
+    ("processor", "helpers"),
+    [(ARM, set()), (("-mcpu=cortex-m3", "-mthumb", "-O2"), {"__aeabi"})],
+    ids=["with an FPU", "without"],
+)
+@pytest.mark.parametrize(("model", "law"), [("satellite", "mrac"), ("triangle", "sliding"), ("slosh", "lyapunov-v1")])
+def test_a_package_needs_no_c_library(tmp_path, model, law, processor, helpers):
+    """Without any flag and with math.h at hand: gcc itself needs memcpy and memset, and its helpers without an FPU."""
+    folder = emitted(tmp_path, "arduino", model, law)
+    (folder / "main.c").write_text("void mv_server_init(void);\nint main(void) { mv_server_init(); }\n")
+    sources = ["main.c", *(str(unit.relative_to(folder)) for unit in units(folder, "arduino"))]
+    link = ["-Isrc", "-nostdlib", "-r", "-o", "law.o"]
+    subprocess.run(["arm-none-eabi-gcc", *processor, *link, *sources], cwd=folder, check=True)
+    listing = subprocess.run(["arm-none-eabi-nm", "-u", folder / "law.o"], capture_output=True, text=True, check=True)
+    names = {line.split()[-1] for line in listing.stdout.splitlines()} - OURS_TO_WRITE
+    assert {name for name in names if name.partition("_f")[0].partition("_ui")[0] not in helpers} <= {
+        "memcpy",
+        "memset",
+    }
+
+
 @pytest.mark.parametrize(
     "compiler",
     [("gcc", "-O2", "-march=haswell"), pytest.param(("arm-none-eabi-gcc", *ARM), marks=needs("arm-none-eabi-gcc"))],

@@ -106,7 +106,8 @@ def test_no_frame_makes_the_server_do_what_it_does_not_say(tmp_path):
 @pytest.fixture(scope="module")
 def kernels():
     own = {path.name: path.read_text() for path in (FIRMWARE / "libc" / "sqrtf.c", HERE / "kernels.c")}
-    texts = native_headers() | own
+    root = "mehvar/private/root.h"
+    texts = native_headers() | own | {root: (FIRMWARE / root).read_text()}
     return load_library("board_kernels", texts, ["kernels.c"], ("-O2", "-DMEHVAR_FLOAT"))
 
 

@@ -9,7 +9,8 @@
 #include "trig.h"
 #if __STDC_HOSTED__
 #include "libm.h"
-#else
+#endif
+#if !__STDC_HOSTED__ || defined MEHVAR_NO_LIBM
 #include "fmod.h"
 #endif
 

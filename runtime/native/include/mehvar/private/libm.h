@@ -38,10 +38,12 @@ MV_DEFINE_LIBM(expm1)
 MV_DEFINE_LIBM(log1p)
 MV_DEFINE_LIBM(erf)
 
+#ifndef MEHVAR_NO_LIBM
 static inline real mv_fmod(real x, real y)
 {
     MV_EACH_LANE(x, MV_LIBM(fmod)(MV_LANE(x), MV_LANE(y)));
     return x;
 }
+#endif
 
 #endif

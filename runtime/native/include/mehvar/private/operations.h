@@ -3,6 +3,7 @@
  * user's file includes may include this one.
  *
  * MEHVAR_SMALL  when defined, the larger functions are called rather than copied to where they are used
+ * MEHVAR_NO_LIBM  when defined, square roots and remainders call no C library: in float, one number at a time
  *
  * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that
  * keeps IEEE 754 and does not contract a*b + c (-ffp-contract=off); -fno-math-errno makes the square root of a vector
@@ -83,7 +84,11 @@ static inline mask mv_lowest_bit(mv_bits b) { return (int)(b & 1); }
 static inline real mv_select(mask m, real a, real b) { return m ? a : b; }
 static inline real mv_fabs(real x) { return MV_SCALAR(fabs)(x); }
 static inline real mv_copysign(real x, real sign) { return MV_SCALAR(copysign)(x, sign); }
+#ifdef MEHVAR_NO_LIBM
+#include "root.h"
+#else
 static inline real mv_sqrt(real x) { return MV_SCALAR(sqrt)(x); }
+#endif
 
 #else
 
