@@ -112,6 +112,10 @@ def _styled(text: str, style: str) -> Text:
     return Text(text.rstrip(), style)
 
 
+_WIDTH = 110
+"""Columns of a report in a notebook, whose cells scroll what is wider."""
+
+
 def print_lines(lines: Iterable[Line]) -> None:
     """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
     from rich.console import Console
@@ -129,6 +133,20 @@ def print_lines(lines: Iterable[Line]) -> None:
 def plain_text(lines: Iterable[Line]) -> str:
     """Return lines as plain text."""
     return "\n".join(" " * indent + text.plain for indent, text in lines)
+
+
+def html_text(lines: Iterable[Line]) -> str:
+    """Return lines as preformatted HTML with the colours of a terminal, for a notebook."""
+    from io import StringIO
+
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(record=True, file=StringIO(), highlight=False, width=_WIDTH)
+    for indent, text in lines:
+        for part in text.wrap(console, _WIDTH - indent):
+            console.print(Text(" " * indent) + part, soft_wrap=True)
+    return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
 
 
 @contextmanager

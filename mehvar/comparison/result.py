@@ -11,7 +11,7 @@ from typing import Any
 from rich.text import Text
 
 from mehvar.codegen.diff.report import Comparison, EquationChange, ModelStatus, ParameterChange
-from mehvar.terminal import Line, finite, plain_text
+from mehvar.terminal import Line, finite, html_text, plain_text
 
 from .consequences import Consequences
 from .runs import Overlay
@@ -119,6 +119,9 @@ class ModelDiff:
     def __str__(self) -> str:
         return plain_text(self.lines())
 
+    def _repr_html_(self) -> str:
+        return html_text(self.lines())
+
 
 @dataclass(frozen=True)
 class Diff:
@@ -151,6 +154,12 @@ class Diff:
         """Return it as docs/reference/diff-json.md describes."""
         models = [model.to_json() for model in self.models]
         return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
+
+    def __str__(self) -> str:
+        return plain_text(self.lines())
+
+    def _repr_html_(self) -> str:
+        return html_text(self.lines())
 
     def json_text(self) -> str:
         """Return the JSON text."""

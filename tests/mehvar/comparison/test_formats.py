@@ -102,7 +102,7 @@ def plain(text: str) -> str:
 def missing(model: ModelDiff) -> list[tuple[str, str]]:
     """Return the facts that a format leaves out."""
     diff = Diff("old", "new", (model,))
-    forms = {"text": str(model), "page": html_page(diff), "comment": markdown(diff)}
+    forms = {"text": str(model), "page": html_page(diff), "comment": markdown(diff), "notebook": model._repr_html_()}
     return [(form, fact) for form, text in forms.items() for fact in facts(model) if plain(fact) not in plain(text)]
 
 
