@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -13,7 +13,7 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.ledger.page import FILTERS
-from mehvar.papers.claims import Check, Claim, ClaimVerdict, tally
+from mehvar.papers.claims import OWN, PAPERS, Check, Claim, ClaimVerdict, tally
 from mehvar.papers.deviations import Deviation
 from mehvar.papers.reproduction import Reproduction
 from mehvar.pictures.scene import Scene
@@ -82,6 +82,8 @@ def _overview(
     content = {
         "reports": reports, "pages": pages, "others": others, "facts": facts, "verdicts": list(ClaimVerdict),
         "counts": tally(claim for report in reports for claim in report.claims),
+        "failing": {kind: list(_failing(reports, kind)) for kind in (PAPERS, OWN)},
+        "own": {report.manifest.model: tally(report.claims)[PAPERS] for report in reports},
     }  # fmt: skip
     return Page(
         "What the papers say, computed anew",
@@ -93,6 +95,15 @@ def _overview(
         _LEAD,
         others,
     )
+
+
+def _failing(reports: Sequence[PaperReport], kind: str) -> Iterator[tuple[str, Claim]]:
+    """Yield the claims of a kind that do not hold, each with the name of its paper's model."""
+    holding = (ClaimVerdict.HOLDS, ClaimVerdict.NOTE, ClaimVerdict.READING)
+    for report in reports:
+        for claim in report.claims:
+            if claim.kind == kind and claim.verdict not in holding:
+                yield report.manifest.model, claim
 
 
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
