@@ -36,12 +36,11 @@ _TEMPORARY = re.compile(
     r"(?<!\[)\b[vmsc]\d+\b|\bh\[(?:\.\.\., )?\d+\]"
     r"|\b(?:\w+_[hw]_)?(?:(?:sin_|cos_)?[tm]_[a-z2-7]{5}|(?:sin|cos)_[a-z2-7]{5})(?:_\d+)?_*\b"
 )
-"""What a temporary is called: v12 and h[12] by place, t_abcde by content, after h_ or w_ where another function makes
-it."""
+"""Names of temporaries: v12 and h[12] by place, t_abcde by content, after h_ or w_ where another function makes it."""
 _NODE = re.compile(r'(?<![\w"])\d+(?![\w"])|"[0-9a-f]{10}"')
-"""What a node of equations.json is called: its place, or ten digits of a hash of its content."""
+"""Names of nodes of equations.json: the place, or ten digits of a hash of the content."""
 _REGISTER = re.compile(r"\ba\d+\b")
-"""What a temporary of CasADi's own C is called."""
+"""Names of temporaries in CasADi's own C."""
 _NONE = re.compile(r"(?!)")
 _WORD = re.compile(r"[\w.]+|\S")
 

@@ -36,7 +36,7 @@ LONG = (
     "tests/gates/",
     PAGES,
 )
-"""What takes a minute or more of a processor: one that began last would leave the others without work."""
+"""Modules that take a minute or more of a processor: one that began last would leave the others without work."""
 
 
 def _place(item: pytest.Item) -> int:

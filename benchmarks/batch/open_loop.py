@@ -42,7 +42,7 @@ AIMS = {
     "diffrax": (40, 100),
     "jax": (40, 100),
 }
-"""How many times faster we want to be: at least, and hope to be."""
+"""Targets of the ratio of speeds for each peer: the least, and the one aimed at."""
 PEERS = ("heyoka", "numba", "scipy", "casadi", "jax", "diffrax")
 
 

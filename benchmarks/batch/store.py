@@ -46,7 +46,7 @@ BROKEN = (("final/c/{}/0", "removed"), ("status/c/{}", "a bit flipped"), ("trave
 PAGE = "store.md"
 SIZES = {"damages": 325, "starts": 50, "runs": 1_000_000}
 USES = {"damage": ("damages",), "starts": ("starts",), "million": ("runs",), "cost": ("runs",)}
-"""Which sizes a part has."""
+"""Sizes of each part."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -39,7 +39,7 @@ CASES = [
     pytest.param(("slosh", {"inertia": "ball", "attitude": "quaternion"}), marks=pytest.mark.soak),
 ]
 BUILDS = [("double", 1), ("double", widest()), ("float", 2 * widest())]
-"""What every case is compiled for; the smallest model, for all widths: gcc is slow beyond the registers."""
+"""Builds of every case; the smallest model has all widths, since gcc is slow beyond the registers."""
 FURTHER_BUILDS = [("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
 POINTS = 240
 TOLERANCE = {"double": 1e-13, "float": 5e-6}

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 MATH = re.compile(r"<math\b.*?</math>", re.DOTALL)
 TOKENS = ("mi", "mn", "mo", "mtext")
 MARKUP = re.compile(r"[\\&$]|\b(begin|end|left|right|frac|mathrm|quad|aligned|cases)\b")
-"""What LaTeX means and nobody may see."""
+"""Markup of LaTeX, which no reader may see."""
 ARITY = {"mfrac": 2, "msup": 2, "msub": 2, "mover": 2, "munder": 2, "msubsup": 3, "munderover": 3}
 
 

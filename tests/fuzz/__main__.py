@@ -95,7 +95,7 @@ _KINDS: Mapping[str, tuple[int, Callable[[], _Take]]] = {
     "edits": (20, lambda: lambda seed, count, folder: edited(_base(seed), seed, count, folder)),
     "sanitizers": (5, lambda: lambda seed, count, folder: sanitized(_base(seed), seed, count, folder)),
 }
-"""How many inputs are a part, and what makes ready to take some of a seed in a folder."""
+"""Inputs in one part, and the function that prepares a runner of a seed and a count in a folder."""
 
 if __name__ == "__main__":
     sys.exit(main(*sys.argv[1:]))

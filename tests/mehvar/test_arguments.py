@@ -193,7 +193,7 @@ RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Diff
 """Classes that hold what they are given; the check of the whole system looks at it (tests/models/test_check.py)."""
 
 ABSENT = {"open_result", "read_parameters", "read_scenarios", "save", "verify"}
-"""What reads something that is not there here."""
+"""Functions that read a file; these tests have none."""
 
 
 @pytest.mark.parametrize("name", sorted({*CALLS, *MORE} - ABSENT))

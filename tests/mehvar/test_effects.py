@@ -54,7 +54,7 @@ EFFECTS: Mapping[str, tuple[dict[str, Any], object]] = {
     "backend": ({"backend": "c"}, "python"),
     "profile": ({}, "fast"),
 }
-"""What an option is given beside, and to what."""
+"""For each option, the options it is given beside, and the value it is changed to."""
 WITHOUT: Mapping[str, dict[str, Any]] = {
     "delay": {},
     "seed": {"hold": 0.02},
@@ -64,7 +64,7 @@ WITHOUT: Mapping[str, dict[str, Any]] = {
     "atol": {"method": "rk4"},
     "step": {"method": "dopri5"},
 }
-"""Where an option has no effect, and is refused."""
+"""Options beside which another has no effect, and is refused."""
 SIMULATE = ("simulate", PENDULUM, "--controller", "pd", "--t-end", "0.1")
 SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")

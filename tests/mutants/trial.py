@@ -39,7 +39,7 @@ class Test:
     seconds: float
     failed: bool
     refused: bool
-    """Whether it failed because a compiler refused the text."""
+    """True if it failed because a compiler refused the text."""
 
 
 @dataclass(frozen=True)

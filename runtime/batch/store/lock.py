@@ -15,8 +15,9 @@ from .places import make_place
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """Flags of a lock file, which is emptied and written: links are not followed, and a pipe does not block."""
-_LOOKS, _LOOK = 20, 0.005
-"""Attempts of a writer, and seconds between them; a process that only checks the lock holds it for microseconds."""
+_LOOKS, _LOOK = 200, 0.005
+"""Attempts of a writer, and seconds between them. A process that only checks the lock holds it for microseconds, but
+may lose its processor meanwhile: on two busy cores four of them kept a writer out for 0.1 s."""
 _LONGEST = 256
 """Bytes of a file that names a process: a host name has 255 at most, and more than a line would not help."""
 

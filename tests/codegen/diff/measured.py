@@ -25,7 +25,7 @@ COLUMNS = (
     "undecided",
 )
 Answers = Counter[tuple[bool, str]]
-"""How often pairs that differ, or do not, are called the same, different or undecided."""
+"""Numbers of pairs, by whether they differ and by their verdict."""
 
 
 def answer(comparison: Comparison) -> str:

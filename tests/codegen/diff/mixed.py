@@ -23,7 +23,7 @@ _COUNT = 20
 """Pairs of either kind in one drawing."""
 
 INNER = ("{a}", "{x}", "{a} + {b}", "{a} - {b}", "{x}*{y}", "{x} + 2*{y}", "m*{x}", "{x} - k*{y}", "{x}**2 - {y}")
-"""What inexact functions look at."""
+"""Arguments of the inexact functions."""
 
 WRITTEN: tuple[tuple[str, ...], ...] = (
     ("acos(cos({u}))", "acos(1 - 2*sin(({u})/2)**2)", "Abs(atan2(sin({u}), cos({u})))"),
@@ -67,7 +67,7 @@ BOTH = (
     "Min({p}, {q})",
     "(Max(0, {p} + {q} - 1))",
 )
-"""What is one where two indicators are."""
+"""Expressions equal to one where two indicators are."""
 BUMPS = (
     "(tanh({s}*({f} - {c})) - tanh({s}*({f} - {d})))",
     "exp(-{s}**2*({f} - {c})**2)",
@@ -76,7 +76,7 @@ BUMPS = (
     "1/cosh({s}*({f} - {c}))",
     "exp(-(({f} - {c})*{s})**4)",
 )
-"""What is zero but in a place of width 1/s."""
+"""Expressions that are zero outside a place of width 1/s."""
 
 
 class Writer:

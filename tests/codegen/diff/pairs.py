@@ -447,7 +447,7 @@ MANIFEST_EDITS: tuple[tuple[str, bool, Callable[[Manifest], Manifest]], ...] = (
     ("versions", False, _whole(versions={"hand": "2"})),
     ("file hashes", False, _whole(files_sha256={"pendulum.c": "0" * 64})),
 )  # fmt: skip
-"""What is edited in a manifest, and whether that is more than words for people."""
+"""Edits of a manifest, and whether each is more than words for people."""
 
 GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "angles": _angles,

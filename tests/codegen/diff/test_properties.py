@@ -163,9 +163,9 @@ NUMBERS = st.integers(2, 60)
 SHIFTS = st.integers(1, 12).map(lambda k: sp.Rational(1, 10**k))
 SMALL = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 INNER = ("x", "x + y", "m*x", "x*y - z", "x**2 - y")
-"""What a branch depends on: it takes both signs."""
+"""Conditions of branches, which take both signs."""
 OUTER = ("{}", "m*{} + z", "z - l*{}", "{}*(x**2 + l)", "sin(phi) + {}/m")
-"""What is done with it: never nothing."""
+"""Expressions around a branch, in which it always counts."""
 
 
 def edits_of_thresholds(inner, number, shift):

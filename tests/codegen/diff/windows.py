@@ -47,7 +47,7 @@ RANGES: tuple[tuple[str, float, float], ...] = (
     ("asinh({x})", -9, 9),
     ("cosh({x}) - sinh({x})", 0, 9),
 )
-"""What windows look at, and its range or a part of it."""
+"""Arguments of windows, each with its range or a part of it."""
 
 NESTED: tuple[tuple[str, float, float], ...] = (
     ("sqrt(acos(cos({a})))", 0, 1.77),
@@ -122,7 +122,7 @@ EMPTY: tuple[tuple[str, float, float], ...] = (
     ("{x} - floor({x})", 1.001, 1.01),
     ("acosh(1 + {x}**2)", -0.1, -0.01),
 )
-"""What windows look at, and a range that it never has."""
+"""Arguments of windows, each with a range outside its own."""
 
 
 def _write(draw: random.Random, *texts: str) -> list[str]:

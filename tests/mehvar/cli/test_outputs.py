@@ -105,7 +105,7 @@ THERE = {
     "board emit": "README.md",
     "export web": "pendulum.html",
 }
-"""What a command would replace in a folder, by its name."""
+"""File that a command would replace in a folder, by the command's name."""
 
 
 @pytest.mark.parametrize("row", [row for row, (_, name, _) in LINES.items() if not name], ids=" ".join)

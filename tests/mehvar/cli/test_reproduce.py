@@ -418,7 +418,7 @@ def test_the_first_screen_of_the_overview_has_a_picture(open_page):
     )
     for (left, right, top), (card_left, card_right, _) in boxes:
         assert card_left <= left < right <= card_right
-        assert 0 < top < 500
+        assert 0 < top < browser.execute_script("return innerHeight")
 
 
 @pytest.mark.parametrize("name", paper_models())

@@ -14,7 +14,7 @@ from scipy.io import loadmat
 
 import mehvar
 from mehvar.errors import InputError
-from mehvar.formats.conversion import convert, flat_name
+from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
 from mehvar.units import UNITS
 
 
@@ -79,6 +79,7 @@ def test_a_batch_whole(batch, tmp_path):
         ("run", "xls", "x.xls", "to = 'xls': must be one of parquet"),
         ("run", "csv", "x.parquet", "a file name that ends in .csv"),
         ("nothing.nc", "csv", "x.csv", "no result file"),
+        ("nothing.nc", "csv", "", "a file name that ends in .csv"),
     ],
 )
 def test_what_cannot_be_is_refused(run, source, to, out, message, tmp_path):
@@ -86,6 +87,18 @@ def test_what_cannot_be_is_refused(run, source, to, out, message, tmp_path):
     with pytest.raises(InputError, match=message):
         convert(given_source, to, tmp_path / out)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", sorted(ENDINGS))
+def test_the_ending_of_a_file_stands_for_a_format(name):
+    assert format_of(f"a.b/runs{ENDINGS[name]}") == name
+    assert format_of(f"RUNS{ENDINGS[name].upper()}") == name
+
+
+@pytest.mark.parametrize("out", ["runs", "runs.xls", ".csv", "runs.csv.gz"])
+def test_another_ending_is_refused(out):
+    with pytest.raises(InputError, match=rf"out = '{out}': must be a file name that ends in one of \.parquet"):
+        format_of(out)
 
 
 @given(st.lists(st.tuples(st.sampled_from(sorted(UNITS)), st.integers(-3, 3)), min_size=1, max_size=3))

@@ -19,7 +19,7 @@ _PLACES = re.compile(
     r"\b(?:claims?|decision|sections?|diagrams?|drawings?|figures?|tables?|equations?|scenario),? \(?\d+\)?" + _LIST
     + r"|\(\d+\)(?:" + _LIST + r")", re.IGNORECASE,
 )  # fmt: skip
-"""What names a place, not a quantity: "claims 8 to 10 and 14", "(31), (32) and (34)"."""
+"""Names of places, which are not quantities: "claims 8 to 10 and 14", "(31), (32) and (34)"."""
 _NUMBER = re.compile(r"(?<![\w.^])(?<!\^-)\d+(?: \d{3})*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w^]|\.\d)")
 _FEW = 3
 """Counts up to this are words of the language as well: one of two laws, degree 2."""

@@ -26,7 +26,7 @@ MATRICES = {"regulator"}
 ADVISING = {"regulator: sample_of_gains"}
 """Parameters that a warning alone reads, and that change no run: for which period the regulator's gains are made."""
 PICTURES = {"geometry"}
-"""What is only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
+"""Groups that are only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
 BETWEEN = [case for case in CASES if dict(case[1]).get("pendulums") == "3" and dict(case[1]).get("inertia") != "hinge"]
 """Three pendulums on the joints that two or six hang on too."""
 every_case = pytest.mark.parametrize(

@@ -14,10 +14,10 @@ R, K_PHI = 0.65, 0.5
 FARTHEST = 0.6495  # of the targets: beyond it the path law needs more than 100 s
 END = 100.0
 COARSE = RunOptions(rtol=1e-6, atol=1e-8)
-BETWEEN = 2e-5
-"""What samples may be beyond R, of steps of COARSE, which keep within it by 1e-6: samples lie between their ends, where
-the polynomial of a step has an error of its own. The largest seen is 1.1e-5."""
 """Eight times as fast as the default tolerances, and harder for the bound on rho."""
+BETWEEN = 2e-5
+"""Distance by which samples may exceed R. The ends of COARSE steps exceed it by 1e-6 at most; the samples between them
+have the error of the step's polynomial too. The largest measured is 1.1e-5."""
 
 
 @pytest.fixture(scope="module")

@@ -183,7 +183,7 @@ CHANGES: dict[str, list[tuple[str, str, str]]] = {
     "absent": [("gains", "lambda: 3.0", "lambda: 3.5")],
     "patched": [("gains", "np.level = 6.0", "np.level = 6.5")],
 }  # fmt: skip
-"""What each law reads, in the text of a module, and what it is changed to."""
+"""Text that each law reads in its module, and the text it is changed to."""
 UNTOLD = {
     "whole": "vars is read",
     "dynamic": "the module laws.gains is used as a whole",
