@@ -248,7 +248,19 @@ class Printed:
 
 
 def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
-    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow."""
+    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow.
+
+    Parameters
+    ----------
+    number, title : str
+        Number of the equation, or its place in the paper; its subject.
+    kind : str
+        "equation", "definition", "condition", "statement" or "data".
+    *relations : Relation
+        What is printed; none where readings follow.
+    note : str
+        Words on the entry.
+    """
     return Printed(number, title, kind, (Reading(relations),) if relations else (), note)
 
 
