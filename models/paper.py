@@ -62,8 +62,7 @@ A module of a ledger is a list of entries in the order of the paper: functions t
 each with what it needs just above it.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges
-all.
+judge one entry at a time: ``mehvar.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges all.
 `papers/triangle/ledger/` is a complete example.
 """
 
