@@ -404,7 +404,9 @@ def test_an_error_of_a_ledger_is_told_with_its_line(project):
     folder.mkdir(parents=True)
     (folder / "__init__.py").touch()
     (folder / "ledger.py").write_text("def paper(system):\n    return system.nothing\n")
-    assert "papers/cart/ledger.py:2: AttributeError: " in project.refused("--paper")
+    process = project.mehvar("diff", "--paper")
+    assert process.returncode == 2
+    assert process.stderr.startswith("mehvar: papers/cart/ledger.py:2: AttributeError: "), process.stderr
 
 
 TUTORIAL = (ROOT / "docs" / "tutorials" / "diff.md").read_text(encoding="utf-8")
