@@ -150,7 +150,9 @@ def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch
     assert seven() == 7
 
 
-def test_without_any_compiler_functions_are_evaluated_by_numpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path) -> None:
+def test_without_any_compiler_functions_are_evaluated_by_numpy(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path
+) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
     real = importlib.util.find_spec
