@@ -147,7 +147,7 @@ def _vectors(firmware: Program, text: str) -> tuple[Vector, ...]:
         ("LAW", "parameters of the law", f"{name}_C", law.parameters, False),
         ("MEMORY", "memory, which no one else writes", f"{name}_Z", law.memory, True),
     )
-    numbers = {"PLANT": firmware.resolved.p, "LAW": firmware.resolved.c}
+    numbers: dict[str, Sequence[float]] = {"PLANT": firmware.resolved.p.tolist(), "LAW": firmware.resolved.c.tolist()}
     return tuple(_vector(*row, text=text, values=numbers.get(row[0], ())) for row in rows)
 
 

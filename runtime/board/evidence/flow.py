@@ -27,6 +27,8 @@ _CONDITIONAL = re.compile(rf"b({'|'.join(_CONDITIONS)})(\.w)?|cbn?z")
 _RETURN_IF = re.compile(rf"(bx|pop|ldm\w*?)({'|'.join(_CONDITIONS)})(\.w)?")
 _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
+_RISCV_BRANCH = re.compile(r"(c\.)?b(eq|ne|lt|ge|ltu|geu|gt|le|gtu|leu|eqz|nez|lez|gez|ltz|gtz)")
+_RISCV_OFFSET = re.compile(r"-?(0x[0-9a-f]+|\d+)$")
 _CODE = 2**32
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
@@ -81,13 +83,73 @@ class Instruction:
             return False
         return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
 
+    @property
+    def returns(self) -> bool:
+        """True for the end of a function."""
+        return (self.mnemonic == "bx" and self.operands == "lr") or (
+            self.mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in self.operands and "[pc" not in self.operands
+            and "[r" not in self.operands
+        ) or self.mnemonic == "udf"  # fmt: skip
+
+
+class RiscV(Instruction):
+    """An instruction of RISC-V. Its loops are not counted: their operands are written otherwise."""
+
+    @property
+    def conditional(self) -> bool:
+        """True for a branch that may or may not be taken."""
+        return _RISCV_BRANCH.fullmatch(self.mnemonic) is not None
+
+    @property
+    def returns_if(self) -> bool:
+        """False: no instruction returns or goes on."""
+        return False
+
+    @property
+    def call(self) -> bool:
+        """True for a call."""
+        name = self.mnemonic.removeprefix("c.")
+        return (name == "jal" and not self.operands.startswith("zero,")) or (name == "jalr" and not self._plain)
+
+    @property
+    def leaves(self) -> bool:
+        """True where the next instruction runs only if something jumps there."""
+        name = self.mnemonic.removeprefix("c.")
+        return not self.call and name in ("j", "jal", "jr", "jalr", "ret", "ebreak", "unimp")
+
+    @property
+    def returns(self) -> bool:
+        """True for the end of a function."""
+        name = self.mnemonic.removeprefix("c.")
+        return name in ("ret", "ebreak", "unimp") or (name == "jr" and self.operands == "ra")
+
+    @property
+    def _plain(self) -> bool:
+        return self.operands.startswith("zero,")
+
 
 _END = Instruction(-1, 0, "", "", None, frozenset())
 
 
 def instructions(elf: Elf, name: str) -> list[Instruction]:
     """Return the instructions of a function, without the constants between them."""
-    return [i for address, size in elf.functions[name] for i in _decoded(elf.stored(address, size), address)]
+    decoded = _decoded_riscv if elf.riscv else _decoded
+    return [i for address, size in elf.functions[name] for i in decoded(elf.stored(address, size), address)]
+
+
+@functools.cache
+def _decoded_riscv(code: bytes, address: int) -> tuple[Instruction, ...]:
+    engine = capstone.Cs(capstone.CS_ARCH_RISCV, capstone.CS_MODE_RISCV64 | capstone.CS_MODE_RISCVC)
+    decoded = []
+    for at, size, mnemonic, operands in engine.disasm_lite(code, address):
+        name = mnemonic.removeprefix("c.")
+        target = None
+        if (name in ("j", "jal") or _RISCV_BRANCH.fullmatch(mnemonic)) and (match := _RISCV_OFFSET.search(operands)):
+            target = at + int(match[0], 0)
+        decoded.append(RiscV(at, size, mnemonic, operands, target, frozenset()))
+    if sum(i.size for i in decoded) != len(code):
+        raise UnboundedError(f"an instruction at {address + sum(i.size for i in decoded):#010x} is not known")
+    return tuple(decoded)
 
 
 @functools.cache
@@ -214,18 +276,11 @@ class _Function:
                 yield last.target
             elif self._flow.owner(last.target) is None:
                 raise UnboundedError(f"{self._name} jumps to {last.target:#010x}, where no function begins")
-        elif last.leaves and not self._returns(last):
+        elif last.leaves and not last.returns:
             raise UnboundedError(f"{self._name} jumps through a register at {last.address:#010x}")
         within_if = len(block) > 1 and block[-2].mnemonic.startswith("it")
         if (not last.leaves or within_if) and last.address + last.size in self._blocks:
             yield last.address + last.size
-
-    @staticmethod
-    def _returns(last: Instruction) -> bool:
-        return (last.mnemonic == "bx" and last.operands == "lr") or (
-            last.mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in last.operands and "[pc" not in last.operands
-            and "[r" not in last.operands
-        ) or last.mnemonic == "udf"  # fmt: skip
 
     # what registers hold
 
