@@ -12,11 +12,9 @@ import re
 from dataclasses import dataclass
 from typing import NoReturn
 
-from mehvar.errors import MehvarError
-
 from .emulator.profile import disassemble, registers
-from .evidence.flow import instructions
 from .image.elf import Elf
+from .image.instructions import UnboundedError, instructions
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
@@ -29,10 +27,6 @@ _DESCENT = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
 _RISCV_DESCENT = re.compile(r"(?:addi|addi16sp) sp, (?:sp, )?(-?(?:0x[0-9a-f]+|\d+))")
 _RISCV_FRAME = re.compile(r"(add|addi|sub|mv|andi?|l[dw]) sp,")
 _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
-
-
-class UnboundedError(MehvarError, ValueError):
-    """The image does not determine the depth of the stack."""
 
 
 @dataclass(frozen=True)

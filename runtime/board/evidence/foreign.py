@@ -14,9 +14,9 @@ from mehvar.errors import bad_value
 
 from ..emulator.profile import STEP
 from ..image.elf import Elf, read_elf
-from ..stack import UnboundedError as UnboundedStackError
+from ..image.instructions import UnboundedError, instructions
 from ..stack import deepest
-from .flow import Flow, UnboundedError, instructions
+from .flow import Flow
 from .linkmap import LinkMap, Member
 
 
@@ -149,7 +149,7 @@ def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspe
         reasons.append(str(error))
     try:
         stack = sum(size for _, size in deepest(elf, name))
-    except UnboundedStackError as error:
+    except UnboundedError as error:
         reasons.append(str(error))
     return Inspected(
         name, sum(size for _, size in elf.functions[name]), len(text), loops,
