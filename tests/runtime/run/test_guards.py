@@ -17,18 +17,21 @@ ADAPTIVE = ("dopri5", "dop853", "rock4")
 
 
 def clockwork() -> System:
-    """A hand that turns, and a spring whose rate an event changes."""
-    x = Group("x", (quantity("angle", "1"), quantity("place", "1"), quantity("speed", "1/s"), quantity("k", "1/s")))
+    """A hand that turns, a spring whose rate an event changes, and a guard that is another one under a push."""
+    names = (("angle", "1"), ("place", "1"), ("speed", "1/s"), ("k", "1/s"), ("fine", "1"))
+    x, memory = Group("x", tuple(quantity(*row) for row in names)), Group("z", (quantity("calls", "1"),))
     u, z = Group("u", (quantity("push", "1/s"),)), sp.S.Zero
     rows = (
         ("w", "1/s", 1.0), ("goal", "1", 50.0), ("a", "1", 0.0), ("gap", "1", 0.1), ("late", "1", 0.0),
-        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0),
+        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0), ("full", "1/s", 1.0), ("coarse", "1", 99.0), ("far", "1", 0.0),
+        ("turn", "1", 0.0), ("Ts", "s", 1.0, POSITIVE),
     )  # fmt: skip
     p, none = Group("p", tuple(parameter(*row) for row in rows)), Group("c", ())
     s = Group("s", (parameter("k_0", "1/s", 1.0),))
     return table(
         x, u, p, name="clockwork", title="a hand and a spring", scenario_parameters=s,
-        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z), initial=(z, sp.S.One, z, s.k_0),
+        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z, u.push * (x.angle - p.turn)),
+        initial=(z, sp.S.One, z, s.k_0, z),
         events=(
             Event("here", x.angle - p.goal, "rising"),
             Event("there", sp.exp(x.angle) - sp.exp(p.goal + p.late), "rising"),
@@ -36,8 +39,17 @@ def clockwork() -> System:
             Event("follower", sp.sin(p.a * x.angle + 1 - p.gap), "either"),
             Event("lost", sp.log(p.edge - x.angle) + 100, "falling"),
             Event("change", x.angle - p.change, "rising", {x.k: p.k_next}),
+            Event(
+                "touch",
+                (p.full - u.push) * ((x.angle + p.far) ** 2 - (p.coarse + p.far) ** 2) + u.push * p.far * x.fine,
+                "rising",
+            ),
         ),
-        controllers=(Controller("free", "", none, (z,)),),
+        controllers=(
+            Controller("free", "", none, (z,)),
+            Controller("push", "", none, (p.full * sp.Min(memory.calls, 1) + 0 * p.Ts / p.Ts * p.full,), period="Ts",
+                       memory=memory, start=(z,), update=(memory.calls + 1,)),
+        ),
         scenarios=(Scenario("plain", "", 10.0, 10.0, {}, {}, {}),),
     )  # fmt: skip
 
@@ -76,6 +88,21 @@ def test_a_guard_without_a_value_ends_the_run(folder: Path, backend: str, method
     run = simulate(folder, "free", backend=backend, method=method, edge=4.1, dt_out=0.5)
     assert run.status is Status.NOT_FINITE
     assert 4.0 <= run.t_stop <= 4.5
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_guard_without_a_value_at_the_start_ends_the_run_there(folder: Path, backend: str) -> None:
+    run = simulate(folder, "free", backend=backend, edge=4.1, initial={"angle": 5.0}, dt_out=0.5)
+    assert (run.status, run.t_stop) == (Status.NOT_FINITE, 0.0)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_is_noise_of_a_guard_is_none_behind_a_jump_of_its_input(folder: Path, backend: str) -> None:
+    """A coarse guard rises just before the sample; behind it a fine one dips below zero by less, and rises again."""
+    for spacings in range(2, 12):
+        values = {"coarse": 1 - 6e-8 * spacings, "far": 1e9, "turn": 1 + 2e-4}
+        run = simulate(folder, "push", backend=backend, t_end=2.0, dt_out=1.0, parameters=values)
+        assert times(run, "touch") == pytest.approx([1.0, 1.0002], abs=2e-6), spacings
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)
