@@ -17,21 +17,18 @@ ADAPTIVE = ("dopri5", "dop853", "rock4")
 
 
 def clockwork() -> System:
-    """A hand that turns, a spring whose rate an event changes, and a guard that is another one under a push."""
-    names = (("angle", "1"), ("place", "1"), ("speed", "1/s"), ("k", "1/s"), ("fine", "1"))
-    x, memory = Group("x", tuple(quantity(*row) for row in names)), Group("z", (quantity("calls", "1"),))
+    """A hand that turns, and a spring whose rate an event changes."""
+    x = Group("x", (quantity("angle", "1"), quantity("place", "1"), quantity("speed", "1/s"), quantity("k", "1/s")))
     u, z = Group("u", (quantity("push", "1/s"),)), sp.S.Zero
     rows = (
         ("w", "1/s", 1.0), ("goal", "1", 50.0), ("a", "1", 0.0), ("gap", "1", 0.1), ("late", "1", 0.0),
-        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0), ("full", "1/s", 1.0), ("coarse", "1", 99.0), ("far", "1", 0.0),
-        ("turn", "1", 0.0), ("Ts", "s", 1.0, POSITIVE),
+        ("edge", "1", 1e9, POSITIVE), ("change", "1", 99.0), ("k_next", "1/s", 1.0),
     )  # fmt: skip
     p, none = Group("p", tuple(parameter(*row) for row in rows)), Group("c", ())
     s = Group("s", (parameter("k_0", "1/s", 1.0),))
     return table(
         x, u, p, name="clockwork", title="a hand and a spring", scenario_parameters=s,
-        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z, u.push * (x.angle - p.turn)),
-        initial=(z, sp.S.One, z, s.k_0, z),
+        rhs=(p.w + u.push, x.speed, -(x.k**2) * x.place, z), initial=(z, sp.S.One, z, s.k_0),
         events=(
             Event("here", x.angle - p.goal, "rising"),
             Event("there", sp.exp(x.angle) - sp.exp(p.goal + p.late), "rising"),
@@ -39,17 +36,8 @@ def clockwork() -> System:
             Event("follower", sp.sin(p.a * x.angle + 1 - p.gap), "either"),
             Event("lost", sp.log(p.edge - x.angle) + 100, "falling"),
             Event("change", x.angle - p.change, "rising", {x.k: p.k_next}),
-            Event(
-                "touch",
-                (p.full - u.push) * ((x.angle + p.far) ** 2 - (p.coarse + p.far) ** 2) + u.push * p.far * x.fine,
-                "rising",
-            ),
         ),
-        controllers=(
-            Controller("free", "", none, (z,)),
-            Controller("push", "", none, (p.full * sp.Min(memory.calls, 1) + 0 * p.Ts / p.Ts * p.full,), period="Ts",
-                       memory=memory, start=(z,), update=(memory.calls + 1,)),
-        ),
+        controllers=(Controller("free", "", none, (z,)),),
         scenarios=(Scenario("plain", "", 10.0, 10.0, {}, {}, {}),),
     )  # fmt: skip
 
@@ -96,13 +84,41 @@ def test_a_guard_without_a_value_at_the_start_ends_the_run_there(folder: Path, b
     assert (run.status, run.t_stop) == (Status.NOT_FINITE, 0.0)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_what_is_noise_of_a_guard_is_none_behind_a_jump_of_its_input(folder: Path, backend: str) -> None:
-    """A coarse guard rises just before the sample; behind it a fine one dips below zero by less, and rises again."""
-    for spacings in range(2, 12):
-        values = {"coarse": 1 - 6e-8 * spacings, "far": 1e9, "turn": 1 + 2e-4}
-        run = simulate(folder, "push", backend=backend, t_end=2.0, dt_out=1.0, parameters=values)
-        assert times(run, "touch") == pytest.approx([1.0, 1.0002], abs=2e-6), spacings
+def switched() -> System:
+    """A guard that is the place of a coarse hand before the first push, and a fine number afterwards."""
+    x, u = Group("x", (quantity("place", "1"), quantity("fine", "1"))), Group("u", (quantity("push", "1/s"),))
+    rows = (
+        ("w", "1/s", 0.01),
+        ("goal", "1", 0.0),
+        ("turn", "1", 0.0),
+        ("full", "1/s", 1.0),
+        ("Ts", "s", 1.0, POSITIVE),
+    )
+    p, z = Group("p", tuple(parameter(*row) for row in rows)), Group("z", (quantity("calls", "1"),))
+    s = Group("s", (parameter("place_0", "1", 1e9),))
+    command = p.full * sp.Min(z.calls, 1)
+    return table(
+        x, u, p, name="switched", title="a hand and a number", scenario_parameters=s,
+        initial=(s.place_0, sp.S.Zero),
+        rhs=(p.w + 0 * u.push / p.Ts * p.Ts, u.push * (x.place - p.turn)),
+        events=(Event("touch", (p.full - u.push) * (x.place - p.goal) + u.push * x.fine, "rising"),),
+        controllers=(
+            Controller("push", "", Group("c", ()), (command,), period="Ts", memory=z, start=(sp.S.Zero,),
+                       update=(z.calls + 1,)),
+        ),
+        scenarios=(Scenario("plain", "", 2.0, 1.0, {}, {}, {}),),
+    )  # fmt: skip
+
+
+def test_what_is_noise_of_a_guard_is_none_behind_a_jump_of_its_input(tmp_path: Path) -> None:
+    """The hand comes to its goal about the sample; behind it the number dips by less than its noise, and rises again.
+
+    Only in C: SciPy's roots are beyond the crossing by the tolerance, however coarse the state is.
+    """
+    folder, place, spacing = written(switched(), tmp_path), 1e9 + 0.1, 2.0**-23
+    for early in range(6, 26):
+        run = simulate(folder, "push", w=0.1, goal=place - early * spacing, turn=place + 2e-5)
+        assert times(run, "touch")[-1] == pytest.approx(1.00043, abs=2e-5), early
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)

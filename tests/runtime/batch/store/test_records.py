@@ -64,9 +64,7 @@ SEALED: list[tuple[str, Callable[[Path], object]]] = [
 
 
 @pytest.mark.parametrize(("what", "change"), [*OTHERS, *SEALED])
-def test_a_record_in_the_place_of_another_is_told(
-    folder: Path, what: str, change: Callable[[Path], object]
-) -> None:
+def test_a_record_in_the_place_of_another_is_told(folder: Path, what: str, change: Callable[[Path], object]) -> None:
     assert isinstance(Proof(folder).block(1), Record)
     change(folder)
     assert Proof(folder).block(1) == Stray(what)
