@@ -72,9 +72,10 @@ def test_stalls_that_are_not_in_a_row_do_not_end_a_run(folder: Path, backend: st
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("method", ["rk4", *ADAPTIVE])
 def test_a_guard_without_a_value_ends_the_run(folder: Path, backend: str, method: str) -> None:
-    """Else it would never cross, and nobody would know."""
+    """Else it would never cross, and nobody would know; nor has it crossed."""
     run = simulate(folder, "free", backend=backend, method=method, edge=4.1, dt_out=0.5)
     assert run.status is Status.NOT_FINITE
+    assert times(run, "lost") == []
     assert 4.0 <= run.t_stop <= 4.5
 
 
