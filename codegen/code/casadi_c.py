@@ -16,7 +16,8 @@ def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     """Let CasADi print the same graphs, under names that begin with the model's.
 
     `casadi.external` asks a library for derivatives by the names `jac_NAME`, `fwd1_NAME`, `adj1_NAME` and
-    `jac_adj1_NAME`: those of the right-hand side are added, so that an optimiser has exact first and second ones.
+    `fwd1_adj1_NAME`: those of the right-hand side are added, so that an optimiser has exact first and second ones. The
+    Jacobian of `adj1_NAME` would be six to thirty times as long.
 
     Returns
     -------
@@ -30,7 +31,7 @@ def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
         generator.add(graph)
         if function.name == "rhs":
             backward = graph.reverse(1)
-            for derivative in (graph.jacobian(), graph.forward(1), backward, backward.jacobian()):
+            for derivative in (graph.jacobian(), graph.forward(1), backward, backward.forward(1)):
                 generator.add(derivative)
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(folder + "/")
