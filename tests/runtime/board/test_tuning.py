@@ -226,6 +226,6 @@ def test_laws_without_memory_are_tuned_too(tmp_path, model, law):
 def test_a_file_of_somebody_beside_the_journal_is_refused_and_stays(tmp_path, text):
     journal = tmp_path / "journal"
     path_of(journal).write_text(text)
-    with pytest.raises(InputError, match=r"journal.tune holds what is no request: remove it"):
+    with pytest.raises(InputError, match=r"journal.tune contains no tuning request: remove it"):
         run_on_board(load("triangle"), BoardRequest("path", "sil", samples=3, selftest=0, journal=journal))
     assert path_of(journal).read_text() == text
