@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One name, one symbol: what a system names is named once, and in a form that C, Python and result files can have."""
+"""Unique names in a system, in a form that C, Python and result files accept."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def check_name(name: str, what: str) -> None:
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
-    """Return what a symbol is, as in "parameter of law 'pd'"; nothing for one that belongs to nothing."""
+    """Return the description of a symbol, as in "parameter of law 'pd'", or nothing."""
     return next((kind for kind, group in _groups(system) if symbol in group.symbols), "")
 
 

@@ -249,7 +249,7 @@ REFUSED = [
     ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"actuator would be ignored by law"),
     ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
      r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
-    ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol, r"place \[m\] and speed \[m/s\] stand"),
+    ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol, r"place \[m\] and speed \[m/s\] have different units"),
     ("a sine of a length", CART, ("rhs", 0), lambda v: v * sp.sin(STATE.symbol),
      r"sin is of a number, and place is in m"),
     ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
