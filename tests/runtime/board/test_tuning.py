@@ -175,7 +175,7 @@ def test_what_cannot_be_tuned_is_refused(tmp_path):
         ({"tau_m": float("nan")}, "must be a finite number"),
         ({"tau_m": -1.0}, "must be in"),
         ({"dead_zone": 1e300}, "must be a finite float"),
-        ({"Ts": 0.25}, "the host's clock"),
+        ({"Ts": 0.25}, "whose clock"),
         ({}, "nothing to tune"),
     ):
         with pytest.raises(InputError, match=message):
