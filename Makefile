@@ -1,5 +1,5 @@
-# make run : set up .venv and reproduce the papers' figures and claims into report/
-# make test: set up .venv and run every check and test
+# make run : set up .venv with what a run needs and reproduce the papers' figures and claims into report/
+# make test: set up .venv with everything and run every check and test
 # make test-quick: a minute of tests near the files that changed since main
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 CAMPAIGNS := validate mutants soak matrix peers compare sceptic
 
 .PHONY: run test test-quick docs lint setup clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
-run: setup
+run: $(VENV)/run
 	$(BIN)/mehvar reproduce --out report
 
 test: setup lint
@@ -82,10 +82,13 @@ lint: setup
 
 setup: $(VENV)/installed
 
-$(VENV)/installed: pyproject.toml constraints.txt
+# without bytecode: Python compiles the few modules that it imports, and pip would compile all before the first
+$(VENV)/run: EXTRAS := board,plot
+$(VENV)/installed: EXTRAS := dev
+$(VENV)/run $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
-	@touch $@
+	$(BIN)/python -m pip install --no-compile --disable-pip-version-check -c constraints.txt -e ".[$(EXTRAS)]"
+	@touch $(VENV)/run $@
 
 clean:
 	rm -rf $(VENV) .venv-validation .venv-compare .venv-sceptic report

@@ -14,9 +14,8 @@ from mehvar.papers import beyond as module
 from mehvar.papers.beyond import Beyond, differences, load_beyond, read_beyond
 from mehvar.papers.claims import ClaimVerdict
 from mehvar.papers.runs import Runs
-from mehvar.report.content import beyond_folders
 from mehvar.runtime.model.model import load
-from tests.mehvar.papers.shared import paper_runs
+from tests.mehvar.papers.shared import beyond_runs, paper_runs
 from tests.mehvar.papers.words import silent, wrong_words
 
 PAPERS = ("satellite", "slosh", "triangle")
@@ -35,7 +34,7 @@ def beyond(model: str) -> Beyond:
 
 @pytest.fixture(scope="module")
 def runs(model: str) -> Runs:
-    return Runs(load(beyond_folders([model])[model]))
+    return beyond_runs(model)
 
 
 def as_paper(beyond: Beyond, model: str) -> SimpleNamespace:
