@@ -18,7 +18,7 @@ import pytest
 
 from tests import commands
 
-PAPERS = ("tests/mehvar/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
+PAPERS = ("tests/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
 TOGETHER = (PAPERS, ("tests/models/slosh/",), ("tests/mehvar/physics/",))
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (

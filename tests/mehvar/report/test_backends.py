@@ -7,12 +7,12 @@ import shutil
 import pytest
 
 from mehvar.manifest import FILE, sealed
-from mehvar.papers.runs import Runs
 from mehvar.report.backends import POINTS, TOLERANCE, compare
+from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.derived import holder
 from mehvar.runtime.model.model import load
-from tests.mehvar.papers.shared import paper_agreement
+from tests.papers.shared import paper_agreement
 
 
 @pytest.mark.parametrize("model", known_models())
