@@ -232,6 +232,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "samples": (EVIDENCE, (*EVIDENCE[:6], "1", *EVIDENCE[7:])),
         "disturbed": "tests/runtime/board/test_evidence.py: disturbed=",
         "elf": (EVIDENCE, (*EVIDENCE, "--elf", "none.elf")),
+        "linked": (EVIDENCE, (*EVIDENCE, "--map", "none.map")),
         "out": (EVIDENCE, (*EVIDENCE[:-1], "file")),
     },
     "board emit": {
