@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The symbols of a paper, what they mean in our derivation, and how they are written; see `mehvar.models.paper`."""
+"""The symbols of a paper, their meaning in the derivation and their spelling; see `mehvar.models.paper`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of a ledger: what a paper prints, equation by equation, and what its symbols mean in our derivation.
+"""The vocabulary of a ledger: printed equations, and the meaning of their symbols in the derivation.
 
 The folder papers/MODEL, beside models/, has a module `ledger` (or a package) with a function
 

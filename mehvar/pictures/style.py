@@ -108,7 +108,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def interactive(width: float, height: float) -> Figure:
-    """Return the same of pyplot's, which a notebook and a window show."""
+    """Return figure and axes of pyplot, which a notebook or a window shows."""
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained", FigureClass=_figure_class())
