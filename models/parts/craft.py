@@ -197,6 +197,7 @@ class Spacecraft:
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
         limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
+        limits += self.chart.limits()
         craft = mounted[0].craft
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
         if sensor:

@@ -82,3 +82,17 @@ def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
     run = mehvar.simulate(burning, lambda t, x: [0.0, 0.3], period=0.1, t_end=20.0)
     assert run.attrs["reason"] == "end time reached"
     assert 1.0 - 0.03 < run["spare_fuel"][-1] <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("attitude", "turn", "why"), [("euler", np.pi / 2, "pitch is 90 degrees"), ("mrp", 2 * np.pi, "a whole turn")]
+)
+def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
+    craft = Spacecraft(f"tumbling_{attitude}", attitude=attitude, motion="attitude")
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))
+    model = mehvar.build(craft)
+    run = mehvar.simulate(model, None, inputs={}, wy_0=0.5, t_end=60.0)
+    assert why in run.attrs["reason"]
+    assert float(run.attrs["reason"].split("t = ")[1].split()[0]) == pytest.approx(turn / 0.5, rel=1e-3)
+    runs = mehvar.batch(model, None, inputs={}, n=4, t_end=60.0, vary={"wy_0": "uniform(0.2, 0.5)"})
+    np.testing.assert_allclose(runs["t_stop"], turn / runs["wy_0"], rtol=1e-3)
