@@ -24,7 +24,7 @@ from types import (
     ModuleType,
     SimpleNamespace,
 )
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -318,7 +318,7 @@ def _comes_with_python(value: object) -> bool:
     return _is_installed(value if isinstance(value, type | FunctionType) else type(value))
 
 
-def _is_bound(value: object) -> bool:
+def _is_bound(value: object) -> TypeGuard[BuiltinFunctionType]:
     """Return True for a method in C of an object, as ``{"soft": 1.0}.get``, which reads what the object holds."""
     return isinstance(value, BuiltinFunctionType) and not isinstance(value.__self__, ModuleType | type(None))
 
