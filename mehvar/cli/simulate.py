@@ -90,11 +90,11 @@ def command(
     if store is not None or run is not None or trust_model:
         decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
-            raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
+            raise typer.BadParameter("--from STORE needs --run ID, and takes law, scenario and settings from the batch")
         if model is not None and trust_model:
             raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
         if as_json:
-            raise typer.BadParameter("--json prints a run, not a comparison with a batch")
+            raise typer.BadParameter("--json cannot be used with --from, which compares a run with its batch")
         return repeat(store, run, out, plot, model, trust_model)
     if model is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
@@ -223,7 +223,7 @@ def repeat(
     store = open_store(path)
     plan = plan_of(store, model, trust)
     if not is_model_of(store, plan.model):
-        typer.echo(f"note: {path} was made from another text of the model {store.attributes['model']}")
+        typer.echo(f"note: {path} was made from another version of the model {store.attributes['model']}")
     with progress(f"{plan.model.name} run {number}") as advance:
         run = repeat_run(plan, store, number, advance)
     what = f"run {number} of {path}"
@@ -298,7 +298,7 @@ def _unexpected(run: Run) -> list[str]:
     """Say which metrics are not reproduced as the scenario expects them, by the tolerances of the papers' report."""
     if run.controller.name not in run.scenario.expect:
         return []
-    from mehvar.papers.deviations import of_run
+    from mehvar.reproduction.deviations import of_run
 
     numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
     return [
@@ -338,8 +338,8 @@ def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
         save(dataset, out)
         typer.echo(f"saved {out}", err=quiet)
     if plot is not None:
-        from mehvar.papers.reproduction import run_picture
         from mehvar.pictures.files import save as save_picture
+        from mehvar.reproduction.paper import run_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}", err=quiet)

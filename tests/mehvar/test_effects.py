@@ -181,6 +181,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     "board run": {
         **dict.fromkeys(("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"),
         "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
+        "restarts": (BOARD, (*BOARD, "--restarts", "0")),
         "raw": (BOARD, (*BOARD, "--raw")),
         "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
         "model": (BOARD, (*BOARD[:2], "none", *BOARD[3:])),
@@ -232,15 +233,21 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "samples": (EVIDENCE, (*EVIDENCE[:6], "1", *EVIDENCE[7:])),
         "disturbed": "tests/runtime/board/test_evidence.py: disturbed=",
         "elf": (EVIDENCE, (*EVIDENCE, "--elf", "none.elf")),
+        "linked": (EVIDENCE, (*EVIDENCE, "--map", "none.map")),
         "out": (EVIDENCE, (*EVIDENCE[:-1], "file")),
     },
     "board emit": {
         "model": (EMIT, (*EMIT[:2], "none", *EMIT[3:])),
         "controller": (EMIT, (*EMIT[:4], "sliding", *EMIT[5:])),
         "kind": (EMIT, (*EMIT[:6], "zephyr", *EMIT[7:])),
-        "scenario": (EMIT, (*EMIT, "--scenario", "paper-b")),
-        "inline": (EMIT, (*EMIT, "--inline-parameters")),
-        "tunable": ((*EMIT, "--inline-parameters"), (*EMIT, "--inline-parameters", "--tunable", "k_phi")),
+        "scenario": ((*EMIT, "--link"), (*EMIT, "--link", "--scenario", "paper-b")),
+        "within": (EMIT, (*EMIT, "--range", "rho=0:1")),
+        "link": (EMIT, (*EMIT, "--link")),
+        "inline": ((*EMIT, "--link"), (*EMIT, "--link", "--inline-parameters")),
+        "tunable": (
+            (*EMIT, "--link", "--inline-parameters"),
+            (*EMIT, "--link", "--inline-parameters", "--tunable", "k_phi"),
+        ),
         "out": (EMIT, (*EMIT[:-1], "b")),
     },
     "board flash": {

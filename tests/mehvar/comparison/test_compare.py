@@ -374,7 +374,10 @@ def configure(project: Project, kind: str, command: str) -> None:
 
 
 def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
-    shutil.copy(CART / "paper.py", project.root / "models" / "cart")
+    folder = project.root / "papers" / "cart"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    shutil.copy(CART / "ledger.py", folder)
     process = project.mehvar("diff", "--paper")
     assert process.returncode == 1, process.stderr
     for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "misprint: The force pushes."):
@@ -394,6 +397,16 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     assert Tags(page).addresses == ["#cart"]
     assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
     assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
+
+
+def test_an_error_of_a_ledger_is_told_with_its_line(project):
+    folder = project.root / "papers" / "cart"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    (folder / "ledger.py").write_text("def paper(system):\n    return system.nothing\n")
+    process = project.mehvar("diff", "--paper")
+    assert process.returncode == 2
+    assert process.stderr.startswith("mehvar: papers/cart/ledger.py:2: AttributeError: "), process.stderr
 
 
 TUTORIAL = (ROOT / "docs" / "tutorials" / "diff.md").read_text(encoding="utf-8")

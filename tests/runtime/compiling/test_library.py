@@ -5,11 +5,14 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -150,13 +153,18 @@ def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch
     assert seven() == 7
 
 
-def test_without_any_compiler_python_takes_over(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path) -> None:
+def test_without_any_compiler_functions_are_evaluated_by_numpy(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path
+) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
     real = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ziglang" else real(name))
     with pytest.warns(RuntimeWarning, match="no C compiler"):
-        assert runtime.load(folder).backend == "python"
+        model = runtime.load(folder)
+    assert model.rhs([0.1, 0.0], [0.0]).shape == (2,)
+    with pytest.raises(InputError, match="no C compiler found: set"):
+        runtime.simulate(model, "pd", t_end=0.1)
     with pytest.raises(InputError, match="no C compiler found: set"):
         runtime.load(folder, backend="c")
 
@@ -212,3 +220,20 @@ def test_calls_release_the_interpreter_lock(pendulum: runtime.Model) -> None:
     while worker.is_alive():
         turns += 1
     assert turns > 1000
+
+
+def test_the_child_of_a_fork_does_not_wait_for_a_compilation_that_it_has_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    build.load_native()
+    end = threading.Event()
+    monkeypatch.setattr(build, "_BESIDE", [threading.Thread(target=end.wait)])
+    build._BESIDE[0].start()
+    with warnings.catch_warnings(action="ignore"):  # of threads and forks, which this is about
+        child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        build.load_native()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    end.set()
+    build.load_native()
+    assert not build._BESIDE[0].is_alive()

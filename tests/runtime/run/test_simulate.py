@@ -26,6 +26,7 @@ from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.library import load_native
 from mehvar.runtime.run.calls import loop_calls
 from mehvar.runtime.run.options import OPTIONS, RunOptions
+from tests.reference.scipy_loop import by_scipy
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
@@ -101,12 +102,29 @@ def test_continuous_loop_against_scipy(model: Model, method: Any, tolerance: flo
     np.testing.assert_allclose(run.y[:, 2], run.u[:, 0] * run.x[:, 1])
 
 
-def test_backends_agree(pendulum: Model, slow_pendulum: Model) -> None:
+def test_scipy_agrees_and_called_back_functions_do_to_rounding(pendulum: Model, slow_pendulum: Model) -> None:
     for law, options in (("pd", {}), ("pd", {"hold": 0.02, "delay": 2}), ("p-sum", {"delay": 1})):
         fast, slow = (simulate(m, law, ref_rate=0.3, **options) for m in (pendulum, slow_pendulum))
+        with by_scipy():
+            other = simulate(pendulum, law, ref_rate=0.3, **options)
         for name, values in fast.variables().items():
-            np.testing.assert_allclose(values, slow.variables()[name], atol=2e-9, err_msg=f"{law} {name}")
-        np.testing.assert_array_equal(fast.t, slow.t)
+            np.testing.assert_allclose(values, slow.variables()[name], atol=1e-13, err_msg=f"{law} {name}")
+            np.testing.assert_allclose(values, other.variables()[name], atol=2e-9, err_msg=f"{law} {name}")
+        np.testing.assert_array_equal(fast.t, other.t)
+
+
+def test_a_law_elsewhere_is_asked_for_a_sampled_one_in_c(pendulum: Model, slow_pendulum: Model) -> None:
+    usual = simulate(pendulum, "pd", hold=0.1, t_end=1.0)
+
+    def elsewhere(x: Array, r: Array, _: Array, z: Array) -> tuple[Array, Array]:
+        return np.asarray(pendulum.functions["pd"](x, r, usual.parameters.p, usual.parameters.c)), z
+
+    run = simulate(pendulum, "pd", hold=0.1, t_end=1.0, law=elsewhere)
+    np.testing.assert_array_equal(run.x, usual.x)
+    others: list[tuple[Model, dict[str, Any]]] = [(pendulum, {}), (slow_pendulum, {"hold": 0.1})]
+    for other, options in others:
+        with pytest.raises(InputError, match=r"law = .*left out unless a sampled law runs on the C backend"):
+            simulate(other, "pd", law=elsewhere, **options)
 
 
 def test_moving_reference(model: Model) -> None:
@@ -330,7 +348,7 @@ def test_interrupt_from_the_keyboard(pendulum: Model) -> None:
 
 def test_chunks_do_not_change_the_result(pendulum: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
-    monkeypatch.setattr(runtime.run.compiled, "_CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(runtime.run.loop, "_CHUNK_SECONDS", 0.0)
     single = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
     np.testing.assert_array_equal(whole.x, single.x)
     np.testing.assert_array_equal(whole.u, single.u)

@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Claims of the papers, and the checks that decide them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import TypeAlias
+
+from mehvar.errors import InputError
+
+from .runs import Runs, WatchedRuns
+
+TIMES = 0.01
+"""Allowed relative deviation of a time: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 % of
+the times in the papers. With half of this no claim fails, and two rows get a note; with twice this three claims lose
+theirs."""
+AMPLITUDES = 0.02
+"""Allowed relative deviation of an amplitude: expected ones have two to four digits, and rounding changes two digits by
+up to 2.5 %. No verdict changes with half or twice this."""
+COUNTS = 1.0
+"""Allowed absolute deviation of a count: a sign change at the end of a run may or may not be included."""
+
+PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
+
+
+class ClaimVerdict(StrEnum):
+    """Verdict on a claim."""
+
+    HOLDS = "holds"
+    NOTE = "holds with a note"
+    READING = "holds under another reading"
+    PRINTED = "does not hold as printed"
+    REFUTED = "does not hold, as documented"
+    FAILS = "does not hold"
+
+    def of(self, count: int) -> str:
+        """Return the number of claims with this verdict, in words."""
+        return f"{count} {self if count == 1 else self.replace('holds', 'hold').replace('does', 'do')}"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One part of a claim: an expected value beside the one from running the model.
+
+    Attributes
+    ----------
+    what : str
+        The quantity.
+    expected, measured : str
+        Both values, in words.
+    holds : bool
+        True where they agree.
+    essential : bool
+        False for a check that the verdict does not depend on; its failure gets a note.
+    """
+
+    what: str
+    expected: str
+    measured: str
+    holds: bool
+    essential: bool = True
+
+
+@dataclass(frozen=True)
+class TriedReading:
+    """Another reading of an ambiguous or missing part of a paper, and the checks of a claim under it."""
+
+    name: str
+    text: str
+    checks: tuple[Check, ...]
+
+    @property
+    def holds(self) -> bool:
+        """True where the claim holds under this reading."""
+        return all(check.holds for check in self.checks if check.essential)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of a paper and the checks that decide it; `explanation` covers the checks that may fail.
+
+    Attributes
+    ----------
+    number, text, explanation : str
+        Its number in `claims.toml`, the statement, and words on its weak points.
+    checks : tuple of Check
+        What decides it.
+    refuted : bool
+        Our documents refute it, in the reading that the model uses: it fails when its checks hold.
+    readings : tuple of TriedReading
+        Other readings of damaged text, under one of which the claim may hold.
+    printed : bool
+        About the text as printed, which does not profit from other readings.
+    own : bool
+        A row of numbers from an independent program.
+    """
+
+    number: str
+    text: str
+    checks: tuple[Check, ...]
+    explanation: str = ""
+    refuted: bool = False
+    readings: tuple[TriedReading, ...] = ()
+    printed: bool = False
+    own: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Origin of the claim: `PAPERS` or `OWN`."""
+        return OWN if self.own else PAPERS
+
+    @property
+    def verdict(self) -> ClaimVerdict:
+        """Verdict on the claim."""
+        failed = [check for check in self.checks if not check.holds]
+        if any(check.essential for check in failed):
+            if not self.refuted:
+                return ClaimVerdict.FAILS
+            if not any(r.holds for r in self.readings):
+                return ClaimVerdict.REFUTED
+            return ClaimVerdict.PRINTED if self.printed else ClaimVerdict.READING
+        if self.refuted:
+            return ClaimVerdict.FAILS
+        return ClaimVerdict.NOTE if failed else ClaimVerdict.HOLDS
+
+    @property
+    def outcome(self) -> str:
+        """Results under other readings, in one line; empty if none was tried."""
+        if not self.readings:
+            return ""
+        holding = [f"{r.name}: {r.text.removesuffix('.')}" for r in self.readings if r.holds]
+        many = len(self.readings)
+        if not holding:
+            return f"Under none of {many} other readings tried." if many > 1 else "Not under the other reading tried."
+        which = f"{len(holding)} of {many} other readings tried" if many > 1 else "the other reading tried"
+        if self.printed:
+            return f"Holds if read otherwise ({len(holding)} of {many} tried): {'; '.join(holding)}."
+        return f"Holds under {which}: {'; '.join(holding)}."
+
+    @property
+    def expected(self) -> str:
+        """Expected values, in one line."""
+        return "; ".join(f"{check.what}: {check.expected}" for check in self.checks)
+
+    @property
+    def measured(self) -> str:
+        """Measured values, in one line."""
+        return "; ".join(f"{check.what}: {check.measured}" for check in self.checks)
+
+    @property
+    def note(self) -> str:
+        """The explanation if one is needed, else empty."""
+        return "" if self.verdict is ClaimVerdict.HOLDS else self.explanation
+
+
+@dataclass(frozen=True)
+class ReadingText:
+    """A reading to try for a claim: its name and its change, in one sentence."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class ClaimText:
+    """A claim before it is decided: an entry of a paper's `claims.toml`, with the numbers that its checks expect."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    number: str
+    text: str
+    explanation: str = ""
+    refuted: bool = False
+    printed: bool = False
+    expected: Mapping[str, float] = field(default_factory=dict)
+    reading: tuple[ReadingText, ...] = ()
+
+    def number_of(self, name: str) -> float:
+        """Return an expected number by its name.
+
+        Raises
+        ------
+        InputError
+            If the entry has no such number.
+        """
+        if name not in self.expected:
+            raise InputError(f"claim {self.number} (claims.toml) lacks the expected number {name!r}")
+        return self.expected[name]
+
+
+Expected: TypeAlias = Callable[[str], float]
+"""The expected numbers of a claim, by name."""
+Checks: TypeAlias = Callable[[Runs, Expected], Sequence[Check]]
+"""Runs the model and returns the checks of a claim."""
+
+
+Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
+"""Checks of a claim under a reading, by claim number and reading name."""
+
+
+def decide(
+    texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
+) -> list[Claim]:
+    """Return the decided claims, each with its checks, also under other readings."""
+    return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
+
+
+def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], runs: Runs) -> Claim:
+    tried = tuple(TriedReading(r.name, r.text, _tried(readings[r.name], text.number_of, runs)) for r in text.reading)
+    results = tuple(checks(runs, text.number_of))
+    return Claim(text.number, text.text, results, text.explanation, text.refuted, tried, text.printed)
+
+
+def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
+    """Return the checks of a reading; if one of its runs diverges, its numbers do not count as measurements.
+
+    This holds only for readings: a claim may be about a loop that diverges, and then has a check for that.
+    """
+    watched = WatchedRuns(runs)
+    results = tuple(checks(watched, expected))
+    if not watched.lost:
+        return results
+    ends = Check(
+        "the runs reach their ends", "all", "; ".join(dict.fromkeys(run.reason for run in watched.lost)), False
+    )
+    return (ends, *(replace(check, measured="not measured", holds=False) for check in results))
+
+
+def tally(claims: Iterable[Claim]) -> dict[str, list[tuple[ClaimVerdict, int]]]:
+    """Count claims by verdict, the papers' claims first and our own rows second; unused verdicts are omitted."""
+    several = list(claims)
+    counts = {kind: Counter(claim.verdict for claim in several if claim.kind == kind) for kind in (PAPERS, OWN)}
+    return {kind: [(verdict, of[verdict]) for verdict in ClaimVerdict if of[verdict]] for kind, of in counts.items()}
+
+
+def tally_text(kind: str, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
+    """Return the counts of a kind as one line."""
+    return f"{sum(count for _, count in counts)} {kind}: {'; '.join(v.of(count) for v, count in counts) or 'none'}"
+
+
+def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:
+    """Return the check that a number is within a relative tolerance of the expected one.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    expected, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    tolerance : float
+        Allowed relative deviation.
+    """
+    holds = abs(measured - expected) <= tolerance * abs(expected)
+    return Check(what, f"{expected:g} {unit}".strip(), f"{measured:.4g} {unit}".strip(), holds)
+
+
+def count(what: str, expected: float, measured: float) -> Check:
+    """Return the check that a count is within one of the expected one.
+
+    Parameters
+    ----------
+    what : str
+        What is counted.
+    expected, measured : float
+        Both counts.
+    """
+    return Check(what, f"{expected:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
+
+
+def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
+    """Return the check that a number is below a bound.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    bound, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    """
+    return Check(what, f"< {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured < bound)
+
+
+def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
+    """Return the check that a number is above a bound.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    bound, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    """
+    return Check(what, f"> {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured > bound)
+
+
+def beside(check: Check) -> Check:
+    """Return the check marked as not essential for the claim.
+
+    Parameters
+    ----------
+    check : Check
+        The check.
+    """
+    return replace(check, essential=False)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Strict reader for a paper's data files: captions, claims, studies and tables of expected numbers."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from mehvar.errors import InputError
+from mehvar.schema import parse_toml
+
+Data = TypeVar("Data")
+
+
+def read_data(path: Path, kind: type[Data]) -> Data:
+    """Read a TOML file as a dataclass.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        The dataclass; its `__pydantic_config__` decides whether other fields are refused.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, is not TOML, or has a field that is missing, unknown or of the wrong kind; the
+        message names file and field.
+    """
+    try:
+        content = parse_toml(path.read_text(encoding="utf-8"))
+        return TypeAdapter(kind).validate_python(content)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not TOML: {error}") from error
+    except ValidationError as error:
+        raise InputError("\n".join(f"{path}: {_place(e['loc'])}: {e['msg']}" for e in error.errors())) from error
+
+
+def _place(steps: tuple[int | str, ...]) -> str:
+    """Return a field's position in the file, entries of a list counted from one: "figure 3, caption"."""
+    return "".join(f" {step + 1}" if isinstance(step, int) else f", {step}" for step in steps).removeprefix(", ")

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Judged ledgers as one HTML page: printed and correct side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mehvar.html import page
+
+from .judging import Ledger
+from .ledger_text import correction, counted, example, slips
+
+FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
+"""Functions for templates that show a ledger."""
+
+
+def paper_page(ledgers: Sequence[Ledger]) -> str:
+    """Return the page of published against derived equations as text."""
+    return page("diff_paper.html.j2", FILTERS, ledgers=ledgers) + "\n"
