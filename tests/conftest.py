@@ -12,6 +12,7 @@ import multiprocessing.spawn
 import os
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -77,7 +78,8 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
     with pytest.MonkeyPatch.context() as patch:
         # a run over many mutants keeps what did not change compiled
-        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(run / "compiled"))
+        kept = os.environ.get("MEHVAR_TEST_CACHE")
+        patch.setenv("MEHVAR_CACHE", str(Path(kept).resolve() if kept else run / "compiled"))
         patch.setattr(sys, "executable", commands.python())  # and derive without importing the libraries each time
         multiprocessing.spawn.set_executable(sys.executable)
         yield
