@@ -34,7 +34,7 @@ import pytest
 from matplotlib import pyplot
 from PIL import Image
 
-from docs.site import pictures
+from docs.site import options, pictures
 from tests import commands
 from tests.mehvar.pages import share_apart
 from tests.mutants import page as mutants
@@ -273,6 +273,10 @@ def anchors(page: Path) -> set[str]:
 def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
     program = runpy.run_path(str(ROOT / "docs" / "site" / "numbers.py"))
     assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
+
+
+def test_the_page_of_options_is_what_the_commands_say() -> None:
+    assert options.PAGE.read_text(encoding="utf-8") == options.page(), "run: python -m docs.site.options"
 
 
 @pytest.mark.parametrize("name", pictures.PICTURES)
