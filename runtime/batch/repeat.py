@@ -164,11 +164,11 @@ def _trusted_model(store: Batch, trust: bool) -> str:
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
     if not (trust and there):
         raise TrustError(
-            f"{store.name} was made from a model {name} that is not installed here with the same text; "
+            f"{store.name} needs the model {name} with the recorded code, which is not installed. "
             f"{_way(store, name, source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
-        raise TrustError(f"{store.name} was made from another text than that of {source!r} now: it cannot be repeated")
+        raise TrustError(f"{store.name} was made from other code than {source!r} has now: it cannot be repeated")
     return source
 
 
@@ -176,14 +176,14 @@ def _way(store: Batch, name: str, source: str, there: bool) -> str:
     """Return advice on the model to name for a store whose model is not installed."""
     own = project_models().get(name)
     if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
-        return f"that in {own} has this text: to take it, mehvar simulate {name} --from STORE --run ID"
+        return f"The one in {own} matches: run mehvar simulate {name} --from STORE --run ID"
     if not there:
         return (
-            f"it names {source!r}, which is no folder here: name the model, mehvar simulate MODEL --from STORE --run ID"
+            f"It names {source!r}, which is no folder here. Name the model: mehvar simulate MODEL --from STORE --run ID"
         )
     return (
-        f"it names {source!r}, and a model is code that would be compiled and run. If you trust it, add --trust-model "
-        "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+        f"It names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model (trust=True). "
+        "Or name your own model: mehvar simulate MODEL --from STORE --run ID"
     )
 
 

@@ -159,13 +159,18 @@ def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
 
 
 def run_shell(block: Block, where: str, folder: Path) -> str:
-    """Run a block as one script and compare status and output with what the page shows."""
+    """Run a block as one script and compare status and output with what the page shows.
+
+    A block begins in the directory in which the block before it ended, as in the terminal of a reader.
+    """
     script, shown = script_of(block)
     wanted = int(said(block, "exit") or 0)
+    own = environment(folder)
+    place = folder / ".bin" / "place"
     done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", script],
-        cwd=folder,
-        env=environment(folder),
+        ["bash", "-euo", "pipefail", "-c", f"trap 'pwd > {place}' EXIT\n{script}"],
+        cwd=place.read_text(encoding="utf-8").strip() if place.exists() else folder,
+        env=own,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -146,14 +146,14 @@ def test_a_store_says_which_model_to_name(made: Path, tmp_path: Path, command: C
     for trust in ((), ("--trust-model",)):
         status, said = command(*again, *trust, cwd=project)
         assert status == 2
-        assert "which is no folder here: name the model" in said
+        assert "which is no folder here. Name the model" in said
     (project / "generated").mkdir()
     (project / "model").rename(project / "generated" / "pendulum")
     (project / "models" / "pendulum").mkdir(parents=True)
     (project / "models" / "pendulum" / "parameters.toml").touch()
     status, said = command(*again, cwd=project)
     assert status == 2
-    assert "has this text: to take it, mehvar simulate pendulum --from STORE" in said
+    assert "matches: run mehvar simulate pendulum --from STORE" in said
     assert command("simulate", "pendulum", *again[1:], cwd=project)[0] == 0
 
 
