@@ -12,8 +12,9 @@ A folder mehvar/papers/MODEL holds a paper's data:
 
 A claim holds under a reading if its essential checks do; a statement is as good as the worst claim that it rests on.
 Tests check that every number in a claim or caption stands in its checks, expected values or parameters, and that no
-expected number changes alone. `reproduction.py`, whose REPRODUCTION binds the data to functions, has one for each figure
-and claim; scene.js adds `Report.scenes.MODEL`. Charts are read off the Matplotlib figures whose horizontal axis is *time*.
+expected number changes alone. `reproduction.py`, whose REPRODUCTION binds the data to functions, has one for each
+figure and claim; scene.js adds `Report.scenes.MODEL`. Charts are read off the Matplotlib figures whose horizontal axis
+is *time*.
 """
 
 from __future__ import annotations
