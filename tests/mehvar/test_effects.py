@@ -238,9 +238,14 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "model": (EMIT, (*EMIT[:2], "none", *EMIT[3:])),
         "controller": (EMIT, (*EMIT[:4], "sliding", *EMIT[5:])),
         "kind": (EMIT, (*EMIT[:6], "zephyr", *EMIT[7:])),
-        "scenario": (EMIT, (*EMIT, "--scenario", "paper-b")),
-        "inline": (EMIT, (*EMIT, "--inline-parameters")),
-        "tunable": ((*EMIT, "--inline-parameters"), (*EMIT, "--inline-parameters", "--tunable", "k_phi")),
+        "scenario": ((*EMIT, "--link"), (*EMIT, "--link", "--scenario", "paper-b")),
+        "within": (EMIT, (*EMIT, "--range", "rho=0:1")),
+        "link": (EMIT, (*EMIT, "--link")),
+        "inline": ((*EMIT, "--link"), (*EMIT, "--link", "--inline-parameters")),
+        "tunable": (
+            (*EMIT, "--link", "--inline-parameters"),
+            (*EMIT, "--link", "--inline-parameters", "--tunable", "k_phi"),
+        ),
         "out": (EMIT, (*EMIT[:-1], "b")),
     },
     "board flash": {
