@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed loops in C: the native loop drives the compiled functions of a model."""
+"""Closed loops: the native loop drives the functions of a model, compiled ones or those of the NumPy module."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import numpy as np
 
 from ..compiling.library import load_native
 from ..compiling.structures import structures
-from ..model.functions import CBackend, Real
-from .calls import loop_calls, model_fields
+from .callbacks import Callbacks, addresses
 from .options import INTEGRATORS
 from .own.law import Law
 from .problem import Problem, Status, Trajectory
@@ -27,25 +26,32 @@ _Schedule, _Model, _Single, _Journal = (
 _DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int32)
 
 
-def run(problem: Problem, backend: CBackend) -> Trajectory:
+def run(problem: Problem) -> Trajectory:
     """Integrate a closed loop; the interpreter lock is released while it runs.
 
-    C cannot call Python functions, as it could not pass on their exceptions. A law in Python therefore runs between
-    two calls of the native loop. Its exceptions, or those of a signal handler, end the run.
+    A sampled law in Python runs between two calls of the native loop. A continuous one, and the functions of the NumPy
+    module, are called back. An exception of any of them, or of a signal handler, ends the run.
+
+    Raises
+    ------
+    MissingError
+        Without a C compiler.
     """
     library = _library()
-    single, arrays = _prepare(problem, backend)
+    callbacks = Callbacks()
+    single, arrays = _prepare(problem, callbacks)
     journal = _Journal()
     single.happened, single.journal = ctypes.cast(library.mv_enter, ctypes.c_void_p), ctypes.addressof(journal)
     law = None if problem.law is None else _Elsewhere(problem.law, single)
     try:
-        _drive(library, single, problem, law)
+        with np.errstate(all="ignore"):
+            _drive(library, single, problem, law, callbacks)
         events = _events(journal)
     finally:
         library.mv_journal_free(ctypes.byref(journal))
     count = single.records
     q = arrays["q"][: len(arrays["q"]) - (0 if problem.hold_every else len(problem.z0))]
-    charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
+    charted = problem.charted
     return Trajectory(
         t=arrays["record_t"][:count],
         x=arrays["record_x"][:count],
@@ -99,10 +105,11 @@ class _Elsewhere:
         self._u[:-1], self._z_next[:] = self._law(*(array.copy() for array in self._seen.values()))
 
 
-def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None) -> None:
+def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None, callbacks: Callbacks) -> None:
     """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
+    callbacks.check()
     chunk, end = 16, len(problem.t)
 
     def goes_on(until: int) -> bool:
@@ -113,6 +120,7 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere 
         until = min(single.tick + chunk, end)
         while goes_on(until):
             library.mv_run(ctypes.byref(single), work.ctypes.data, _answered(law, problem, single.tick, until))
+            callbacks.check()
         if problem.progress and single.status == Status.DONE:
             problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
         elapsed = max(time.perf_counter() - start, 1e-6)
@@ -128,12 +136,13 @@ def _answered(law: _Elsewhere | None, problem: Problem, tick: int, until: int) -
     return min(until, (tick // problem.hold_every + 1) * problem.hold_every)
 
 
-def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
+def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any]]:
     """Return the structure of a run and the arrays that it points to."""
     manifest = problem.model.manifest
     sampled = problem.hold_every is not None
+    timed = problem.continuous_own
     x0 = problem.x0
-    if not sampled and "to_coordinates" in manifest.functions:
+    if problem.charted:
         x0 = problem.model.functions["to_coordinates"](x0)
     if not sampled:
         x0 = np.concatenate((x0, problem.z0))
@@ -164,7 +173,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
     )
     model = _Model(
         **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},
-        **{"nr": len(manifest.references), "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
+        **{"nr": len(manifest.references) + timed, "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
         nseen=len(manifest.seen),
         nw=len(manifest.wiener),
         nj=len(manifest.random_step),
@@ -172,24 +181,12 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, Any]]:
         run=problem.run,
         nv=len(numbers),
         sampled=sampled,
-        reference_constant=manifest.reference_constant,
+        reference_constant=manifest.reference_constant and not timed,
         limits_of_state=manifest.limits_of_state,
         method=INTEGRATORS.index(problem.method),
         stiff_test=problem.stiff_test,
-        **_addresses(problem, backend),
+        **addresses(problem, callbacks),
         **{name: pointers[name] for name in ("p", "c", "s", "e", "events")},
     )
     results = {name: pointers[name] for name in ("q", "z", *records)}
     return _Single(schedule=schedule, model=model, **results), arrays
-
-
-def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
-    """Return the addresses of the C functions that the loop calls."""
-    controller, sampled = problem.controller, problem.hold_every is not None
-    manifest = problem.model.manifest
-    calls = loop_calls(manifest, controller, problem.suffix, sampled, problem.method)
-    reals: dict[str, Real] = {"law": problem.real, "law_memory": problem.real}
-    return {
-        field: backend.address(function.name, reals.get(field, "double"))
-        for field, function in model_fields(calls, manifest, controller).items()
-    }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The methods `rock4` and `rodas5p` as SciPy solvers, for the Python backend."""
+"""The methods `rock4` and `rodas5p` as SciPy solvers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from scipy.integrate import RK45, DenseOutput, OdeSolver
 from scipy.integrate._ivp.common import norm, num_jac, select_initial_step
 from scipy.linalg import lu_factor, lu_solve
 
-from ..compiling.library import NATIVE
-from ..compiling.structures import numbers
-from ..model.functions import FloatArray
+from mehvar.runtime.compiling.library import NATIVE
+from mehvar.runtime.compiling.structures import numbers
+from mehvar.runtime.model.functions import FloatArray
 
 _ROCK_STAGES = 16
 _RODAS_STAGES = 8

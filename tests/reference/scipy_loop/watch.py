@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.manifest import Event
-
-from ...compiling.structures import numbers
-from ...model.functions import FloatArray
+from mehvar.runtime.compiling.structures import numbers
+from mehvar.runtime.model.functions import FloatArray
 
 _NUMBERS = numbers("step/events.h")
 _LOCATED, _PROBE, _RESTING, _STEEPEST, _STALLED, _CHATTERING = (

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed loops without a compiler: the generated NumPy module under SciPy's integrators.
+"""Closed loops by SciPy's integrators over the generated NumPy module.
 
-The results are the same as those of the native loop. A continuous loop with an adaptive method takes the integrator's
+The results agree with those of the native loop. A continuous loop with an adaptive method takes the integrator's
 own steps and reads samples from its dense output; all other loops stop at every tick.
 """
 
@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 
 from mehvar.names import identifier
+from mehvar.runtime.model.functions import FloatArray, PythonBackend
+from mehvar.runtime.run.calls import check_method, jacobian_name
+from mehvar.runtime.run.options import FIXED, IMPLICIT, SMALLEST_RTOL
+from mehvar.runtime.run.problem import Problem, Status, Trajectory
 
-from ..model.functions import FloatArray, PythonBackend
-from .calls import check_method, jacobian_name
-from .events.margins import Margins
-from .events.watch import Watch
+from .margins import Margins
 from .noise import Draws, Stream
-from .options import FIXED, IMPLICIT, SMALLEST_RTOL
-from .problem import Problem, Status, Trajectory
+from .watch import Watch
 
 _PROGRESS_SECONDS = 0.1
 _DENSE = 0.01
@@ -51,8 +51,9 @@ class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an err
         self.status, self.t, self.violated, self.x, self.t_stiff = status, t, violated, x, t_stiff
 
 
-def run(problem: Problem, backend: PythonBackend) -> Trajectory:
+def run(problem: Problem) -> Trajectory:
     """Integrate a closed loop."""
+    backend = PythonBackend(problem.model.manifest)
     loop = _Loop(problem, backend)
     end = _EndOfRun(Status.DONE, float(problem.t[-1]))
     with np.errstate(all="ignore"):
