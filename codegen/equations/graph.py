@@ -166,7 +166,7 @@ def equations_json(system: System) -> str:
 
 
 def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Return the nodes in the order in which the rows need them, called by what they contain and not by their place."""
+    """Return the nodes in the order of their use by the rows, named by their content."""
     names = graph.names()
     identified: dict[str, list[Any]] = {}
 

@@ -82,7 +82,7 @@ def to_casadi(
 
 
 def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
-    """Refuse what is no mapping of symbols to values of a kind; a text would become symbols of SymPy's own."""
+    """Refuse anything but a mapping of symbols to values of a kind."""
     if not isinstance(table, Mapping):
         raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
     for symbol, value in table.items():
@@ -189,7 +189,7 @@ class _Converter:
 
 
 def _modulo(dividend: ca.SX, divisor: ca.SX) -> ca.SX:
-    """Return what is left of whole divisors, with the divisor's sign, as SymPy's Mod has it; fmod has the other's."""
+    """Return the remainder with the divisor's sign, as SymPy's Mod; fmod has the dividend's."""
     rest = ca.fmod(dividend, divisor)
     return ca.if_else(rest * divisor < 0, rest + divisor, rest)
 

@@ -17,9 +17,13 @@ KINDS = {
     "zephyr": "A module: name this folder in `ZEPHYR_EXTRA_MODULES` and set `CONFIG_{NAME}=y`.",
     "platformio": "A library: put this folder into `lib` of a project.",
     "arduino": "A library: put this folder into `libraries` of the sketchbook, and include its header.",
+    "cfs": "An app of cFS: put this folder into `apps` and name it in `targets.cmake`; the parameters are its table.",
+    "fprime": "A component of F Prime: put this folder into a deployment and `add_fprime_subdirectory` it.",
     "stm32cube": "A CMSIS pack's folder: add `src` to sources and include paths of a project, or install the pack.",
 }
 """How the package of each kind is used; the folder of templates of that name has its files."""
+FRAMEWORKS = ("cfs", "fprime")
+"""Kinds that call the law, and have lines of their own."""
 _NUMBERS = """\
 /* Numbers of this package: the type of mv_real. The code needs nothing of a C library but memcpy and memset,
  * where a compiler puts them. */
@@ -78,5 +82,8 @@ def _rendered(kind: str, facts: Mapping[str, object]) -> dict[str, str]:
     names = ["README.md.j2", *(name for name in environment.list_templates() if name.startswith(f"{kind}/"))]
     place = {name: name.removeprefix(f"{kind}/").removesuffix(".j2") for name in names}
     return {
-        place[name].replace("NAME", str(facts["name"])): environment.get_template(name).render(facts) for name in names
+        place[name].replace("NAME", str(facts["name"])).replace("CAMEL", str(facts["Camel"])): environment.get_template(
+            name
+        ).render(facts)
+        for name in names
     }

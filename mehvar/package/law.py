@@ -40,6 +40,8 @@ class Vector:
         Start of the enumerators of the generated C, such as SATELLITE_X.
     places : tuple of int
         Places of its quantities in the model's vector.
+    values : tuple of float
+        The scenario's parameters, as floats.
     """
 
     word: str
@@ -47,6 +49,7 @@ class Vector:
     prefix: str
     quantities: tuple[Quantity | Parameter, ...]
     places: tuple[int, ...]
+    values: tuple[float, ...] = ()
 
     @property
     def size(self) -> int:
@@ -83,33 +86,35 @@ def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], vers
 
 def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
     """Return the values of the templates of a package."""
-    manifest, law, resolved = firmware.model.manifest, firmware.law, firmware.resolved
+    manifest, law = firmware.model.manifest, firmware.law
     name = law_name(firmware)
     functions = _functions(generated_text(manifest, f"{manifest.model}.c"), name)
     vectors = _vectors(firmware, "".join(functions.values()))
     by = {vector.word: vector for vector in vectors}
-    values = {
-        word: [float(np.float32(group[k])) for k in by[word].places]
-        for word, group in (("PLANT", resolved.p), ("LAW", resolved.c))
-    }
     inputs = (*by["MEASURED"].quantities, *by["REFERENCE"].quantities)
     least, most = _ranges(ranges, inputs)
-    words = [np.array(_filled(v), "<f4").tobytes() for v in (values["PLANT"], values["LAW"], least, most)]
     parameters = [
         {"name": q.name, "unit": q.unit, "value": _number(value), **_bounds(q)}
-        for word, group in values.items()
-        for q, value in zip(by[word].quantities, group, strict=True)
+        for word in ("PLANT", "LAW")
+        for q, value in zip(by[word].quantities, by[word].values, strict=True)
         if isinstance(q, Parameter)
     ]
+    groups = (by["PLANT"].values, by["LAW"].values, least, most)
+    checksum = crc32c(bytes(4) + b"".join(np.array(_filled(v), "<f4").tobytes() for v in groups))
+    block = (f"{name.upper()}_LAYOUT", f"0x{checksum:08x}u", "MV_LAW_REPORT", *map(_list, groups))
     return {
-        "name": name, "NAME": name.upper(), "model": manifest.model, "law": law, "vectors": vectors,
+        "name": name, "NAME": name.upper(), "Camel": _camel(name),
+        "model": manifest.model, "law": law, "vectors": vectors,
         "period": firmware.period, "period_ms": max(1, round(1000 * firmware.period)), "delay": delay_of(law),
-        "layout": _layout(vectors, name), "checksum": f"{crc32c(bytes(4) + b''.join(words)):08x}",
+        "layout": _layout(vectors, name), "block": _members(block),
         "sizes": {word: vector.size for word, vector in by.items()}, "inputs": max(1, len(inputs)),
-        "parameters": parameters, "plant": _list(values["PLANT"]), "own": _list(values["LAW"]),
-        "least": _list(least), "most": _list(most), "functions": _apart(functions), "names": _names(vectors, name),
+        "parameters": parameters, "functions": _apart(functions), "names": _names(vectors, name),
         **_calls(name, bool(law.memory), f"{name}_start" in functions),
     }  # fmt: skip
+
+
+def _camel(name: str) -> str:
+    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
 
 
 def _functions(text: str, name: str) -> dict[str, str]:
@@ -142,16 +147,24 @@ def _vectors(firmware: Program, text: str) -> tuple[Vector, ...]:
         ("LAW", "parameters of the law", f"{name}_C", law.parameters, False),
         ("MEMORY", "memory, which no one else writes", f"{name}_Z", law.memory, True),
     )
-    return tuple(_vector(*row, text=text) for row in rows)
+    numbers: dict[str, Sequence[float]] = {"PLANT": firmware.resolved.p.tolist(), "LAW": firmware.resolved.c.tolist()}
+    return tuple(_vector(*row, text=text, values=numbers.get(row[0], ())) for row in rows)
 
 
 def _vector(
-    word: str, title: str, prefix: str, quantities: Sequence[Quantity | Parameter], whole: bool, text: str
+    word: str,
+    title: str,
+    prefix: str,
+    quantities: Sequence[Quantity | Parameter],
+    whole: bool,
+    text: str,
+    values: Sequence[float],
 ) -> Vector:
     used = set(re.findall(rf"\b{prefix}_(\w+)", text))
     loops = "for (" in text  # indices are then computed from the first of a family
     places = [k for k, q in enumerate(quantities) if whole or loops or identifier(q.name).upper() in used]
-    return Vector(word, title, prefix, tuple(quantities[k] for k in places), tuple(places))
+    own = tuple(float(np.float32(values[k])) for k in places) if len(values) else ()
+    return Vector(word, title, prefix, tuple(quantities[k] for k in places), tuple(places), own)
 
 
 def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
@@ -209,11 +222,16 @@ def _filled(values: Sequence[float]) -> Sequence[float]:
     return values or [0.0]
 
 
+def _members(texts: Sequence[str]) -> str:
+    """Return the members of a struct in C, a line each."""
+    return "{\n" + "".join(f"    {text},\n" for text in texts) + "}"
+
+
 def _list(values: Sequence[float]) -> str:
-    return ", ".join(map(_number, _filled(values)))
+    return f"{{{', '.join(map(_number, _filled(values)))}}}"
 
 
 def _number(value: float) -> str:
     if math.isinf(value):
-        return "MV_INFINITY" if value > 0 else "-MV_INFINITY"
-    return f"K({float(np.float32(value)).hex()})"
+        return "(1.0f / 0.0f)" if value > 0 else "(-1.0f / 0.0f)"
+    return f"{float(np.float32(value)).hex()}f"

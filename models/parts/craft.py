@@ -123,7 +123,7 @@ class Spacecraft:
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
     def changes(self, newer: Spacecraft) -> tuple[str, ...]:
-        """Say part by part what another craft has that this one has not, as in "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
+        """List the differences of another craft part by part, as in "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
 
         Parameters
         ----------
@@ -306,7 +306,7 @@ class Spacecraft:
 
 
 def _loaded(part: Part, at: Mounted) -> Contribution:
-    """Return what a part adds to the equations of the hub, with what acts on it from outside."""
+    """Return the terms of a part in the equations of the hub, external loads included."""
     own = part.contribution(at)
     return replace(own, loads=(*own.loads, *part.loads(at)))
 

@@ -464,7 +464,7 @@ class Part(ABC):
         return conditions(self.name, at.values, kinds(self))
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        """Return the inputs that act where these are commanded; a part without limits applies what is commanded."""
+        """Return the applied inputs of commanded ones; a part without limits applies its command."""
         return tuple(commanded)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:

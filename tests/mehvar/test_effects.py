@@ -181,6 +181,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     "board run": {
         **dict.fromkeys(("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"),
         "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
+        "restarts": (BOARD, (*BOARD, "--restarts", "0")),
         "raw": (BOARD, (*BOARD, "--raw")),
         "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
         "model": (BOARD, (*BOARD[:2], "none", *BOARD[3:])),
@@ -232,6 +233,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "samples": (EVIDENCE, (*EVIDENCE[:6], "1", *EVIDENCE[7:])),
         "disturbed": "tests/runtime/board/test_evidence.py: disturbed=",
         "elf": (EVIDENCE, (*EVIDENCE, "--elf", "none.elf")),
+        "linked": (EVIDENCE, (*EVIDENCE, "--map", "none.map")),
         "out": (EVIDENCE, (*EVIDENCE[:-1], "file")),
     },
     "board emit": {

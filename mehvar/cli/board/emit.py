@@ -16,7 +16,7 @@ import typer
 from mehvar.cli.board.loop import Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
 from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import Manifest
-from mehvar.package.files import KINDS, package
+from mehvar.package.files import FRAMEWORKS, KINDS, package
 from mehvar.runtime.board.image.build import program, write_sources
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.units import read_value
@@ -42,6 +42,8 @@ def command(
     """Write a package for a build system or framework: a law as functions on a state that is yours."""
     if kind not in KINDS:
         raise unknown_name("build system", kind, KINDS, "--for")
+    if link and kind in FRAMEWORKS:
+        raise bad_value("link", True, f"left out with --for {kind}, whose messages are the line", "--link")
     if inline and not link:
         raise bad_value("inline-parameters", True, "given with --link", "--inline-parameters")
     if within and link:

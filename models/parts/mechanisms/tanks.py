@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tanks that drain: what flows out carries its momentum, and the line to the nozzle turns with the craft."""
+"""Draining tanks: the outflow carries its momentum, and the line to the nozzle turns with the craft."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Lump:
 
 @dataclass(frozen=True)
 class Tank(Part):
-    """Fuel that a nozzle burns: a point mass, of which a share may swing as a bob on a ball joint.
+    """Fuel for a nozzle: a point mass; a share of it may swing as a bob on a ball joint.
 
     Fuel leaves bob and tank in the shares in which they hold it, flows along straight lines, which hold none, and
     leaves at the nozzle. A flow w over the length d pushes its line by -2 w d', which damps the rates of the craft. The

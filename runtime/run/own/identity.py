@@ -115,7 +115,7 @@ class _Walk:
         if isinstance(value, ModuleType):
             raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
         if any(value is open_ for open_ in _OPEN):
-            raise UntoldError(f"{name} is read, from which a text can get anything: give what it reads a name")
+            raise UntoldError(f"{name} is read as a whole: name the values that the law needs")
         _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
@@ -167,7 +167,7 @@ class _Walk:
         if not (isinstance(value, np.generic) or _made_in(kind) in _SHOWN) or not (
             plain or _held(value) or not _is_installed(kind)
         ):
-            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, which holds what nobody sees")
+            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, whose state cannot be read")
         if not _is_installed(kind) or not plain:
             self.value(f"{name}.__class__", kind)
         self._members(name, _held(value))
@@ -243,7 +243,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     """
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
-        raise UntoldError(f"{code.co_name} reads {min(hidden)}, from which it can get anything")
+        raise UntoldError(f"{code.co_name} reads {min(hidden)}, which gives access to everything")
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
         if path and step.opname in _ATTRIBUTES:

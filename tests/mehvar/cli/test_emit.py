@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mehvar.package.files import KINDS, package
+from mehvar.package.files import FRAMEWORKS, KINDS, package
 from mehvar.runtime.board.image.build import FIRMWARE, build, program, write_sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link
@@ -23,6 +23,7 @@ from tests.runtime.board.conftest import load
 from tests.tools import needs
 
 ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-O2", "-ffunction-sections")
+LINKED = [kind for kind in KINDS if kind not in FRAMEWORKS]
 CASES = [("satellite", "mrac", None), ("triangle", "path", None), ("satellite", "mrac", ("F0",))]
 """Model, law, and the parameters that can still be set where the others are constants."""
 ZEPHYR = """\
@@ -81,7 +82,7 @@ def checksum(path: Path, model: str, law: str) -> int:
 
 @pytest.mark.parametrize(
     ("kind", "model", "law", "tunable"),
-    [*((kind, *CASES[0]) for kind in KINDS), *(("cmake", *case) for case in CASES[1:])],
+    [*((kind, *CASES[0]) for kind in LINKED), *(("cmake", *case) for case in CASES[1:])],
     ids=str,
 )
 def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law, tunable):

@@ -206,4 +206,6 @@ def test_ranges_and_constants_are_refused_by_name(tmp_path):
     assert "LEAST <= MOST" in refused(*line, "--range", "rho=2:1")
     assert "given with --link" in refused(*line, "--inline-parameters")
     assert "left out with --link" in refused(*line, "--link", "--range", "rho=1:2")
+    framework = ("board", "emit", "triangle", "--controller", "path", "--for", "cfs", "--out", str(tmp_path / "law"))
+    assert "left out with --for cfs" in refused(*framework, "--link")
     assert not (tmp_path / "law").exists()

@@ -197,7 +197,7 @@ UNTOLD = {
     "environment": "os.environ is read",
     "lazily": "lazily imports os",
     "vectorized": "laws.each is of numpy.frompyfunc",
-    "queued": "laws.queue is of laws.Queue, which holds what nobody sees",
+    "queued": "laws.queue is of laws.Queue, whose state cannot be read",
 }
 TEXTS = {"gains": GAINS, "laws": LAWS, "package/__init__": "", "package/inner": "DEEP = 1.0\n"}
 
