@@ -104,8 +104,8 @@ class Signs:
                 limit = self._limit(operation, self._times(others, -1 / factor))
                 if limit is not None:
                     way = sign if (factor > 0) != (operation == "acos") else -sign
-                    both = self((difference(self.pool, operands[0], limit), way)), [((node, sign),)]
-                    return every(both)
+                    inner = self((difference(self.pool, operands[0], limit), way))
+                    return every([inner, [((node, sign),)]])
         return self._of_squares(terms, sign) or [((node, sign),)]
 
     def _limit(self, operation: str, value: int) -> int | None:

@@ -34,7 +34,8 @@ UNARY = (
 )  # fmt: skip
 BINARY = (
     "atan2({u}, {v})", "sqrt(({u})**2 + ({v})**2)", "({u})*({v})", "({u}) + {v}", "Max({u}, {v})",
-    "({u})/(1 + ({v})**2)", "acos(cos(({u}) - ({v})))", "log(exp({u}) + exp({v}))", "Piecewise(({u}, {n} > 0), ({v}, True))",
+    "({u})/(1 + ({v})**2)", "acos(cos(({u}) - ({v})))", "log(exp({u}) + exp({v}))",
+    "Piecewise(({u}, {n} > 0), ({v}, True))",
 )  # fmt: skip
 BASES = ("z", "z*{n}", "{n}", "z - cos({n})")
 TERMS = ("1", "{n}", "cos({n})", "k", "{n}*{m}/100", "Rational(1, 10**6)", "1/(1 + {n}**2)")
