@@ -28,7 +28,7 @@ _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
 """Sources of generated text outside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
-    r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
+    r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(paper|notation)\.py"
 )
 """Modules that compare equations and write no generated text."""
 
@@ -50,7 +50,7 @@ class Tree:
     Attributes
     ----------
     root : Path
-        Folder with models/ and generated/.
+        Folder with models/ and generated/; papers/ too, where there are ledgers.
     """
 
     root: Path
@@ -65,6 +65,11 @@ class Tree:
         """Names of the models in this tree."""
         names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
         return tuple(sorted(names - ROOMS if self.has_vocabulary else names))
+
+    @property
+    def papers(self) -> tuple[str, ...]:
+        """Names of the models whose paper has a folder in this tree."""
+        return tuple(sorted(path.parent.name for path in (self.root / "papers").glob("*/__init__.py")))
 
     @property
     def orphans(self) -> dict[str, str]:
@@ -110,7 +115,7 @@ class Tree:
             Add the files that the verdicts on its paper depend on.
         """
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
-        own = _texts(self.root / "models" / model)
+        own = _texts(self.root / "models" / model) + (_texts(self.root / "papers" / model) if papers else [])
         plant = self.plant(model)
         under = [] if plant is None else _texts(plant[0].root / "models" / plant[1])
         tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
@@ -152,7 +157,9 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     folder = tree.root / "models" / model
     if not tree.has_vocabulary:
         with own_text(folder):
-            return _load_by_path(folder)
+            package = _load_by_path(folder, _name_of(folder))
+        vars(package).setdefault("STRUCTURE", {})  # a model without choices may leave it out
+        return package
     prefer_vocabulary(tree)
     with own_text(folder):
         package = importlib.import_module(f"mehvar.models.{model}")
@@ -161,6 +168,24 @@ def load_model(tree: Tree, model: str) -> ModuleType:
             f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
         )
     return package
+
+
+def load_paper(tree: Tree, model: str, part: str) -> ModuleType:
+    """Import a part of the folder papers/MODEL of a tree, as papers.MODEL.PART.
+
+    Raises
+    ------
+    GenerateError
+        If this process has imported another tree's folder under that name.
+    ModelError
+        If its text is wrong.
+    """
+    folder, name = tree.root / "papers" / model, f"papers.{model}"
+    with own_text(folder):
+        package = _load_by_path(folder, name)
+        if not Path(package.__file__ or "").resolve().is_relative_to(folder.resolve()):
+            raise GenerateError(f"{name} is already imported from {package.__file__}; use a new process")
+        return importlib.import_module(f"{name}.{part}")
 
 
 @contextlib.contextmanager
@@ -195,7 +220,7 @@ def _one_line(error: BaseException, folder: Path) -> str:
     """Return the error in one line; a missing module of the model itself is shown as its file."""
     package = _name_of(folder)
     if isinstance(error, ModuleNotFoundError) and error.name:
-        for own in (f"{package}.", f"mehvar.models.{folder.name}."):
+        for own in (f"{package}.", f"mehvar.models.{folder.name}.", f"papers.{folder.name}."):
             if error.name.startswith(own):
                 file = folder.joinpath(*error.name.removeprefix(own).split(".")).with_suffix(".py")
                 return f"imports {file}, which does not exist"
@@ -243,23 +268,21 @@ class _Vocabulary(MetaPathFinder, Loader):
         module.__spec__ = module.__spec__.loader_state
 
 
-def _load_by_path(folder: Path) -> ModuleType:
-    """Import a user's model under a name that clashes with no package of theirs or of this program."""
-    name = _name_of(folder)
+def _load_by_path(folder: Path, name: str) -> ModuleType:
+    """Import a folder under a name that need not be found on the path."""
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
     if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
-        raise GenerateError(f"{folder} lacks __init__.py with system")
+        raise GenerateError(f"{folder} lacks __init__.py")
     package = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(package)
     except BaseException:
         del sys.modules[name]
         raise
-    vars(package).setdefault("STRUCTURE", {})  # a model without choices may leave it out
     return package
 
 

@@ -98,7 +98,7 @@ def simulate(
         What an array means between its instants; "hold" unless given.
     period : float, optional
         Time in s between evaluations of a function of state or time, whose result is held in between. Without it, a
-        function is continuous, and the run uses the Python backend, as its attribute `backend` shows.
+        function is continuous: it is evaluated for every slope.
     memory : array_like, optional
         What a function keeps, before the first sample.
     **options

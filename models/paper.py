@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The vocabulary of a ledger: what a paper prints, equation by equation, and what its symbols mean in our derivation.
 
-A model whose paper is to be checked has a module models.MODEL.paper (or a package) with a function
+The folder papers/MODEL, beside models/, has a module `ledger` (or a package) with a function
 
     def paper(system: System) -> Paper
 
-which `mehvar.codegen.ledger.ledger` judges. It says two things and keeps them apart:
+which `mehvar diff --paper` judges. It says two things and keeps them apart:
 
 * **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
 * **what those symbols mean**, in one table of names for the whole paper (`Names`). A name is either *free* (a
@@ -62,8 +62,9 @@ A module of a ledger is a list of entries in the order of the paper: functions t
 each with what it needs just above it.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `ledger("MODEL")` judges all.
-`models/triangle/paper/` is a complete example.
+judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges
+all.
+`papers/triangle/ledger/` is a complete example.
 """
 
 from __future__ import annotations

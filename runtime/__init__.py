@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles generated models and runs them; needs NumPy, and SciPy only without a compiler."""
+"""Compiles generated models and runs them; needs NumPy and a C compiler."""
 
 from mehvar.errors import BuildError, InputError
 from mehvar.manifest import Manifest, read_manifest

@@ -18,7 +18,7 @@ import pytest
 
 from tests import commands
 
-PAPERS = "tests/mehvar/papers/"
+PAPERS = "tests/papers/"
 TOGETHER = (PAPERS, "tests/models/slosh/", "tests/mehvar/physics/")
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (

@@ -16,6 +16,10 @@ from mehvar.codegen.ledger.ledger import Ledger
 from mehvar.codegen.structures import structure_folder
 from mehvar.ledger.judging import judged
 from mehvar.models.system import System
+from mehvar.reproduction.paper import paper_models
+
+REPRODUCED = tuple(paper_models(installed_tree()))
+"""Models with a paper to reproduce."""
 
 
 @functools.cache

@@ -9,18 +9,14 @@ same way.
 
 from __future__ import annotations
 
-import importlib
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from types import ModuleType
 from typing import Any
 
 import sympy as sp
 
 from mehvar.models.paper import Erratum, Kind, Names, Paper, Printed, Reading, Relation, Side, Slip
-from mehvar.models.system import System
 
 from ..equal.judge import Counterexample, Verdict
 from .meanings import Meanings
@@ -180,38 +176,11 @@ class Ledger:
         return {"schema": 1, "counts": self.counts(), "slips": self.slips(), **asdict(self)}
 
 
-def ledger(model: str | ModuleType | System) -> Ledger:
-    """Judge every statement that a model's paper prints.
-
-    Parameters
-    ----------
-    model : str, module or System
-        A model's name, its package, or its derived system; the latter avoids a second derivation.
-
-    Returns
-    -------
-    Ledger
-        One entry for each numbered equation, and for table rows and sentences that can be checked.
-    """
-    system = model if isinstance(model, System) else _package(model).system()
-    paper = importlib.import_module(f"mehvar.models.{system.name}.paper").paper(system)
-    return judge(paper, system.name)
-
-
-def _package(model: str | ModuleType) -> ModuleType:
-    return importlib.import_module(f"mehvar.models.{model}") if isinstance(model, str) else model
-
-
 def judge(paper: Paper, model: str) -> Ledger:
-    """Compute the verdict of each entry of a paper."""
+    """Compute the verdict of each entry of a paper about a model of this name."""
     meanings = Meanings(paper.names)
     entries = tuple(_entry(printed, meanings, paper.errata.get(printed.number)) for printed in paper.entries)
     return Ledger(model, paper.title, entries, paper.note)
-
-
-def ledger_json(system: System) -> str:
-    """Return the ledger of a system's paper as JSON text, the same for the same sources."""
-    return json.dumps(ledger(system).to_json(), indent=1, ensure_ascii=False) + "\n"
 
 
 def judge_entry(printed: Printed, names: Names) -> Entry:

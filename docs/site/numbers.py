@@ -15,8 +15,6 @@ _SHOWN = {
     "batch_open_loop.md": ("slosh, two pendulums, 10 s", "slosh on ball joints, 10 s", "satellite, 100 s"),
     "batch_closed_loop.md": ("",),
     "own_law.md": ("",),
-    "generate.md": ("Times",),
-    "board.md": ("Equivalence",),
 }
 """Sections whose first table is shown, in this order; an empty heading is the first table of the page."""
 _COMMANDS = {
@@ -56,9 +54,8 @@ _SETTINGS = {
 """Of every page: whether its numbers were measured with a user's default settings, and with which if not."""
 _HEAD = """# Numbers
 
-Every measurement has a page with machine, versions, date, command and caveats. Machines were shared: compare ratios,
-not times. [Benchmarks](../benchmarks/README.md) says how to repeat them. `python docs/site/numbers.py` writes this page
-from those pages.
+Every measurement has a page with machine, versions, date, command and caveats. Compare ratios: machines were shared.
+[Benchmarks](../benchmarks/README.md) explains how to repeat them; `python docs/site/numbers.py` writes this page.
 
 ## Main results
 """

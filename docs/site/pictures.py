@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 import mehvar
 from mehvar.codegen.workspace import installed_tree
 from mehvar.ledger.judging import judged
-from mehvar.papers.recorded import recorded_scene
-from mehvar.papers.triangle.shapes import COLLINEAR, R, vertices
+from mehvar.reproduction.recorded import recorded_scene
+from papers.triangle.shapes import COLLINEAR, R, vertices
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 UNTIL, SECONDS, FRAMES = 24.0, 8, 97

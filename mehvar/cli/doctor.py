@@ -21,7 +21,7 @@ from mehvar.versions import installed
 
 _PACKAGES = {
     "numpy": "every run",
-    "scipy": "runs without a compiler",
+    "scipy": "designs of batches, statistics, trim and fits",
     "xarray": "results",
     "h5netcdf": "result files",
     "sympy": "derivation",

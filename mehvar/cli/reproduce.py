@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mehvar.codegen.generate import installed_tree
 from mehvar.ledger.judging import judged
-from mehvar.papers.claims import ClaimVerdict, tally, tally_text
-from mehvar.papers.reproduction import paper_models
 from mehvar.pictures.style import require_matplotlib
+from mehvar.reproduction.claims import ClaimVerdict, tally, tally_text
+from mehvar.reproduction.paper import paper_models, papers_tree
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
 from mehvar.terminal import Advance, progress
@@ -27,8 +26,8 @@ from mehvar.web.module import zig_available
 
 if TYPE_CHECKING:
     from mehvar.manifest import Manifest
-    from mehvar.papers.claims import Claim
     from mehvar.report.content import PaperReport
+    from mehvar.reproduction.claims import Claim
 
 _LIVE = "live"
 _MAKER = "mehvar reproduce"
@@ -72,17 +71,19 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     Raises
     ------
     InputError
-        If matplotlib is not installed or `out` cannot be the folder.
+        If matplotlib is not installed, `out` cannot be the folder, or there is no paper.
     OSError
         If a file cannot be written.
     """
     require_matplotlib()
-    check_folder(out, _MAKER, [*_NAMES, *(f"{name}.html" for name in paper_models())])
+    tree = papers_tree()
+    models = paper_models(tree)
+    check_folder(out, _MAKER, [*_NAMES, *(f"{name}.html" for name in models)])
     from mehvar.report.content import beyond_folders, paper_report
     from mehvar.report.papers import paper_pages
 
-    started, models = time.perf_counter(), paper_models()
-    ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
+    started = time.perf_counter()
+    ledgers = {ledger["model"]: ledger for ledger in judged(tree)}
     folders = beyond_folders(models)
     reports = [
         paper_report(name, ledgers.get(name), folders[name], _part(advance, i, len(models)))

@@ -298,7 +298,7 @@ def _unexpected(run: Run) -> list[str]:
     """Say which metrics are not reproduced as the scenario expects them, by the tolerances of the papers' report."""
     if run.controller.name not in run.scenario.expect:
         return []
-    from mehvar.papers.deviations import of_run
+    from mehvar.reproduction.deviations import of_run
 
     numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
     return [
@@ -338,8 +338,8 @@ def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
         save(dataset, out)
         typer.echo(f"saved {out}", err=quiet)
     if plot is not None:
-        from mehvar.papers.reproduction import run_picture
         from mehvar.pictures.files import save as save_picture
+        from mehvar.reproduction.paper import run_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}", err=quiet)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 from mehvar import cache
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.codegen.processes import in_processes
+from mehvar.codegen.workspace import load_paper
 from mehvar.errors import InputError, unknown_name
 
 Ledger = dict[str, Any]
@@ -33,16 +35,23 @@ def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
     """
     if model is not None and model not in tree.models:
         raise unknown_name("model", model, tree.models, str(tree.root / "models"))
-    with_paper = [name for name in tree.models if _has_paper(tree, name)]
-    chosen = [name for name in with_paper if model in (None, name)]
+    with_ledger = [name for name in tree.models if _has_ledger(tree, name)]
+    chosen = [name for name in with_ledger if model in (None, name)]
     if not chosen:
-        raise InputError(f"no published equations for {model or tree.root}: there are some for {', '.join(with_paper)}")
+        raise _no_ledger(tree, model or "MODEL", with_ledger)
     return in_processes(lambda name, processes: _ledger(tree, name, processes), chosen)
 
 
-def _has_paper(tree: Tree, model: str) -> bool:
-    folder = tree.root / "models" / model
-    return (folder / "paper.py").is_file() or (folder / "paper" / "__init__.py").is_file()
+def _has_ledger(tree: Tree, model: str) -> bool:
+    folder = tree.root / "papers" / model
+    return (folder / "ledger.py").is_file() or (folder / "ledger" / "__init__.py").is_file()
+
+
+def _no_ledger(tree: Tree, model: str, others: Sequence[str]) -> InputError:
+    """Return the error for a model without a ledger."""
+    place = tree.root / "papers" / model / "ledger.py"
+    known = f"there are ledgers of {', '.join(others)}" if others else "those of mehvar's papers come with its checkout"
+    return InputError(f"no published equations: {place} does not exist; {known}")
 
 
 def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
@@ -62,6 +71,7 @@ def _judge(root: Path, model: str) -> str:
     """Derive a model and judge its paper; runs in its own process."""
     system = system_of(Tree(root), model, {})
     # after the model, so that both use the models package of its tree
-    from mehvar.codegen.ledger.ledger import ledger_json
+    from mehvar.codegen.ledger.ledger import judge
 
-    return ledger_json(system)
+    verdicts = judge(load_paper(Tree(root), model, "ledger").paper(system), model)
+    return json.dumps(verdicts.to_json(), indent=1, ensure_ascii=False) + "\n"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mehvar.manifest import Array, Function
-    from mehvar.papers.runs import Runs
+    from mehvar.reproduction.runs import Runs
     from mehvar.runtime.model.model import Model
     from mehvar.runtime.run.simulate import Run
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.papers.study import Study
+    from mehvar.reproduction.study import Study
     from mehvar.runtime.batch.store.store import Store
     from mehvar.runtime.model.model import Model
 

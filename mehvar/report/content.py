@@ -16,15 +16,15 @@ from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
 from mehvar.errors import MissingError
 from mehvar.ledger.text import standing
-from mehvar.papers.beyond import BeyondWords, Difference, differences, load_beyond
-from mehvar.papers.claims import Claim
-from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
-from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
-from mehvar.papers.runs import Runs
-from mehvar.papers.statements import Coverage, Statement, coverage, judge
 from mehvar.pictures.files import encoded
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
+from mehvar.reproduction.beyond import BeyondWords, Difference, differences, load_beyond
+from mehvar.reproduction.claims import Claim
+from mehvar.reproduction.deviations import Deviation, by_run, deviations, table_claims
+from mehvar.reproduction.paper import PaperFigure, Reproduction, load_reproduction
+from mehvar.reproduction.runs import Runs
+from mehvar.reproduction.statements import Coverage, Statement, coverage, judge
 from mehvar.runtime.model.model import load
 
 from .backends import Agreement, agreement

@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.papers.runs import Runs
+    from mehvar.reproduction.runs import Runs
     from mehvar.runtime.model.functions import FloatArray
     from mehvar.runtime.model.linear import LinearSystem
     from mehvar.runtime.run.simulate import Run

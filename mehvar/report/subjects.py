@@ -16,13 +16,13 @@ from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.manifest import Manifest, Parameter
-from mehvar.papers.recorded import recorded_scene
-from mehvar.papers.reproduction import has_paper, load_reproduction, run_picture
-from mehvar.papers.runs import Runs as PaperRuns
 from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
+from mehvar.reproduction.paper import has_paper, load_reproduction, run_picture
+from mehvar.reproduction.recorded import recorded_scene
+from mehvar.reproduction.runs import Runs as PaperRuns
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited

@@ -26,6 +26,7 @@ from .emulator.profile import Coverage, Profile, StepProfiler, coverage
 from .image.build import Image, build, check_float, delay_of, period_of, program
 from .image.elf import Elf, read_elf
 from .image.header import Layout
+from .image.instructions import UnboundedError
 from .image.processors import process_toolchain
 from .image.toolchains import board as board_named
 from .image.toolchains import toolchain
@@ -33,7 +34,7 @@ from .journal import Journal, Tuning
 from .line.link import Counters, Hello, Link, Port, SelfTest
 from .line.packets import BareLaw, HostLaw
 from .session import BoardLaw
-from .stack import StackBound, UnboundedError, stack_bound
+from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
 

@@ -12,10 +12,9 @@ import re
 from dataclasses import dataclass
 from typing import NoReturn
 
-from mehvar.errors import MehvarError
-
 from .emulator.profile import disassemble, registers
 from .image.elf import Elf
+from .image.instructions import UnboundedError, instructions
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
@@ -25,11 +24,9 @@ _BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|g
 _TARGET = re.compile(r"#(0x[0-9a-f]+)$")
 _PREDECREMENT = re.compile(r"\[sp, #-(0x[0-9a-f]+|\d+)\]!")
 _DESCENT = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
+_RISCV_DESCENT = re.compile(r"(?:addi|addi16sp) sp, (?:sp, )?(-?(?:0x[0-9a-f]+|\d+))")
+_RISCV_FRAME = re.compile(r"(add|addi|sub|mv|andi?|l[dw]) sp,")
 _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
-
-
-class UnboundedError(MehvarError, ValueError):
-    """The image does not determine the depth of the stack."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +113,8 @@ class _Graph:
         return self._functions[name]
 
     def _read(self, name: str) -> _Function:
+        if self._elf.riscv:
+            return self._read_riscv(name)
         frame, indirect, calls = 0, False, set()
         for address, size in self._elf.functions[name]:
             for at, mnemonic, operands in disassemble(self._elf.stored(address, size), address):
@@ -126,6 +125,19 @@ class _Graph:
                 if owner != name or (target and mnemonic == "bl"):
                     calls.add(owner)
         return _Function(frame, frozenset(calls), indirect)
+
+    def _read_riscv(self, name: str) -> _Function:
+        frame, calls = 0, set()
+        for i in instructions(self._elf, name):
+            if match := _RISCV_DESCENT.fullmatch(f"{i.mnemonic.removeprefix('c.')} {i.operands}"):
+                frame += max(0, -int(match[1], 0))
+            elif _RISCV_FRAME.match(f"{i.mnemonic.removeprefix('c.')} {i.operands}"):
+                _refuse(name, i.address, i.mnemonic, i.operands)
+            if (i.call and i.target is None) or (i.leaves and i.target is None and not i.returns):
+                raise UnboundedError(f"{name} calls through a register at {i.address:#010x}")
+            if i.target is not None and (i.call or self._owner(i.target, name) != name):
+                calls.add(self._owner(i.target, name))
+        return _Function(frame, frozenset(calls), False)
 
     def _owner(self, address: int, caller: str) -> str:
         """Return the function at an address; the caller itself for a jump within it."""

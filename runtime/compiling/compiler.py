@@ -68,8 +68,8 @@ def require_compiler() -> Compiler:
     compiler = find_compiler()
     if compiler is None:
         raise InputError(
-            "no C compiler found: set $CC, or install cc, clang or gcc, or the Python package ziglang; "
-            "or choose backend='python'"
+            'no C compiler found: set $CC, install gcc or clang, or: pip install "mehvar[cc]"; '
+            "functions alone need none: load(..., backend='python')"
         )
     return compiler
 

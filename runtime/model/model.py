@@ -444,7 +444,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         A name such as "triangle", or a generated folder.
     backend : {"c", "python", "casadi"}, optional
         Compiled C, the generated NumPy module, or the C that CasADi prints of the same graphs: for single runs, in
-        double. C unless given; without a compiler the NumPy module, with a warning.
+        double. C unless given; without a compiler the NumPy module, with a warning, for functions: runs need one.
 
     Raises
     ------
@@ -460,8 +460,8 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         return Model(manifest.whole, PythonBackend(manifest))
     if backend is None and find_compiler() is None:
         warnings.warn(
-            "no C compiler found: using the much slower Python backend; "
-            "install a C compiler or the Python package ziglang",
+            "no C compiler found: functions are evaluated by NumPy, and runs need a compiler; "
+            'install gcc or clang, or: pip install "mehvar[cc]"',
             RuntimeWarning,
             stacklevel=2,
         )

@@ -153,6 +153,16 @@ class Problem:
         """Events of the loop."""
         return events_of(self.model.manifest, self.controller, self.hold_every is not None)
 
+    @property
+    def continuous_own(self) -> bool:
+        """True for a law in Python that is evaluated for every slope."""
+        return self.own is not None and self.hold_every is None
+
+    @property
+    def charted(self) -> bool:
+        """True where the regular coordinates are integrated; a law in Python returns the input of the state's chart."""
+        return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -427,4 +437,4 @@ def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -
 def _noise(model: Model, ticks: int, hold_every: int | None, options: RunOptions) -> FloatArray:
     """Return standard normal numbers for each evaluation of a sampled law."""
     size = len(model.manifest.noise)
-    return normals(options.seed, options.run, evaluations_of(ticks, hold_every), size, native=model.backend != "python")
+    return normals(options.seed, options.run, evaluations_of(ticks, hold_every), size)

@@ -21,10 +21,10 @@ from mehvar.names import identifier
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
-from ..model.functions import BackendName, CBackend, FloatArray
-from ..model.model import Model, load, shared_model
+from ..model.functions import BackendName, FloatArray
+from ..model.model import Model, shared_model
 from ..model.parameters import Resolved, advice, all_parameters, elements, named_values, resolve, say
-from . import compiled, interpreted
+from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
@@ -201,7 +201,7 @@ def simulate(
     interpolation : {"hold", "linear"}, optional
         Meaning of arrays of inputs between their instants; "hold" unless given.
     period : float, optional
-        Time between two evaluations of a function, s; continuous unless given, and then on the Python backend.
+        Time between two evaluations of a function, s; continuous unless given.
     memory : array_like, optional
         Memory of a function before its first sample.
     progress : callable, optional
@@ -263,8 +263,6 @@ def simulate(
     given = {name: value for name, value in settings.items() if name in OPTIONS}
     problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin, own)
     check_read(manifest, controlled, suffix, problem.hold is not None, given_values, initial or {}, origin)
-    if own is not None and problem.hold is None:
-        problem = _continuous(problem, settings, origin)
     if law is not None:
         problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
@@ -327,20 +325,8 @@ def _integrate(problem: Problem) -> Trajectory:
 
 
 def _attempt(problem: Problem) -> Trajectory:
-    evaluator = problem.model.evaluator
     with KeptInterrupts():
-        if isinstance(evaluator, CBackend):
-            return compiled.run(problem, evaluator)
-        return interpreted.run(problem, evaluator)
-
-
-def _continuous(problem: Problem, settings: Mapping[str, object], origin: str) -> Problem:
-    """Return the loop of a continuous law in Python on the Python backend, which evaluates it for every slope."""
-    if settings.get("backend") not in (None, "python"):
-        raise bad_value(
-            "backend", settings["backend"], "'python' for a continuous law in Python: or give a period", origin
-        )
-    return replace(problem, model=load(problem.model.manifest.folder, "python"))
+        return loop.run(problem)
 
 
 def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:

@@ -23,6 +23,7 @@ from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from tests import commands
 from tests.examples.pages import generated
+from tests.reference.scipy_loop import by_scipy
 
 
 def system_of(folder: Path) -> System:
@@ -31,8 +32,10 @@ def system_of(folder: Path) -> System:
 
 
 def backends_agree(folder: Path, law: str, state: str, tolerance: float, **options: object) -> None:
-    """Run in C and in Python."""
-    compiled, plain = (mehvar.simulate(folder, law, backend=backend, **options) for backend in ("c", "python"))
+    """Run by the native loop and by SciPy."""
+    compiled = mehvar.simulate(folder, law, **options)
+    with by_scipy():
+        plain = mehvar.simulate(folder, law, **options)
     np.testing.assert_allclose(compiled[state], plain[state], atol=tolerance)
 
 

@@ -205,6 +205,7 @@ _COMMANDS = {
     "board emit": lambda random: [
         *(str(PENDULUM), "--controller", "nonsense", "--out", "a"),
         *("--for", random.choice(("cmake", "zephyr", "nonsense"))),
+        *_some(random, range=("a=0:1", "roll=1"), link=()),
     ],
     "board flash": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, board=("none",))],
     "export fmu": lambda random: [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing outside models/NAME and mehvar/papers/NAME names a model, one of its parameters, states or memories.
+"""Nothing outside models/NAME and papers/NAME names a model, one of its parameters, states or memories.
 
 Names count where code can act on them: identifiers, and strings that are a name and nothing else. Words in sentences,
 such as the examples of a help text, do not.
@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 MANIFESTS = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(ROOT.glob("generated/*/manifest.json"))]
 MODELS = {manifest["model"] for manifest in MANIFESTS}
-_OWN = [ROOT / top / name for name in MODELS for top in ("models", "mehvar/papers")]
+_OWN = [ROOT / top / name for name in MODELS for top in ("models", "papers")]
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*|\{#.*?#\}", re.DOTALL)
 _SUFFIXES = (".py", ".c", ".h", ".js", ".j2")
 
@@ -43,7 +43,7 @@ NAMES = MODELS | {name for manifest in MANIFESTS for name in quantities(manifest
 
 def code() -> Iterator[Path]:
     """Yield every source file that is no model's and no paper's."""
-    for room in ("mehvar", "models", "codegen", "runtime"):
+    for room in ("mehvar", "models", "codegen", "runtime", "papers"):
         for path in sorted((ROOT / room).rglob("*")):
             if path.suffix in _SUFFIXES and "uplot" not in path.parts and not any(map(path.is_relative_to, _OWN)):
                 yield path
@@ -74,7 +74,7 @@ def test_code_names_no_model():
 
 def test_names_are_found_in_code_and_not_in_sentences(tmp_path):
     path = tmp_path / "some.py"
-    path.write_text('"""As in the satellite."""\nfrom mehvar.papers.satellite import x\ny = "sensor_lost" in x\n')
+    path.write_text('"""As in the satellite."""\nfrom papers.satellite import x\ny = "sensor_lost" in x\n')
     assert words(path) & NAMES == {"satellite", "sensor_lost"}
     path.write_text('"""As in the satellite."""\nhelp = "Such as triangle."\n')
     assert not words(path) & NAMES

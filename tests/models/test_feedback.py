@@ -21,6 +21,7 @@ from mehvar.runtime.run.noise import normals
 from tests.models.edits import POSITIVE, quantity, turner
 from tests.models.feedback import seeker
 from tests.models.written import written
+from tests.reference.scipy_loop.noise import Stream, drawn
 
 K, T, B, TOTAL, LOAD, PLACE = 4.0, 8.0, 5.0, 1.5, 0.3, 0.5
 
@@ -60,7 +61,7 @@ def test_a_loop_with_a_compensator_is_linearised(folder):
 
 def estimated(every, run, seed=0):
     """The estimator and its law by hand, with the noise of a run."""
-    noise, dt = normals(seed, run, 201, 1, native=False)[:, 0], 0.02
+    noise, dt = drawn(seed, run, Stream.MEASUREMENTS, 0, 201, 1)[:, 0], 0.02
     x, z, u, rows = np.array([PLACE, 0.0]), np.zeros(2), 0.0, []
     for k in range(201):
         old, miss = u, x[0] + 0.01 * noise[k] - z[0]

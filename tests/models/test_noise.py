@@ -19,11 +19,12 @@ from mehvar.models.system import Coordinates, Diffusion, Group
 from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.runtime.run.noise import Draws, Stream
 from mehvar.web.cases import cases_of
 from tests.models.edits import quantity, turner
 from tests.models.noisy import noisy, walker
 from tests.models.written import written
+from tests.reference.scipy_loop import by_scipy
+from tests.reference.scipy_loop.noise import Draws, Stream
 
 RUNS, SEED = 2000, 11
 
@@ -101,7 +102,8 @@ def test_a_run_repeats_alone_and_in_numpy(folder, tmp_path, law, method):
         assert difference(repeat_run(plan, store, run), plan, store, run) == ""
     assert len(np.unique(runs["final"].values)) == 22
     one = simulate(folder, law, seed=SEED, run=5, **options)
-    other = simulate(folder, law, seed=SEED, run=5, backend="python", **options)
+    with by_scipy():
+        other = simulate(folder, law, seed=SEED, run=5, **options)
     np.testing.assert_allclose(one.x, other.x, rtol=1e-11)
     assert one.options["step"] == 0.01
     assert not np.allclose(one.x, simulate(folder, law, seed=SEED, run=6, **options).x)

@@ -14,6 +14,7 @@ from mehvar.names import identifier
 from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence, write_inspection
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.foreign import inspect
+from mehvar.runtime.board.evidence.linkmap import read_map
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
 from mehvar.runtime.model.model import load
@@ -36,14 +37,19 @@ def command(
     elf: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Your own image with the law: inspected, not built or run.")
     ] = None,
+    linked: Annotated[
+        Path | None, typer.Option("--map", metavar="FILE", help="With --elf: the linker's map of that image.")
+    ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:
     """Compile, run, disturb, write; return the exit status of the run."""
     maker = f"mehvar board evidence {model} {controller}"
     check_folder(out, maker, EVIDENCE_NAMES)
     if elf is not None:
-        _inspect(model, controller, elf, board or compiler, out, maker)
+        _inspect(model, controller, elf, linked, board or compiler, out, maker)
         return 0
+    if linked is not None:
+        raise bad_value("map", str(linked), "given with --elf, the image that it describes", "--map")
     if disturbed < 0:
         raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
@@ -61,7 +67,9 @@ def command(
     return status_of(evidence.run)
 
 
-def _inspect(model: str, controller: str, elf: Path, build: str | None, out: Path, maker: str) -> None:
+def _inspect(
+    model: str, controller: str, elf: Path, linked: Path | None, build: str | None, out: Path, maker: str
+) -> None:
     """Write the evidence for an image that another project built."""
     if build is not None:
         raise bad_value("elf", str(elf), "given without --board and --compiler, as the image is built", "--elf")
@@ -69,7 +77,7 @@ def _inspect(model: str, controller: str, elf: Path, build: str | None, out: Pat
     if controller not in manifest.controllers:
         raise unknown_name("controller", controller, manifest.controllers, "--controller")
     symbol = f"{identifier(manifest.model)}_{identifier(controller)}"
-    inspection = inspect(elf, symbol)
+    inspection = inspect(elf, symbol, None if linked is None else read_map(linked))
     write_inspection(inspection, symbol, out, maker)
     law = inspection.functions[0]
     typer.echo(

@@ -32,7 +32,8 @@ def write_evidence(evidence: Evidence, misra: Findings | None, out: Path, maker:
 
 def write_inspection(found: Inspection, law: str, out: Path, maker: str) -> None:
     """Write evidence.md and evidence.json for another project's image into a folder, in the name of a command."""
-    facts = {**vars(found), "path": str(found.path), "functions": [vars(f) for f in found.functions]}
+    facts = {**vars(found), "path": str(found.path), "functions": [vars(f) for f in found.functions],
+             "members": None if found.members is None else [vars(m) for m in found.members]}  # fmt: skip
     with filling(out, maker) as folder:
         (folder / "evidence.md").write_text("\n".join(_inspection(found, law)) + "\n", encoding="utf-8")
         (folder / "evidence.json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
@@ -46,16 +47,24 @@ def _inspection(found: Inspection, law: str) -> Iterator[str]:
     yield f"{found.flash} bytes of flash, {found.ram} of static data, in the whole image."
     yield f"Double-precision routines: {', '.join(found.doubles) or 'none'}."
     rows = [
-        (f"`{f.function}`", f.size, f.own, _decided(f.loops), len(f.calls), f.indirect, "yes" if f.recursive else "no",
-         _decided(f.bound), _decided(f.stack))
+        (f"`{f.function}`", f.size, f.own, _decided(f.loops), len(f.calls), _decided(f.depth), f.indirect,
+         "yes" if f.recursive else "no",         _decided(f.bound), _decided(f.stack))
         for f in found.functions
     ]  # fmt: skip
-    head = ("function", "bytes", "instructions", "loops", "functions called", "calls through a register", "recursive",
-            "instructions of a call, at most", "bytes of stack, at most")  # fmt: skip
+    head = ("function", "bytes", "instructions", "loops", "functions called", "depth of calls",
+            "calls through a register", "recursive", "instructions of a call, at most",
+            "bytes of stack, at most")  # fmt: skip
     yield from _section("Functions", _table(head, rows))
     reasons = [f"- `{f.function}`: {reason}" for f in found.functions for reason in f.reasons]
     if reasons:
         yield from _section("Undecided", iter(reasons))
+    if found.members is not None:
+        origins = [(f"`{f.function}`", f.origin or "not in the map") for f in found.functions]
+        yield from _section("Object files", _table(("function", "object file"), origins))
+        members = [(m.member, m.file, f"`{m.symbol}`") for m in found.members]
+        none = iter(("None: the image takes nothing from a library.",))
+        table = _table(("member", "asked for by", "for"), members) if members else none
+        yield from _section("Members of libraries in the image", table)
 
 
 def _decided(value: int | None) -> str:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.html import page
-from mehvar.papers.reproduction import run_picture
 from mehvar.pictures.files import save
 from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, pretty_unit, style, time_axis
+from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.board.run import BoardRun, ulps
 from mehvar.runtime.files import filling
 from mehvar.runtime.run.metrics import metrics

@@ -12,7 +12,7 @@ from mehvar.errors import MissingError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.papers.runs import Runs
+    from mehvar.reproduction.runs import Runs
     from mehvar.runtime.board.run import BoardRun
 
 

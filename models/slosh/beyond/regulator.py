@@ -7,7 +7,7 @@ Linearised about straight flight the craft falls apart into roll and two equal p
 
 with w the velocity in fixed axes, which unlike v_y does not hold v_x a_3. Turned by a right angle about x it is that of
 the plane of z. A Kalman filter estimates it from w, attitude and body rate; bobs and gimbals are not measured. The
-matrices are of the model's own Jacobian and stand in parameters.toml: mehvar/papers/slosh/regulator.py renews them.
+matrices are of the model's own Jacobian and stand in parameters.toml: papers/slosh/regulator.py renews them.
 """
 
 from __future__ import annotations

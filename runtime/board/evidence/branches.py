@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from ..emulator.machine import EmulatedBoard
 from ..image.elf import Elf
-from .flow import Instruction, instructions
+from ..image.instructions import Instruction, instructions
 
 _N, _Z, _C, _V = (1 << bit for bit in (31, 30, 29, 28))
 _HOLDS: dict[str, Callable[[int], bool]] = {

@@ -15,11 +15,12 @@ from mehvar.errors import MehvarError
 
 from ...model.model import Model
 from ..emulator.profile import STEP, line_table
+from ..image.instructions import UnboundedError
 from ..line.link import Link
 from ..run import BoardRequest, BoardRun, run_on_board
 from ..targets import MachinePort
 from .branches import Condition, Outcomes
-from .flow import Flow, UnboundedError
+from .flow import Flow
 from .trace import Traced, trace
 
 

@@ -13,21 +13,12 @@ import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import capstone
-from capstone import arm_const
-
-from mehvar.errors import MehvarError
 
 from ..image.elf import Elf
+from ..image.instructions import Instruction, UnboundedError, instructions
 
-_CONDITIONS = ("eq", "ne", "hs", "cs", "lo", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le")
-_CONDITIONAL = re.compile(rf"b({'|'.join(_CONDITIONS)})(\.w)?|cbn?z")
-_RETURN_IF = re.compile(rf"(bx|pop|ldm\w*?)({'|'.join(_CONDITIONS)})(\.w)?")
 _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
-_CODE = 2**32
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
 """Bytes by which the program counter is ahead of the instruction that reads it, before rounding down to words."""
@@ -37,73 +28,7 @@ Value = tuple[str, int]
 State = dict[str, Value]
 
 
-class UnboundedError(MehvarError, ValueError):
-    """The instructions of a function do not determine its length."""
-
-
-@dataclass(frozen=True)
-class Instruction:
-    """An instruction: address, text, jump target, changed registers."""
-
-    address: int
-    size: int
-    mnemonic: str
-    operands: str
-    target: int | None
-    writes: frozenset[str]
-
-    @property
-    def conditional(self) -> bool:
-        """True for a branch that may or may not be taken."""
-        return _CONDITIONAL.fullmatch(self.mnemonic) is not None
-
-    @property
-    def returns_if(self) -> bool:
-        """True for an instruction within an IT block that either returns or continues."""
-        if _RETURN_IF.fullmatch(self.mnemonic) is None:
-            return False
-        return self.operands == "lr" or "pc}" in self.operands
-
-    @property
-    def exact(self) -> bool:
-        """True for a test of equality, which a counter must then meet exactly."""
-        return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
-
-    @property
-    def call(self) -> bool:
-        """True for a call."""
-        return self.mnemonic in ("bl", "blx")
-
-    @property
-    def leaves(self) -> bool:
-        """True where the next instruction runs only if something jumps there."""
-        if self.call or self.conditional or self.returns_if:
-            return False
-        return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
-
-
 _END = Instruction(-1, 0, "", "", None, frozenset())
-
-
-def instructions(elf: Elf, name: str) -> list[Instruction]:
-    """Return the instructions of a function, without the constants between them."""
-    return [i for address, size in elf.functions[name] for i in _decoded(elf.stored(address, size), address)]
-
-
-@functools.cache
-def _decoded(code: bytes, address: int) -> tuple[Instruction, ...]:
-    engine = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
-    engine.detail = True
-    return tuple(map(_instruction, engine.disasm(code, address)))
-
-
-def _instruction(i: Any) -> Instruction:
-    writes = frozenset(i.reg_name(register) for register in i.regs_access()[1])
-    target = None
-    if i.mnemonic.split(".")[0] in ("b", "bl", "blx") or _CONDITIONAL.fullmatch(i.mnemonic):
-        last = i.operands[-1]
-        target = last.imm % _CODE if last.type == arm_const.ARM_OP_IMM else None
-    return Instruction(i.address, i.size, i.mnemonic, i.op_str, target, writes)
 
 
 @dataclass(frozen=True)
@@ -214,18 +139,11 @@ class _Function:
                 yield last.target
             elif self._flow.owner(last.target) is None:
                 raise UnboundedError(f"{self._name} jumps to {last.target:#010x}, where no function begins")
-        elif last.leaves and not self._returns(last):
+        elif last.leaves and not last.returns:
             raise UnboundedError(f"{self._name} jumps through a register at {last.address:#010x}")
         within_if = len(block) > 1 and block[-2].mnemonic.startswith("it")
         if (not last.leaves or within_if) and last.address + last.size in self._blocks:
             yield last.address + last.size
-
-    @staticmethod
-    def _returns(last: Instruction) -> bool:
-        return (last.mnemonic == "bx" and last.operands == "lr") or (
-            last.mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in last.operands and "[pc" not in last.operands
-            and "[r" not in last.operands
-        ) or last.mnemonic == "udf"  # fmt: skip
 
     # what registers hold
 

@@ -14,9 +14,10 @@ from mehvar.errors import bad_value
 
 from ..emulator.profile import STEP
 from ..image.elf import Elf, read_elf
-from ..stack import UnboundedError as UnboundedStackError
+from ..image.instructions import UnboundedError, instructions
 from ..stack import deepest
-from .flow import Flow, UnboundedError, instructions
+from .flow import Flow
+from .linkmap import LinkMap, Member
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,10 @@ class Inspected:
         Calls through a register.
     calls : tuple of str
         The functions that it calls, directly or indirectly.
+    depth : int or None
+        Functions in the longest chain of calls from it, itself included; None where it is recursive.
+    origin : str or None
+        Its object file, where a map of the image was given.
     recursive : bool
         True where it is among them.
     bound, stack : int or None
@@ -47,6 +52,8 @@ class Inspected:
     loops: int | None
     indirect: int
     calls: tuple[str, ...]
+    depth: int | None
+    origin: str | None
     recursive: bool
     bound: int | None
     stack: int | None
@@ -64,7 +71,9 @@ class Inspection:
     doubles : list of str
         Double-precision routines in the image.
     functions : list of Inspected
-        The law first, then all that it and the step of the link call.
+        The law first, then its step, then all that they call.
+    members : tuple of Member, optional
+        Members of libraries in the image, where a map of it was given.
     """
 
     path: Path
@@ -73,15 +82,18 @@ class Inspection:
     ram: int
     doubles: list[str]
     functions: list[Inspected]
+    members: tuple[Member, ...] | None = None
 
 
-def inspect(path: Path, symbol: str) -> Inspection:
-    """Return the evidence for a law in an image for a Cortex-M.
+def inspect(path: Path, symbol: str, linked: LinkMap | None = None) -> Inspection:
+    """Return the evidence for a law in an image for a Cortex-M or for RISC-V of 64 bits.
 
     Parameters
     ----------
     symbol : str
         The law's function.
+    linked : LinkMap, optional
+        Map of the image.
 
     Raises
     ------
@@ -94,28 +106,38 @@ def inspect(path: Path, symbol: str) -> Inspection:
         allowed = f"an image with the function {symbol}: link the law, without link-time optimization or strip"
         raise bad_value("elf", str(path), allowed, "--elf")
     flow = Flow(elf)
-    roots = [symbol, *([STEP] if STEP in elf.functions else [])]
+    roots = [name for name in (symbol, f"{symbol}_step", STEP) if name in elf.functions]
     called = sorted(set().union(*map(flow.callees, roots)) - set(roots))
     return Inspection(
         path, hashlib.sha256(path.read_bytes()).hexdigest(), elf.flash, elf.ram, elf.doubles(),
-        [_inspected(elf, flow, name) for name in (*roots, *called)],
+        [_inspected(elf, flow, name, linked) for name in (*roots, *called)], linked.members if linked else None,
     )  # fmt: skip
 
 
 def _check(path: Path) -> None:
-    """Refuse what is not a linked image for a Cortex-M with its symbols."""
+    """Refuse what is not a linked image for a Cortex-M or RISC-V with its symbols."""
     with path.open("rb") as file:
         try:
             elf = ELFFile(file)
         except ELFError:
             raise bad_value("elf", str(path), "an ELF file", "--elf") from None
-        if (elf["e_machine"], elf["e_type"]) != ("EM_ARM", "ET_EXEC"):
-            raise bad_value("elf", str(path), "a linked image for a Cortex-M", "--elf")
+        kind = (elf["e_machine"], elf.elfclass, elf["e_type"])
+        if kind not in (("EM_ARM", 32, "ET_EXEC"), ("EM_RISCV", 64, "ET_EXEC")):
+            raise bad_value("elf", str(path), "a linked image for a Cortex-M, or for RISC-V of 64 bits", "--elf")
         if elf.get_section_by_name(".symtab") is None:
             raise bad_value("elf", str(path), "an image with its symbols: do not strip it", "--elf")
 
 
-def _inspected(elf: Elf, flow: Flow, name: str) -> Inspected:
+def _depth(flow: Flow, name: str) -> int | None:
+    """Return the functions in the longest chain of calls, or None for one without an end."""
+    below = flow.callees(name)
+    if any(name in flow.callees(called) for called in below):
+        return None
+    depths = [_depth(flow, called) for called in below]
+    return None if None in depths else 1 + max((d for d in depths if d is not None), default=0)
+
+
+def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspected:
     text = instructions(elf, name)
     calls = flow.callees(name)
     itself = any(i.call and i.target is not None and flow.owner(i.target) == name for i in text)
@@ -127,10 +149,11 @@ def _inspected(elf: Elf, flow: Flow, name: str) -> Inspected:
         reasons.append(str(error))
     try:
         stack = sum(size for _, size in deepest(elf, name))
-    except UnboundedStackError as error:
+    except UnboundedError as error:
         reasons.append(str(error))
     return Inspected(
         name, sum(size for _, size in elf.functions[name]), len(text), loops,
         sum(i.call and i.target is None for i in text), tuple(sorted(calls)),
+        None if itself else _depth(flow, name), linked.origin(elf.functions[name][0][0]) if linked else None,
         itself or any(name in flow.callees(c) for c in calls), bound, stack, tuple(reasons),
     )  # fmt: skip

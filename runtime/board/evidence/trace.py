@@ -20,7 +20,7 @@ from ...model.generated import generated_text
 from ...model.model import Model
 from ..emulator.profile import line_table
 from ..image.elf import Elf
-from .flow import instructions
+from ..image.instructions import instructions
 
 _STATEMENT = re.compile(r" {4,}(?:const (?:real|mask) )?([A-Za-z_]\w*(?:\[\w+\])?) = ")
 _NUMBER = re.compile(r"/\* (\([^)]*\)[^*]*?) \*/\s*$")

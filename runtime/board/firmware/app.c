@@ -4,9 +4,8 @@
 #include <string.h>
 
 #include "mehvar/board.h"
+#include "mehvar/private/check.h"
 
-/* Added to the bits of a number without its sign: reaches the sign bit if and only if it is infinite or NaN. */
-#define EXPONENT_UNIT ((mv_bits)1 << MV_DIGITS)
 #define AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 
 static const real default_p[AT_LEAST_ONE(MV_BOARD_NP)] = MV_BOARD_DEFAULT_P;
@@ -38,20 +37,12 @@ real *mv_app_group(uint32_t group, uint32_t *count)
     return groups[group];
 }
 
-/* Whether all are finite. */
-static int finite_all(const real *v, uint32_t n)
-{
-    mv_bits above = 0;
-    for (uint32_t i = 0; i < n; i++) above |= (mv_to_bits(v[i]) & ~MV_SIGN_BITS) + EXPONENT_UNIT;
-    return !(above & MV_SIGN_BITS);
-}
-
 int mv_app_finite(const uint8_t *bytes, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         real value;
         memcpy(&value, bytes + i * sizeof value, sizeof value);
-        if (!finite_all(&value, 1)) return 0;
+        if (!mv_finite_all(&value, 1)) return 0;
     }
     return 1;
 }
@@ -68,14 +59,14 @@ int mv_app_settable(uint32_t group, const uint8_t *bytes)
     return 1;
 }
 
-/* As finite_all; and numbers smaller than any normal one, which are no measurements, become zero. */
+/* As mv_finite_all; and numbers smaller than any normal one, which are no measurements, become zero. */
 static int admit(real *v, uint32_t n)
 {
     mv_bits above = 0;
     for (uint32_t i = 0; i < n; i++) {
         const mv_bits size = mv_to_bits(v[i]) & ~MV_SIGN_BITS;
-        if (size < EXPONENT_UNIT) v[i] = K(0);
-        above |= size + EXPONENT_UNIT;
+        if (size < MV_EXPONENT_UNIT) v[i] = K(0);
+        above |= size + MV_EXPONENT_UNIT;
     }
     return !(above & MV_SIGN_BITS);
 }
@@ -86,7 +77,7 @@ int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU])
     real *next = memory[1 - now];
     mv_board_law(in, in + MV_BOARD_NSEEN, in + MV_BOARD_NSEEN + MV_BOARD_NR, memory[now], p, c, u, next);
     /* a law that bears the loss of a measurement keeps its memory finite itself */
-    const int whole = finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_BEARS_LOSS || finite_all(next, MV_BOARD_NZ));
+    const int whole = mv_finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_BEARS_LOSS || mv_finite_all(next, MV_BOARD_NZ));
     if (whole && (seen || MV_BOARD_LAW_BEARS_LOSS)) now = (uint8_t)(1 - now);
     if (seen && whole) return 1;
     memset(u, 0, MV_BOARD_NU * sizeof *u);

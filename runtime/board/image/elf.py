@@ -34,6 +34,8 @@ class Elf:
         Bytes reserved for the stack.
     functions : dict of str to list of (int, int)
         Address and size of the instructions of each function, without the constants between them.
+    riscv : bool
+        True for RISC-V of 64 bits, False for a Cortex-M.
     """
 
     segments: tuple[tuple[int, bytes], ...]
@@ -42,6 +44,7 @@ class Elf:
     ram: int
     stack: int
     functions: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+    riscv: bool = False
 
     def doubles(self) -> list[str]:
         """Return the double-precision routines in the image."""
@@ -70,11 +73,12 @@ def read_elf(path: Path, stack: bool = True) -> Elf:
         }
         functions = _functions(table)
         sizes = {s.name: s["sh_size"] for s in elf.iter_sections() if s["sh_flags"] & 2}
+        riscv = elf["e_machine"] == "EM_RISCV"
     reserved = sizes.pop(".stack", 0)
     if stack and not reserved:
         reserved = symbols["__stack_top"][0] - symbols["__stack_limit"][0]
     ram = sizes.pop(".bss", 0) + sizes.get(".data", 0)
-    return Elf(segments, symbols, sum(sizes.values()), ram, reserved, functions)
+    return Elf(segments, symbols, sum(sizes.values()), ram, reserved, functions, riscv)
 
 
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:

@@ -13,20 +13,20 @@ import pytest
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
 from mehvar.errors import InputError
-from mehvar.papers.beyond import Beyond, BeyondWords, load_beyond
-from mehvar.papers.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict
-from mehvar.papers.reproduction import load_reproduction, paper_models
-from mehvar.papers.runs import Runs
-from mehvar.papers.statements import PrintedCounts, Statements
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
+from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
+from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict
+from mehvar.reproduction.paper import load_reproduction
+from mehvar.reproduction.runs import Runs
+from mehvar.reproduction.statements import PrintedCounts, Statements
 from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
-from tests.derived import generated
+from tests.derived import REPRODUCED, generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
 from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
 
@@ -80,7 +80,7 @@ def small(monkeypatch):
         return replace(paper, study=replace(paper.study, runs=64))
 
     monkeypatch.setattr(content, "load_reproduction", reduced)
-    monkeypatch.setattr("mehvar.papers.runs._MOST_SAMPLES", 120)
+    monkeypatch.setattr("mehvar.reproduction.runs._MOST_SAMPLES", 120)
     monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))  # tested on its own
 
 
@@ -98,9 +98,9 @@ def test_every_claim_holds_and_progress_reaches_the_end(report):
     assert report.failures == []
     done = [step for step, *_ in report.steps]
     assert done == sorted(done)
-    assert report.steps[-1][0] == report.steps[-1][1] == len(paper_models())
+    assert report.steps[-1][0] == report.steps[-1][1] == len(REPRODUCED)
     said = " ".join(what for *_, what in report.steps)
-    assert all(f"{name}: claims" in said for name in paper_models())
+    assert all(f"{name}: claims" in said for name in REPRODUCED)
     assert "64 runs" in said
 
 
@@ -109,8 +109,8 @@ def html(report, name):
 
 
 def test_there_is_a_page_for_each_paper_and_an_overview_with_a_picture_of_each(report):
-    assert sorted(report.pages) == sorted(["index", *paper_models()])
-    assert len(report.pages["index"].sources) == len(paper_models())
+    assert sorted(report.pages) == sorted(["index", *REPRODUCED])
+    assert len(report.pages["index"].sources) == len(REPRODUCED)
 
 
 def test_pages_need_nothing_else(report):
@@ -131,8 +131,8 @@ def test_pages_need_nothing_else(report):
 
 def test_figures_on_the_pages_are_the_files_beside_them(report):
     files = sorted((report.out / "figures").iterdir())
-    wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_reproduction(m).figures]
-    wanted += [f"{m}-beyond-{figure.number}.png" for m in paper_models() for figure in load_beyond(m).words.figure]
+    wanted = [f"{m}-{figure.number:02d}.png" for m in REPRODUCED for figure in load_reproduction(m).figures]
+    wanted += [f"{m}-beyond-{figure.number}.png" for m in REPRODUCED for figure in load_beyond(m).words.figure]
     assert [file.name for file in files] == sorted(wanted)
     embedded = {base64.b64decode(s.split(",")[1]) for page in report.pages.values() for s in page.sources}
     assert {file.read_bytes() for file in files} <= embedded
@@ -140,12 +140,12 @@ def test_figures_on_the_pages_are_the_files_beside_them(report):
 
 
 def test_every_series_over_time_and_every_animation_is_in_the_data(report):
-    texts = {name: re.search(r'id="data">(.*?)</script>', html(report, name), re.S)[1] for name in paper_models()}
+    texts = {name: re.search(r'id="data">(.*?)</script>', html(report, name), re.S)[1] for name in REPRODUCED}
     data = {name: json.loads(text) for name, text in texts.items()}
-    assert all(list(data[name]["scenes"]) == [name] for name in paper_models())
+    assert all(list(data[name]["scenes"]) == [name] for name in REPRODUCED)
     for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands"):
         assert data[name.split("-")[0]]["charts"][name]["panels"]
-    for name in paper_models():
+    for name in REPRODUCED:
         scene = data[name]["scenes"][name]
         columns = [set(run["columns"]) for run in scene["runs"].values()]
         assert all(found == columns[0] for found in columns)
@@ -154,11 +154,11 @@ def test_every_series_over_time_and_every_animation_is_in_the_data(report):
 
 def test_batch_board_versions_and_times_are_said(report):
     text = "".join(page.text for page in report.pages.values())
-    assert text.count("95 % interval") == len(paper_models())
-    laws = [law for model in paper_models() for law in load(model).manifest.controllers]
+    assert text.count("95 % interval") == len(REPRODUCED)
+    laws = [law for model in REPRODUCED for law in load(model).manifest.controllers]
     assert len(laws) == 7
     assert text.count("0 ulp, bit for bit") == len(laws)
-    for name in paper_models():
+    for name in REPRODUCED:
         assert "Our text against CasADi's own C" in report.pages[name].text
     assert "jac_x" in text
     for part in ("numpy", "casadi", "made", "closed loops beside the batches", "MIT License"):
@@ -186,7 +186,7 @@ def test_page_shows_all_claims_captions_and_the_model(report):
 
 def test_what_lies_beyond_the_papers_is_shown_and_counted_apart(report):
     beyond = json.loads((report.out / "beyond.json").read_text(encoding="utf-8"))
-    for name in paper_models():
+    for name in REPRODUCED:
         page, words = report.pages[name], load_beyond(name).words
         ours = [claim for claim in beyond if claim["model"] == name]
         assert [claim["number"] for claim in ours] == [text.number for text in words.claim]
@@ -221,7 +221,7 @@ def test_the_papers_claims_are_counted_first_and_our_own_rows_apart(report):
 
 def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
-    for name in paper_models():
+    for name in REPRODUCED:
         numbers = {claim["number"] for claim in claims if claim["model"] == name}
         named = [number for figure in load_reproduction(name).figures for number in figure.claims]
         assert set(named) <= numbers
@@ -268,7 +268,7 @@ def _only_claims(monkeypatch, claims):
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
     failing = Claim("1", "masses are <b>heavy</b>", (Check("m", "1e-3 kg", "-2 kg", False),), "they are light")
     _only_claims(monkeypatch, lambda runs: [failing])
-    every = ", ".join(f"{name} 1" for name in paper_models())
+    every = ", ".join(f"{name} 1" for name in REPRODUCED)
     assert reproduce(tmp_path)[1] == [f"claims that do not hold: {every}; see the report"]
     pages = read(tmp_path)
     for page in pages.values():
@@ -292,7 +292,7 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
-    functions, laws, claims = (", ".join(f"{name} {what}" for name in paper_models()) for what in ("jac_x", "pd", "B1"))
+    functions, laws, claims = (", ".join(f"{name} {what}" for name in REPRODUCED) for what in ("jac_x", "pd", "B1"))
     assert capsys.readouterr().out.splitlines()[3:] == [
         f"claims beyond the papers that do not hold: {claims}; see the report",
         f"laws that differ between board and host: {laws}; see the report",
@@ -363,7 +363,7 @@ def open_page(browser, report):
     return opened
 
 
-@pytest.mark.parametrize("name", paper_models())
+@pytest.mark.parametrize("name", REPRODUCED)
 def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report, name):
     browser = open_page(name)
     eventually(browser, "document.documentElement.dataset.ready === 'yes'")
@@ -384,7 +384,7 @@ def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page,
         *(pytest.param(width, slice(None), marks=pytest.mark.soak) for width in (1440, 390)),
     ],
 )
-@pytest.mark.parametrize("name", ["index", *paper_models()])
+@pytest.mark.parametrize("name", ["index", *REPRODUCED])
 def test_links_land_after_charts_are_built(browser, report, name, width, part):
     """Each link at one width, the last at both: a link needs a page of its own, seconds of a processor."""
     resize(browser, width)
@@ -400,7 +400,7 @@ def test_links_land_after_charts_are_built(browser, report, name, width, part):
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-@pytest.mark.parametrize("name", ["index", *paper_models()])
+@pytest.mark.parametrize("name", ["index", *REPRODUCED])
 def test_a_page_can_be_read_aloud_and_printed(open_page, name):
     browser = open_page(name, prefers_reduced_motion="reduce")
     settled(browser)
@@ -421,7 +421,7 @@ def test_the_first_screen_of_the_overview_has_a_picture(open_page):
         assert 0 < top < browser.execute_script("return innerHeight")
 
 
-@pytest.mark.parametrize("name", paper_models())
+@pytest.mark.parametrize("name", REPRODUCED)
 def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, name):
     from selenium.webdriver.common.keys import Keys
 

@@ -94,7 +94,7 @@ def made(root: Path) -> Project:
         shutil.copy(path, project.root / "models")
     for room in ROOMS:
         shutil.copytree(ROOT / "models" / room, project.root / "models" / room, ignore=shutil.ignore_patterns("__py*"))
-    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "paper.py"))
+    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "ledger.py"))
     (project.root / "generated").mkdir()
     (project.root / ".gitignore").write_text("__pycache__/\n")
     project.generate()

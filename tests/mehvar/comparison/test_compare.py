@@ -374,7 +374,10 @@ def configure(project: Project, kind: str, command: str) -> None:
 
 
 def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
-    shutil.copy(CART / "paper.py", project.root / "models" / "cart")
+    folder = project.root / "papers" / "cart"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    shutil.copy(CART / "ledger.py", folder)
     process = project.mehvar("diff", "--paper")
     assert process.returncode == 1, process.stderr
     for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "misprint: The force pushes."):

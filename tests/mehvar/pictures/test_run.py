@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.papers.reproduction import run_picture
 from mehvar.pictures.files import save
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
+from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate
@@ -145,5 +145,5 @@ def test_without_matplotlib_the_message_says_how_to_install_it(swing, monkeypatc
 
 
 def test_importing_does_not_load_matplotlib():
-    code = "import sys, mehvar.pictures.run, mehvar.papers.reproduction; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, mehvar.pictures.run, mehvar.reproduction.paper; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

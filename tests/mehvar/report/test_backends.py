@@ -7,8 +7,8 @@ import shutil
 import pytest
 
 from mehvar.manifest import FILE, sealed
-from mehvar.papers.runs import Runs
 from mehvar.report.backends import POINTS, TOLERANCE, agreement, compare
+from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.derived import holder
 from mehvar.runtime.model.model import load

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import replace
 
-from mehvar.papers.reproduction import load_reproduction
 from mehvar.report.batches import run_study
 from mehvar.report.charts import chart
+from mehvar.reproduction.paper import load_reproduction
 from mehvar.runtime.batch.evaluation.statistics import interval
 from mehvar.runtime.model.model import load
 from tests.mehvar.report.test_series import floats

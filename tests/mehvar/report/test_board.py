@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 from mehvar.errors import MissingError
-from mehvar.papers.runs import Runs
 from mehvar.report.board.page import inputs_figure, metric_values
 from mehvar.report.board.section import run_boards
+from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.model import load
 
 
 @pytest.fixture
 def short(monkeypatch):
-    monkeypatch.setattr("mehvar.papers.runs._MOST_SAMPLES", 40)
+    monkeypatch.setattr("mehvar.reproduction.runs._MOST_SAMPLES", 40)
 
 
 def test_every_law_of_a_model_is_shown_with_how_much_of_it_was_run(short):

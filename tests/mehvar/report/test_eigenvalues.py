@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.papers.runs import Runs
 from mehvar.report.eigenvalues import SHOWN, loop_spectra
+from mehvar.reproduction.runs import Runs
 
 
 @pytest.mark.parametrize(("name", "law"), [("slosh", "lyapunov-v2"), ("satellite", "pd")])

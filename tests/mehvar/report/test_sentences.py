@@ -7,12 +7,13 @@ import pytest
 
 import mehvar
 from mehvar.cli.new import scaffold
-from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
 from mehvar.report.page import Drawing, Stage, Text
 from mehvar.report.subjects import model_sections, run_sections
+from mehvar.reproduction.paper import load_reproduction
 from mehvar.runtime.model.model import load
+from tests.derived import REPRODUCED
 
 OTHERWISE = {
     "triangle": ("path", {"theta_0": 0.3, "R": 0.6, "H": 0.01, "dt_out": 0.1}),
@@ -41,7 +42,7 @@ def said(dataset):
     return sentences(run_sections(dataset, load(dataset.attrs["model"]).manifest))
 
 
-@pytest.mark.parametrize("name", paper_models())
+@pytest.mark.parametrize("name", REPRODUCED)
 def test_no_sentence_about_a_run_stays_when_the_run_is_another(name):
     law, settings = OTHERWISE[name]
     plain, other = (said(mehvar.simulate(name, law, **given)) for given in ({}, settings))
@@ -58,7 +59,7 @@ def sentences_of(text):
     return set(re.split(r"(?<=\.)\s", text.strip()))
 
 
-@pytest.mark.parametrize("name", paper_models())
+@pytest.mark.parametrize("name", REPRODUCED)
 def test_what_is_true_of_any_run_has_no_number(name):
     assert not re.search(r"\d|\b(one|two|three) (rad|deg|sec|met)", load_reproduction(name).captions.scene.caption)
 

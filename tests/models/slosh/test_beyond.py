@@ -11,11 +11,11 @@ import pytest
 
 from mehvar.models.quantities import ModelError
 from mehvar.models.slosh import system
-from mehvar.papers.slosh.regulator import matrices, settings
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import simulate
+from papers.slosh.regulator import matrices, settings
 from tests import derived
 from tests.models.slosh.variants import Functions, Slosh, slosh
 from tests.reference import reference_draining as reference

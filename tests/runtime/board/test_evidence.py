@@ -13,10 +13,11 @@ import pytest
 from mehvar.report.board.evidence import evidence_facts, write_evidence
 from mehvar.runtime.board.emulator.profile import STEP
 from mehvar.runtime.board.evidence.collect import Evidence, EvidenceError, collect
-from mehvar.runtime.board.evidence.flow import Flow, UnboundedError, instructions
+from mehvar.runtime.board.evidence.flow import Flow
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.board.image.build import FLAGS, Image, build, program
 from mehvar.runtime.board.image.elf import read_elf
+from mehvar.runtime.board.image.instructions import UnboundedError, instructions
 from mehvar.runtime.board.image.toolchains import board, toolchain
 from mehvar.runtime.model.generated import generated_text
 from tests.runtime.board.conftest import load

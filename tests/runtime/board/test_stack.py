@@ -9,9 +9,10 @@ import pytest
 
 from mehvar.runtime.board.image.build import STACK_SIZE
 from mehvar.runtime.board.image.elf import read_elf
+from mehvar.runtime.board.image.instructions import UnboundedError
 from mehvar.runtime.board.image.toolchains import board, toolchain
 from mehvar.runtime.board.run import BoardRequest, run_on_board
-from mehvar.runtime.board.stack import UnboundedError, stack_bound
+from mehvar.runtime.board.stack import stack_bound
 from tests.runtime.board.conftest import load
 from tests.tools import needs
 

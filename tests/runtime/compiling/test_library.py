@@ -150,13 +150,18 @@ def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch
     assert seven() == 7
 
 
-def test_without_any_compiler_python_takes_over(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path) -> None:
+def test_without_any_compiler_functions_are_evaluated_by_numpy(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path
+) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
     real = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ziglang" else real(name))
     with pytest.warns(RuntimeWarning, match="no C compiler"):
-        assert runtime.load(folder).backend == "python"
+        model = runtime.load(folder)
+    assert model.rhs([0.1, 0.0], [0.0]).shape == (2,)
+    with pytest.raises(InputError, match="no C compiler found: set"):
+        runtime.simulate(model, "pd", t_end=0.1)
     with pytest.raises(InputError, match="no C compiler found: set"):
         runtime.load(folder, backend="c")
 

@@ -16,7 +16,7 @@ from scipy.integrate import DOP853, RK45
 from mehvar.runtime import Model, Status, simulate
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.run.solvers import Rock4
+from tests.reference.scipy_loop.solvers import Rock4
 
 Array = NDArray[np.float64]
 SOLVERS = {"dop853": (DOP853, 8), "dopri5": (RK45, 5), "rock4": (Rock4, 4)}

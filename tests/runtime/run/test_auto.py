@@ -19,10 +19,10 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.results import to_dataset
-from mehvar.runtime.run.solvers import StiffTest
 from tests.models.edits import POSITIVE, parameter, quantity
 from tests.models.test_clock import pushed
 from tests.models.written import written
+from tests.reference.scipy_loop.solvers import StiffTest
 
 LOOSE = {"rtol": 1e-6, "atol": 1e-6}
 BACKENDS = ("c", "python")

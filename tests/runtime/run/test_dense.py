@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import RK45, solve_ivp
 
 from mehvar.runtime import Model, load, simulate
-from mehvar.runtime.run.solvers import Rock4
+from tests.reference.scipy_loop.solvers import Rock4
 
 Array = NDArray[np.float64]
 LOOPS = {"smooth": ("triangle", "path", 5.0, 0.05), "stiff": ("slosh", "lyapunov-v2", 30.0, 0.1)}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import mehvar
 from mehvar.runtime import simulate
 from mehvar.runtime.compiling.library import NATIVE
-from mehvar.runtime.run.solvers import Rock4
+from tests.reference.scipy_loop.solvers import Rock4
 
 A, B, C, E = Rock4.A, Rock4.B, Rock4.C, Rock4.E[:-1]
 D = Rock4.P[:-1, -1]  # of s^2 (1 - s)^2

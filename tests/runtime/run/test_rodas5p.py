@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from mehvar.runtime import InputError, Status, load, simulate
-from mehvar.runtime.run import solvers
-from mehvar.runtime.run.solvers import Rodas5P
 from tests.models.test_clock import shaken, written
+from tests.reference.scipy_loop import by_scipy, solvers
+from tests.reference.scipy_loop.solvers import Rodas5P
 
 Array = NDArray[np.float64]
 START = np.array([1.0, 0.0, 0.5])
@@ -146,6 +146,7 @@ def test_a_solver_has_the_tolerances_of_the_run(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(solvers, name, Noted)
     options = {} if hold is None else {"hold": hold}
     triangle = load("triangle", backend="python")
-    simulate(triangle, "path", method=name.lower(), rtol=1e-5, atol=1e-6, t_end=0.04, dt_out=0.02, **options)
+    with by_scipy():
+        simulate(triangle, "path", method=name.lower(), rtol=1e-5, atol=1e-6, t_end=0.04, dt_out=0.02, **options)
     part = 0.01 if hold is None and name == "Rock4" else 1.0
     assert seen == {(1e-5 * part, 1e-6 * part)}

@@ -26,6 +26,7 @@ from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.library import load_native
 from mehvar.runtime.run.calls import loop_calls
 from mehvar.runtime.run.options import OPTIONS, RunOptions
+from tests.reference.scipy_loop import by_scipy
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
@@ -101,12 +102,15 @@ def test_continuous_loop_against_scipy(model: Model, method: Any, tolerance: flo
     np.testing.assert_allclose(run.y[:, 2], run.u[:, 0] * run.x[:, 1])
 
 
-def test_backends_agree(pendulum: Model, slow_pendulum: Model) -> None:
+def test_scipy_agrees_and_called_back_functions_do_to_rounding(pendulum: Model, slow_pendulum: Model) -> None:
     for law, options in (("pd", {}), ("pd", {"hold": 0.02, "delay": 2}), ("p-sum", {"delay": 1})):
         fast, slow = (simulate(m, law, ref_rate=0.3, **options) for m in (pendulum, slow_pendulum))
+        with by_scipy():
+            other = simulate(pendulum, law, ref_rate=0.3, **options)
         for name, values in fast.variables().items():
-            np.testing.assert_allclose(values, slow.variables()[name], atol=2e-9, err_msg=f"{law} {name}")
-        np.testing.assert_array_equal(fast.t, slow.t)
+            np.testing.assert_allclose(values, slow.variables()[name], atol=1e-13, err_msg=f"{law} {name}")
+            np.testing.assert_allclose(values, other.variables()[name], atol=2e-9, err_msg=f"{law} {name}")
+        np.testing.assert_array_equal(fast.t, other.t)
 
 
 def test_moving_reference(model: Model) -> None:
@@ -330,7 +334,7 @@ def test_interrupt_from_the_keyboard(pendulum: Model) -> None:
 
 def test_chunks_do_not_change_the_result(pendulum: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
-    monkeypatch.setattr(runtime.run.compiled, "_CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(runtime.run.loop, "_CHUNK_SECONDS", 0.0)
     single = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
     np.testing.assert_array_equal(whole.x, single.x)
     np.testing.assert_array_equal(whole.u, single.u)

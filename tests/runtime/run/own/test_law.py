@@ -45,15 +45,28 @@ def test_without_a_compiler_it_agrees_to_rounding(slow_pendulum: runtime.Model, 
     np.testing.assert_allclose(own.x, generated.x, rtol=0, atol=1e-9)
 
 
-def test_a_continuous_law_runs_on_the_python_backend_and_says_so(pendulum: runtime.Model) -> None:
-    generated = runtime.simulate(pendulum, "pd", t_end=1.0)
+@pytest.mark.parametrize("method", ["dop853", "rk4", "rodas5p"])
+def test_a_continuous_law_is_evaluated_for_every_slope(
+    pendulum: runtime.Model, slow_pendulum: runtime.Model, method: str
+) -> None:
+    generated = runtime.simulate(pendulum, "pd", t_end=1.0, method="rk4" if method == "rk4" else "dop853")
     k_p, k_d = generated.parameters.c
-    own = runtime.simulate(pendulum, lambda _t, x: [-k_p * (x.angle - x.angle_ref) - k_d * x.rate], t_end=1.0)
-    assert own.backend == "python"
-    assert own.hold is None
-    np.testing.assert_allclose(own.x, generated.x, rtol=0, atol=1e-8)
-    with pytest.raises(InputError, match=r"backend = 'c'.*or give a period"):
-        runtime.simulate(pendulum, lambda _t, _x: 0.0, t_end=1.0, backend="c")
+
+    def law(_t, x):
+        return [-k_p * (x.angle - x.angle_ref) - k_d * x.rate]
+
+    for model, backend in ((pendulum, "c"), (slow_pendulum, "python")):
+        own = runtime.simulate(model, law, t_end=1.0, method=method)
+        assert (own.backend, own.hold) == (backend, None)
+        np.testing.assert_allclose(own.x, generated.x, rtol=0, atol=1e-8)
+
+
+def test_an_exception_in_a_continuous_law_ends_the_run(pendulum: runtime.Model) -> None:
+    def law(t, x):
+        return 1 / (t < 0.5) * x.angle
+
+    with pytest.raises(LawError, match=r"the law law at t = 0\.5.* raised ZeroDivisionError"):
+        runtime.simulate(pendulum, law, t_end=1.0)
 
 
 def test_a_delay_and_a_limit_hold_for_it_too(pendulum: runtime.Model) -> None:

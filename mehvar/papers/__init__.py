@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-"""Figures and statements of the papers, checked against the models."""

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Extensions of a paper: a structure of its model with effects that the paper omits, and claims about it.
+
+`papers/MODEL/beyond.toml` has the structure and the texts, `beyond.py` beside it the functions that compute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from mehvar.errors import InputError
+from mehvar.names import identifier
+
+from .claims import Check, Checks, Claim, ClaimText, Expected, decide
+from .data import read_data
+from .paper import FigureCaption, PaperFigure, paper_part
+from .runs import Runs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mehvar.manifest import Manifest
+
+BothChecks: TypeAlias = Callable[[Runs, Runs, Expected], Sequence[Check]]
+"""Runs the paper's model and the one beyond it, and returns the checks of a claim."""
+BothFigure: TypeAlias = "Callable[[Runs, Runs], Figure]"
+"""Draws runs of both."""
+
+
+@dataclass(frozen=True)
+class BeyondWords:
+    """A paper's `beyond.toml`.
+
+    Attributes
+    ----------
+    page : str
+        Page of the documentation with the details.
+    structure : mapping of str to str
+        Structural choices that differ from the defaults.
+    text : tuple of str
+        Effects that the structure adds.
+    """
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    page: str
+    structure: Mapping[str, str]
+    text: tuple[str, ...]
+    figure: tuple[FigureCaption, ...]
+    claim: tuple[ClaimText, ...]
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """The texts of an extension, and the functions that draw and check."""
+
+    words: BeyondWords
+    draw: Mapping[int, BothFigure]
+    checks: Mapping[str, BothChecks]
+
+    def claims(self, paper: Runs, runs: Runs) -> list[Claim]:
+        """Return the decided claims."""
+        return decide(self.words.claim, self.checks_beside(paper), runs)
+
+    def checks_beside(self, paper: Runs) -> dict[str, Checks]:
+        """Return the checks with the paper's runs filled in."""
+        return {number: partial(check, paper) for number, check in self.checks.items()}
+
+    def figures(self, paper: Runs) -> list[PaperFigure]:
+        """Return the figures with the paper's runs filled in."""
+        return [
+            PaperFigure(f.number, f.title, f.caption, partial(self.draw[f.number], paper), f.claims)
+            for f in self.words.figure
+        ]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One difference of the structures: its name, the value in the paper's structure, the value in the extended one."""
+
+    what: str
+    paper: str
+    beyond: str
+
+
+def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[str, BothChecks]) -> Beyond:
+    """Bind `beyond.toml` of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+
+    Raises
+    ------
+    InputError
+        If the file is invalid, or its figures or claims do not match the functions.
+    """
+    path = folder / "beyond.toml"
+    words = read_data(path, BeyondWords)
+    for kind, numbers, functions in (
+        ("figure", [figure.number for figure in words.figure], list(draw)),
+        ("claim", [text.number for text in words.claim], list(checks)),
+    ):
+        if numbers != functions:
+            raise InputError(f"{path}: {kind}s {numbers} are not those that the code has, {functions}")
+    return Beyond(words, draw, checks)
+
+
+def load_beyond(model: str) -> Beyond:
+    """Return the extension of a model's paper."""
+    beyond: Beyond = paper_part(model, "beyond").BEYOND
+    return beyond
+
+
+def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
+    """Return the sizes of both structures, and the names that only the second one has."""
+    rows = [
+        Difference("operations of the rates", *(str(m.functions["rhs"].operations) for m in (paper, beyond))),
+        *(
+            Difference(
+                f"operations of law {name}", *(str(m.functions[identifier(name)].operations) for m in (paper, beyond))
+            )
+            for name in paper.controllers
+            if name in beyond.controllers
+        ),
+    ]
+    groups = (
+        ("states", [q.name for q in paper.states], [q.name for q in beyond.states]),
+        ("inputs", [q.name for q in paper.inputs], [q.name for q in beyond.inputs]),
+        ("laws", [*paper.controllers], [*beyond.controllers]),
+        ("scenarios", [*paper.scenarios], [*beyond.scenarios]),
+    )
+    rows += [Difference(what, _only(old, new), _only(new, old)) for what, old, new in groups if old != new]
+    sizes = (str(len(m.parameters)) for m in (paper, beyond))
+    return [*rows, Difference("parameters of the plant", *sizes)]
+
+
+def _only(these: Sequence[str], others: Sequence[str]) -> str:
+    """Return the number of names, and those that the others lack."""
+    own = [name for name in these if name not in others]
+    return f"{len(these)}" + (f", of these {', '.join(own)}" if own else "")

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reproduction of a paper: figures, claims, an animation and a batch.
+
+A folder papers/MODEL, beside models/, holds a paper's data (captions.toml, claims.toml, statements.toml, study.toml),
+the script of its scene (scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeAlias
+
+from mehvar.codegen.workspace import Tree, find_tree, installed_tree, load_paper
+from mehvar.errors import InputError
+from mehvar.names import identifier
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.scene import Scene
+from mehvar.pictures.style import style
+
+from .claims import Checks, Claim, ClaimText, Readings, decide
+from .data import read_data
+from .runs import Runs
+from .statements import Statements
+from .study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from mehvar.manifest import Manifest
+
+    RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]
+
+
+@dataclass(frozen=True)
+class FigureCaption:
+    """The texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it shows.
+
+    `label` is the paper's name for it, if the paper numbers several kinds of pictures. The caption of a figure whose
+    picture is `lost` ends with the text of the captions for lost pictures.
+    """
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    number: int
+    title: str
+    caption: str
+    label: str = ""
+    lost: bool = False
+    claims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneCaption:
+    """The texts of the animation: a caption valid for any run, a title, and the events `shown` by the paper's runs."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    title: str
+    caption: str
+    shown: str
+
+
+@dataclass(frozen=True)
+class Captions:
+    """A paper's `captions.toml`: its authors, its reading, and the texts of figures and animation.
+
+    `cover` is the number of the figure that represents the paper on the overview.
+    """
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    citation: str
+    cover: int
+    readings: tuple[str, ...]
+    scene: SceneCaption
+    figure: tuple[FigureCaption, ...]
+    lost_picture: str = ""
+
+
+@dataclass(frozen=True)
+class Claims:
+    """A paper's `claims.toml`."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    claim: tuple[ClaimText, ...]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of the claims that it shows.
+
+    `label` is the paper's name for it, if it differs from that number.
+    """
+
+    number: int
+    title: str
+    caption: str
+    draw: Callable[[Runs], Figure]
+    claims: tuple[str, ...] = ()
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper's texts, and the functions that draw its figures and check its claims.
+
+    Attributes
+    ----------
+    picture : callable
+        Draws any run of the model.
+    readings : mapping
+        Checks of claims under other readings of the paper.
+    more_claims : callable
+        Claims beside those of `claims.toml`: the rows of a table.
+    """
+
+    folder: Path
+    captions: Captions
+    study: Study
+    figures: tuple[PaperFigure, ...]
+    texts: tuple[ClaimText, ...]
+    checks: Mapping[str, Checks]
+    readings: Readings
+    statements: Statements
+    more_claims: Callable[[Runs], Sequence[Claim]]
+    scene: Callable[[Runs], Scene]
+    picture: RunPicture
+
+    @property
+    def script(self) -> str:
+        """The script that draws the scene."""
+        return (self.folder / "scene.js").read_text(encoding="utf-8")
+
+    def claims(self, runs: Runs) -> list[Claim]:
+        """Return the paper's decided claims."""
+        return [*decide(self.texts, self.checks, runs, self.readings), *self.more_claims(runs)]
+
+
+def read_reproduction(
+    folder: Path,
+    *,
+    draw: Mapping[int, Callable[[Runs], Figure]],
+    checks: Mapping[str, Checks],
+    scene: Callable[[Runs], Scene],
+    picture: RunPicture,
+    readings: Readings | None = None,
+    more_claims: Callable[[Runs], Sequence[Claim]] = lambda _: (),
+) -> Reproduction:
+    """Bind the files of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+
+    `readings` are further checks by the number of the claim and the name of the reading.
+
+    Raises
+    ------
+    InputError
+        If a file is invalid, or its figures or claims do not match the functions.
+    """
+    captions = read_data(folder / "captions.toml", Captions)
+    texts = read_data(folder / "claims.toml", Claims).claim
+    _same(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
+    _same(folder / "claims.toml", "claim", [text.number for text in texts], checks)
+    readings = readings or {}
+    for text in texts:
+        names = [reading.name for reading in text.reading]
+        _same(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
+    figures = tuple(
+        PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims, f.label)
+        for f in captions.figure
+    )
+    study = read_data(folder / "study.toml", Study)
+    statements = read_data(folder / "statements.toml", Statements)
+    return Reproduction(
+        folder, captions, study, figures, texts, checks, readings, statements, more_claims, scene, picture
+    )
+
+
+def _caption(figure: FigureCaption, lost_picture: str) -> str:
+    return f"{figure.caption} {lost_picture}" if figure.lost else figure.caption
+
+
+def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:
+    if list(numbers) != list(functions):
+        raise InputError(f"{path}: {kind}s {list(numbers)} are not those that the code has, {list(functions)}")
+
+
+def papers_tree() -> Tree:
+    """Return the tree whose papers are reproduced: the project that one stands in, else mehvar's checkout.
+
+    Raises
+    ------
+    InputError
+        If neither has one, as where mehvar is installed from a wheel.
+    """
+    for tree in _trees():
+        if paper_models(tree):
+            return tree
+    raise InputError(
+        f"no paper to reproduce: papers/MODEL/reproduction.py is not in a project at or above {Path.cwd()}, and a "
+        "wheel has none; those of mehvar's papers are in its checkout: run the command there"
+    )
+
+
+def paper_models(tree: Tree) -> list[str]:
+    """Return the models of a tree with a paper to reproduce."""
+    return [name for name in tree.papers if _reproduction(tree, name).is_file()]
+
+
+def paper_part(model: str, part: str) -> ModuleType:
+    """Return a module of the folder of a model's paper.
+
+    Raises
+    ------
+    InputError
+        If the model has no paper to reproduce.
+    """
+    tree = _home(model)
+    if tree is None:
+        raise InputError(f"no paper of {model}: papers/{model}/reproduction.py is neither here nor beside mehvar")
+    return load_paper(tree, model, part)
+
+
+def load_reproduction(model: str) -> Reproduction:
+    """Return the reproduction of a model's paper."""
+    reproduction: Reproduction = paper_part(model, "reproduction").REPRODUCTION
+    return reproduction
+
+
+def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
+    """Draw one run: as in the model's paper if that has the law, else with a panel for each kind and unit.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of `mehvar.runtime.run.results.to_dataset` or `open_result`.
+    manifest : Manifest
+        Manifest of the model.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    with style():
+        published = has_paper(manifest.model) and dataset.attrs["controller"] in manifest.controllers
+        draw = load_reproduction(manifest.model).picture if published else panels_picture
+        return draw(dataset, manifest)
+
+
+def has_paper(model: str) -> bool:
+    """Return True for a model with a paper to reproduce."""
+    return _home(model) is not None
+
+
+def _home(model: str) -> Tree | None:
+    return next((tree for tree in _trees() if _reproduction(tree, identifier(model)).is_file()), None)
+
+
+def _trees() -> list[Tree]:
+    """Return the project that one stands in, and the tree that mehvar was installed with."""
+    return [tree for tree in (find_tree(Path.cwd()), installed_tree()) if tree is not None]
+
+
+def _reproduction(tree: Tree, model: str) -> Path:
+    return tree.root / "papers" / model / "reproduction.py"

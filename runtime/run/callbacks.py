@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Addresses of the functions that the native loop calls; those of Python are called back.
+
+Compiled functions are called directly. Functions of the NumPy module, and the loop under a continuous law in Python,
+get an address by `ctypes`. C cannot pass on an exception, so the first one is kept, every later result is not a number,
+and the loop ends; `Callbacks.check` then raises the exception.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from mehvar.manifest import Function
+
+from ..model.functions import CBackend, FloatArray
+from .calls import loop_calls, model_fields
+from .problem import Problem
+
+Shape = tuple[int, ...]
+
+_LAWS = ("law", "law_memory")
+"""Functions that may compute in float."""
+_OF_PLANT = ("outputs", "limits", "resets", "mass", "diffuse", "project")
+"""Functions of the plant that a loop under a continuous law in Python calls as they are."""
+_DIFFERENCE = 1.5e-8
+"""Step of a forward difference relative to a state, or to one: the root of the spacing of doubles. The Jacobian of an
+implicit method need not be exact; ten times the step or a tenth costs digits of it."""
+
+
+class Callbacks:
+    """Functions of Python at addresses, alive as long as this object, and the first exception of any."""
+
+    def __init__(self) -> None:
+        self._alive: list[Any] = []
+        self._error: BaseException | None = None
+
+    def check(self) -> None:
+        """Raise the exception of a function."""
+        if self._error is not None:
+            raise self._error
+
+    def address(self, function: Callable[..., Any], arguments: Sequence[Shape], results: Sequence[Shape]) -> int:
+        """Return the address of a function of arrays.
+
+        Parameters
+        ----------
+        function : callable
+            Takes arrays of these shapes, numbers for the shape (), and returns one result or a tuple.
+        arguments, results : sequence of tuple of int
+            Shapes.
+        """
+        inputs, outputs = [_reader(shape) for shape in arguments], [_reader(shape or (1,)) for shape in results]
+
+        def call(*addresses: int) -> None:
+            places = [read(at) for read, at in zip(outputs, addresses[len(inputs) :], strict=True)]
+            try:
+                if self._error is None:
+                    values = function(*(read(at) for read, at in zip(inputs, addresses, strict=False)))
+                    for place, value in zip(places, values if len(places) > 1 else (values,), strict=True):
+                        place[...] = value
+                    return
+            except BaseException as error:
+                self._error = error
+            for place in places:
+                place[...] = np.nan
+
+        pointer = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (len(inputs) + len(outputs)))(call)
+        self._alive.append(pointer)
+        return ctypes.cast(pointer, ctypes.c_void_p).value or 0
+
+
+def addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
+    """Return the functions of a loop by the address fields of mv_model, native/single/single.h."""
+    manifest, law = problem.model.manifest, problem.controller
+    if problem.continuous_own:
+        calls = loop_calls(manifest, law, problem.suffix, True)
+        calls = {name: function for name, function in calls.items() if name in _OF_PLANT}
+    else:
+        calls = loop_calls(manifest, law, problem.suffix, problem.hold_every is not None, problem.method)
+    fields = model_fields(calls, manifest, law)
+    result = {field: _address(problem, field, function, callbacks) for field, function in fields.items()}
+    return result | (_own_addresses(problem, callbacks) if problem.continuous_own else {})
+
+
+def _address(problem: Problem, field: str, function: Function, callbacks: Callbacks) -> int:
+    evaluator = problem.model.evaluator
+    if isinstance(evaluator, CBackend):
+        return evaluator.address(function.name, problem.real if field in _LAWS else "double")
+    arguments = [argument.shape for argument in function.arguments]
+    return callbacks.address(evaluator.raw(function.name), arguments, function.shapes)
+
+
+def _own_addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
+    """Return the functions of the loop under a continuous law in Python, whose last reference is the time."""
+    loop, manifest = _OwnLoop(problem), problem.model.manifest
+    p, c, s = (vector.shape for vector in (problem.p, problem.c, problem.s))
+    x, u, r = ((len(group),) for group in (manifest.states, manifest.inputs, (*manifest.references, "t")))
+    observed, observe = (x, u, u) if loop.acts else (x, u), "observe_command" if loop.acts else "observe"
+    functions: dict[str, tuple[Callable[..., Any], Sequence[Shape], Sequence[Shape]]] = {
+        "reference": (loop.reference, ((), p, s), (r,)),
+        "loop": (loop.slope, (x, r, p, c), (x,)),
+        observe: (loop.observed, (x, r, p, c), observed),
+        "loop_jac_r": (loop.jacobians, (x, r, p, c), ((*x, *x), (*x, *r))),
+    }
+    if problem.events:
+        functions["loop_guards"] = (loop.guards, (x, r, p, c), ((len(problem.events),),))
+    return {field: callbacks.address(*function) for field, function in functions.items()}
+
+
+class _OwnLoop:
+    """The loop under a continuous law in Python, as functions of state and reference."""
+
+    def __init__(self, problem: Problem) -> None:
+        assert problem.own is not None
+        functions = problem.model.functions
+        self._rhs, self._reference = functions[f"rhs{problem.suffix}"], functions["reference"]
+        self._actuate = functions.get("actuate")
+        self._guards = functions["guards"] if problem.events else None
+        self._command, self._memory = problem.own.command, np.empty(0)
+
+    @property
+    def acts(self) -> bool:
+        """True where an actuator makes the input of the command."""
+        return self._actuate is not None
+
+    def reference(self, t: float, p: FloatArray, s: FloatArray) -> FloatArray:
+        return np.append(self._reference(t, p, s), t)
+
+    def observed(self, x: FloatArray, r: FloatArray, p: FloatArray, _c: FloatArray) -> tuple[FloatArray, ...]:
+        command, _ = self._command(float(r[-1]), x, r[:-1], self._memory)
+        return (x, command) if self._actuate is None else (x, self._actuate(x, command, p), command)
+
+    def slope(self, x: FloatArray, r: FloatArray, p: FloatArray, c: FloatArray) -> FloatArray:
+        return np.asarray(self._rhs(x, self.observed(x, r, p, c)[1], p))
+
+    def guards(self, x: FloatArray, r: FloatArray, p: FloatArray, c: FloatArray) -> FloatArray:
+        assert self._guards is not None
+        return np.asarray(self._guards(x, self.observed(x, r, p, c)[1], p))
+
+    def jacobians(self, x: FloatArray, r: FloatArray, p: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the derivatives of the slope by state and reference, by forward differences."""
+        from scipy.optimize import approx_fprime
+
+        def steps(at: FloatArray) -> FloatArray:
+            return _DIFFERENCE * np.maximum(np.abs(at), 1.0)
+
+        by_state = approx_fprime(x, lambda y: self.slope(y, r, p, c), steps(x))
+        return by_state, approx_fprime(r, lambda y: self.slope(x, y, p, c), steps(r))
+
+
+def _reader(shape: Shape) -> Callable[[int], Any]:
+    """Return a function that reads an array of this shape, or a number for the shape (), at an address."""
+    size = int(np.prod(shape))
+    if not size:
+        return lambda _: np.empty(shape)
+    kind = ctypes.c_double * size
+    if not shape:
+        return lambda at: np.frombuffer(memoryview(kind.from_address(at)))[0]
+    return lambda at: np.frombuffer(memoryview(kind.from_address(at))).reshape(shape)

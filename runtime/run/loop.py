@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed loops: the native loop drives the functions of a model, compiled ones or those of the NumPy module."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import time
+from typing import Any
+
+import numpy as np
+
+from ..compiling.library import load_native
+from ..compiling.structures import structures
+from .callbacks import Callbacks, addresses
+from .options import INTEGRATORS
+from .own.law import Law
+from .problem import Problem, Status, Trajectory
+
+_CHUNK_SECONDS = 0.03  # between two checks for interrupts and calls of the progress callback
+
+_STRUCTURES = structures("step/schedule.h", "single/single.h")
+_Schedule, _Model, _Single, _Journal = (
+    _STRUCTURES[f"mv_{name}"] for name in ("schedule", "model", "single", "journal")
+)
+_DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int32)
+
+
+def run(problem: Problem) -> Trajectory:
+    """Integrate a closed loop; the interpreter lock is released while it runs.
+
+    A sampled law in Python runs between two calls of the native loop. A continuous one, and the functions of the NumPy
+    module, are called back. An exception of any of them, or of a signal handler, ends the run.
+
+    Raises
+    ------
+    MissingError
+        Without a C compiler.
+    """
+    library = _library()
+    callbacks = Callbacks()
+    single, arrays = _prepare(problem, callbacks)
+    journal = _Journal()
+    single.happened, single.journal = ctypes.cast(library.mv_enter, ctypes.c_void_p), ctypes.addressof(journal)
+    law = None if problem.law is None else _Elsewhere(problem.law, single)
+    try:
+        with np.errstate(all="ignore"):
+            _drive(library, single, problem, law, callbacks)
+        events = _events(journal)
+    finally:
+        library.mv_journal_free(ctypes.byref(journal))
+    count = single.records
+    q = arrays["q"][: len(arrays["q"]) - (0 if problem.hold_every else len(problem.z0))]
+    charted = problem.charted
+    return Trajectory(
+        t=arrays["record_t"][:count],
+        x=arrays["record_x"][:count],
+        u=arrays["record_u"][:count],
+        u_cmd=arrays["record_u_cmd"][:count],
+        y=arrays["record_y"][:count],
+        z=arrays["record_z"][:count],
+        status=Status(single.status),
+        violated=single.violated,
+        t_stop=float(single.t),
+        error=float(single.error),
+        t_stiff=float(single.t_stiff),
+        x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
+        events=events,
+        statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
+    )
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    library = load_native()
+    library.mv_single_size.restype = library.mv_work_size.restype = ctypes.c_int64
+    library.mv_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+    library.mv_run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64]
+    if library.mv_single_size() != ctypes.sizeof(_Single):
+        raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
+    return library
+
+
+def _events(journal: Any) -> tuple[tuple[float, int], ...]:
+    if journal.full:
+        raise MemoryError(f"no memory for the events of a run after {journal.count} of them")
+    times, events = ctypes.cast(journal.t, _DOUBLES), ctypes.cast(journal.event, _INTEGERS)
+    return tuple(zip(times[: journal.count], events[: journal.count], strict=True))
+
+
+class _Elsewhere:
+    """A law outside C: arrays of its arguments at a sample, and of its answer."""
+
+    def __init__(self, law: Law, single: Any) -> None:
+        model = single.model
+        sizes = {"x": model.nseen, "r": model.nr, "v": model.nu, "z": model.nz}
+        self._law, self._seen = law, {name: np.zeros(size) for name, size in sizes.items()}
+        self._u, self._z_next = np.zeros(model.nu + 1), np.zeros(model.nz)  # of no inputs, too, there is an address
+        for name, array in self._seen.items():
+            setattr(single, f"{name}_seen", array.ctypes.data)
+        model.u_own, model.z_own = self._u.ctypes.data, self._z_next.ctypes.data
+
+    def answer(self) -> None:
+        """Evaluate the law at the current sample."""
+        self._u[:-1], self._z_next[:] = self._law(*(array.copy() for array in self._seen.values()))
+
+
+def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None, callbacks: Callbacks) -> None:
+    """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
+    work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
+    library.mv_start(ctypes.byref(single), work.ctypes.data)
+    callbacks.check()
+    chunk, end = 16, len(problem.t)
+
+    def goes_on(until: int) -> bool:
+        return single.tick < until and single.status == Status.DONE and not single.t_stiff > 0
+
+    while goes_on(end):
+        start = time.perf_counter()
+        until = min(single.tick + chunk, end)
+        while goes_on(until):
+            library.mv_run(ctypes.byref(single), work.ctypes.data, _answered(law, problem, single.tick, until))
+            callbacks.check()
+        if problem.progress and single.status == Status.DONE:
+            problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
+        elapsed = max(time.perf_counter() - start, 1e-6)
+        chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
+
+
+def _answered(law: _Elsewhere | None, problem: Problem, tick: int, until: int) -> int:
+    """Evaluate a law outside C if it is due at a tick; return the tick up to which the loop may continue."""
+    if law is None or problem.hold_every is None:
+        return until
+    if tick % problem.hold_every == 0:
+        law.answer()
+    return min(until, (tick // problem.hold_every + 1) * problem.hold_every)
+
+
+def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any]]:
+    """Return the structure of a run and the arrays that it points to."""
+    manifest = problem.model.manifest
+    sampled = problem.hold_every is not None
+    timed = problem.continuous_own
+    x0 = problem.x0
+    if problem.charted:
+        x0 = problem.model.functions["to_coordinates"](x0)
+    if not sampled:
+        x0 = np.concatenate((x0, problem.z0))
+    nx, nu, ny = (len(group) for group in (manifest.states, manifest.inputs, manifest.outputs))
+    nz = len(problem.controller.memory)
+    rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
+    arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
+    arrays: dict[str, Any] = {
+        name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()
+    }
+    widths = {"x": nx, "u": nu, "u_cmd": nu, "y": ny, "z": nz}
+    records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
+    arrays |= records
+    numbers = [event.numbers for event in problem.events]
+    arrays["events"] = np.array(numbers, dtype=np.int32)  # must live as long as the others
+    pointers = {name: array.ctypes.data for name, array in arrays.items()}
+    schedule = _Schedule(
+        t=pointers["t"],
+        ticks=len(problem.t),
+        record_every=problem.record_every,
+        hold_every=problem.hold_every or 1,
+        max_steps=problem.max_steps,
+        delay=problem.delay,
+        rtol=problem.rtol,
+        atol=problem.atol,
+        step=problem.step,
+        longest=max(problem.late, default=0),
+    )
+    model = _Model(
+        **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},
+        **{"nr": len(manifest.references) + timed, "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
+        nseen=len(manifest.seen),
+        nw=len(manifest.wiener),
+        nj=len(manifest.random_step),
+        seed=problem.seed,
+        run=problem.run,
+        nv=len(numbers),
+        sampled=sampled,
+        reference_constant=manifest.reference_constant and not timed,
+        limits_of_state=manifest.limits_of_state,
+        method=INTEGRATORS.index(problem.method),
+        stiff_test=problem.stiff_test,
+        **addresses(problem, callbacks),
+        **{name: pointers[name] for name in ("p", "c", "s", "e", "events")},
+    )
+    results = {name: pointers[name] for name in ("q", "z", *records)}
+    return _Single(schedule=schedule, model=model, **results), arrays

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ledger of the slosh paper: every number once, the misprints where they are, and verdicts with teeth."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import sympy as sp
+
+from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
+from mehvar.models.system import Definition, Equation, System
+from papers.slosh.ledger import NUMBERS, paper
+from tests.papers.ledgers import check_errata, equations, judged
+
+MISPRINTS: Mapping[str, tuple[str, ...]] = {
+    "(1)": ("d/dt dL/dV_dot should read d/dt dL/dV",),
+    "(2)": ("d/dt dL/dOmega_dot should read d/dt dL/dOmega",),
+    "(3)": ("dR/dzeta should read dR/dzeta_dot",),
+    "(9)": (
+        "term (Omega_2**2 - Omega_3**2)*(h_i - l_i*cos(phi_i)) does not belong there",
+        "term -(Omega_2**2 + Omega_3**2)*(h_i - l_i*cos(phi_i)) is missing",
+    ),
+    "(10)": ("sign of 2*Omega_1*phi_i_dot*cos(phi_i)*cos(theta_i): printed +, correct -",),
+    "(11)": ("term 2*Omega_1*theta_i_dot*sin(phi_i)*cos(theta_i) is missing",),
+    "(12)": (
+        "term -l_i**2*theta_i_ddot is missing",
+        "term Omega_3*l_i*vz*cos(phi_i) does not belong there",
+        "term I_i*Omega_2*Omega_3 does not belong there",
+    ),
+    "(13)": (),
+    "(14)": (),
+    "(15)": (),
+    "(16)": (),
+    "(25)": ("factor m_i is missing", "sign of eps_i*phi_i_dot/m_i: printed -, correct +"),
+    "(26)": ("factor m_i is missing", "sign of eps_i*theta_i_dot/m_i: printed -, correct +"),
+    "(27)": (
+        "in l_i**2*sin(phi_i)**2: factor m_i is missing",
+        "in l_i**2*sin(phi_i)**2: factor sin(phi_i)**2 does not belong there",
+    ),
+    "text before (29)": (),
+    "(31)": ("sign of B*w1: printed +, correct -",),
+    "(32)": ("sign of C*w2: printed +, correct -",),
+    "(34)": ("sign of B_hat*w1: printed +, correct -",),
+    "(35)": ("sign of C_hat*w2: printed +, correct -",),
+}
+AMBIGUOUS = {
+    *("text after (7), omega_i", "text after (28), V_1"),
+    *("Table 1, lengths", "Table 1, inertias", "Table 1, dampings", "Table 2, r_3, r_5, r_7", "Table 2, gains"),
+}
+DEFINITIONS = {
+    *("(4)", "(8)", "(17)", "(18)", "(28)", "Table 1, masses", "Table 2, weights", "section 4, initial state"),
+}
+
+
+def test_every_number_is_there_once(ledger: Ledger) -> None:
+    assert equations(ledger) == list(range(1, NUMBERS + 1))
+
+
+def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
+    check_errata(ledger)
+
+
+def test_the_verdicts(ledger: Ledger) -> None:
+    assert judged(ledger, Standing.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, Standing.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, Standing.DEFINITION) == DEFINITIONS
+    assert not judged(ledger, Standing.UNDECIDED)
+
+
+def test_long_equations_are_paired_term_by_term(ledger: Ledger) -> None:
+    """Ten changes of (11) and 45 of (25) were listed when each product stood for itself."""
+    assert {number: len(ledger[number].edits) for number in ("(11)", "(25)")} == {"(11)": 7, "(25)": 20}
+
+
+def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(ledger: Ledger) -> None:
+    for number, edits in MISPRINTS.items():
+        entry = ledger[number]
+        assert set(edits) <= set(entry.edits), number
+        assert entry.edits, number
+        assert entry.corrected_latex, number
+        assert "the corrected form is" in entry.how, number
+        assert entry.counterexample, number
+
+
+def test_of_each_table_the_model_follows_one_reading(ledger: Ledger) -> None:
+    for entry in ledger.entries:
+        if entry.number.startswith(("Table", "section 4", "text after (28)")):
+            assert entry.used.verdict in (Standing.HOLDS, Standing.DEFINITION), entry.number
+            assert all(reading.verdict is Standing.DIFFERS for reading in entry.readings if not reading.used)
+
+
+def test_an_inertia_per_unit_mass_repairs_no_printed_formula(ledger: Ledger) -> None:
+    for number in ("(25)", "(26)", "(27)"):
+        assert [reading.verdict for reading in ledger[number].readings] == [Standing.DIFFERS] * 2
+
+
+def verdicts(system: System, *numbers: str) -> dict[str, Standing]:
+    """Judge a few entries against another system."""
+    written = paper(system)
+    chosen = {entry.number: entry for entry in written.entries}
+    return {number: judge_entry(chosen[number], written.names).verdict for number in numbers}
+
+
+def test_wrong_equations_turn_the_verdicts(system: System) -> None:
+    """A wrong mass in the energy, a wrong rate in the reduced model and a wrong gain turn what rests on them."""
+    steps = tuple(
+        dataclasses.replace(step, expr=step.expr * sp.Rational(9, 10))
+        if (isinstance(step, Equation) and step.number in ("(20)", "(24)", "(25)"))
+        or (isinstance(step, Definition) and step.symbol.name in ("ax_eq", "V_v2", "u3_v2"))
+        else step
+        for step in system.steps
+    )
+    wrong = dataclasses.replace(system, steps=steps)
+    standings = verdicts(wrong, "19", "20", "24", "28", "29", "36", "21", "22", "17")
+    assert [number for number, verdict in standings.items() if verdict is Standing.DIFFERS] == [
+        *("19", "20", "24", "28", "29", "36")
+    ]
+
+
+def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) -> None:
+    residual = (*system.residual[:1], system.residual[1] + system.parameters.m, *system.residual[2:])
+    written = paper(dataclasses.replace(system, residual=residual))
+    (entry,) = (entry for entry in written.entries if entry.number == "10")
+    judged = judge_entry(entry, written.names)
+    assert judged.verdict is Standing.DIFFERS
+    assert "the corrected form is" not in judged.how
