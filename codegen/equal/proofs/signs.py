@@ -15,15 +15,13 @@ from math import isqrt
 
 from ..branches import Atom, difference, either, every
 from ..pool import Pool
-from .intervals import Bounds, impossible
+from .intervals import QUARTERS, Bounds, impossible
 
 _FACTORS = 4
 """Limit on factors of a product whose signs are split: eight alternatives."""
 
 _INVERSE = {"log": "exp", "acos": "cos", "asin": "sin", "atan": "tan"}
 """Inverses of monotonic functions, of which `acos` alone falls."""
-_ENDS = {"acos": ((0, -1), (2, 1)), "asin": ((-1, -1), (1, 1)), "atan": ((-1, -1), (1, 1))}
-"""Ends of their ranges in quarters of a turn, with the sign of what lies beyond."""
 
 
 class Signs:
@@ -85,6 +83,8 @@ class Signs:
         return (either if is_max == (sign > 0) else every)([self((part, sign)) for part in parts])
 
     def _of_sum(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        if (flat := self._times(node, Fraction(1))) != node:
+            return self((flat, sign))
         terms = self.pool.operands(node)
         if shared := self._shared(terms):
             base, exponent = shared
@@ -110,7 +110,7 @@ class Signs:
 
     def _limit(self, operation: str, value: int) -> int | None:
         """Return the operand at which a function has a value; None if the value may be outside its range."""
-        for quarters, beyond in _ENDS.get(operation, ()):
+        for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
             if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
                 return None
@@ -197,8 +197,9 @@ class Signs:
 
     def _times(self, node: int, factor: Fraction) -> int:
         """Return a multiple of a node, for a sum multiplied term by term, so that equal terms of two sums combine."""
-        if self.pool.nodes[node][0] == "add":
-            return self.pool.many("add", [self._times(term, factor) for term in self.pool.operands(node)])
+        own, rest = self._split(node)
+        if self.pool.nodes[rest][0] == "add":
+            return self.pool.many("add", [self._times(term, factor * own) for term in self.pool.operands(rest)])
         return self.pool.many("mul", [node, self.pool.number(factor)])
 
     def _square(self, node: int) -> int:
