@@ -1,7 +1,8 @@
-# make run : set up .venv and reproduce the papers' figures and claims into report/
-# make test: set up .venv and run every check and test
+# make run : set up .venv with what a run needs and reproduce the papers' figures and claims into report/
+# make test: set up .venv with everything and run every check and test
 # make test-quick: a minute of tests near the files that changed since main
 # make docs: set up .venv and build the site into build/site
+# make setup: .venv with what a run needs; make develop: with everything
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
 # make soak: the long campaigns, hours; make matrix: other Pythons and libraries, make sceptic: the claims of speed, minutes;
 # make peers: the tools that models are exported to; make compare: one task in other tools; all need the package index
@@ -11,23 +12,23 @@ BIN := $(VENV)/bin
 
 CAMPAIGNS := validate mutants soak matrix peers compare sceptic
 
-.PHONY: run test test-quick docs lint setup clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
+.PHONY: run test test-quick docs lint setup develop clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
-test: setup lint
+test: develop lint
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
 
-test-quick: setup
+test-quick: develop
 	$(BIN)/python -m tests.quick
 
-docs: setup
+docs: develop
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
 
 # what runs outside the suite, and where docs/reference/campaigns.md says what came of it
-$(CAMPAIGNS): setup
+$(CAMPAIGNS): develop
 	$(BIN)/python -m tests.campaigns $@ $(MAKE) --no-print-directory campaign-$@
 
 campaign-soak:
@@ -74,18 +75,22 @@ campaign-sceptic:
 	.venv-sceptic/bin/python -m pip install --quiet --disable-pip-version-check -c benchmarks/peers/requirements.txt -e . heyoka
 	.venv-sceptic/bin/python -m benchmarks.sceptic
 
-lint: setup
+lint: develop
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-setup: $(VENV)/installed
+setup: $(VENV)/run
+develop: $(VENV)/installed
 
-$(VENV)/installed: pyproject.toml constraints.txt
+# without bytecode: Python compiles the few modules that it imports, and pip would compile all before the first
+$(VENV)/run: EXTRAS := board,plot
+$(VENV)/installed: EXTRAS := dev
+$(VENV)/run $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
-	@touch $@
+	$(BIN)/python -m pip install --no-compile --disable-pip-version-check -c constraints.txt -e ".[$(EXTRAS)]"
+	@touch $(VENV)/run $@
 
 clean:
 	rm -rf $(VENV) .venv-validation .venv-compare .venv-sceptic report

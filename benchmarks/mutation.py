@@ -20,17 +20,17 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from mehvar.physics.mutation import Mutant, Tally, run  # noqa: E402
-from tests.mehvar.physics.declared import CASES, Case, gates_of, title  # noqa: E402
+from tests.mehvar.physics.declared import EVERY, Case, gates_of, title  # noqa: E402
 from tests.mehvar.physics.installed import machine  # noqa: E402
 
 
 def main() -> None:
     """Try every wrong term, and write the page."""
     lines = _head()
-    tallies = {case: _try(case) for case in CASES}
+    tallies = {case: _try(case) for case in EVERY}
     lines += ["## Killed", "", *_table(tallies), "", *_list("Equivalent", tallies, "equivalent")]
     lines += _list("Survivors", tallies, "survivors")
-    for model in dict.fromkeys(model for model, _ in CASES):
+    for model in dict.fromkeys(model for model, _ in EVERY):
         lines += _per_gate(model, [tally for (name, _), (tally, _) in tallies.items() if name == model])
     write("mutation.md", lines)
 

@@ -436,7 +436,7 @@ def _differences(
 
 
 def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
-    """Return the SHA-256 of what a model depends on now, with what its last derivation loaded and asked for."""
+    """Return the SHA-256 of the present inputs of a model, including those of its last derivation."""
     now: dict[str, str] = {}
     for name, digest in record.inputs_sha256.items():
         present = answer(tree.root, name)
@@ -473,7 +473,7 @@ def own_inputs(tree: Tree, names: Mapping[str, str]) -> dict[str, str]:
 
 
 def _plant_inputs(tree: Tree, model: str) -> dict[str, str] | None:
-    """Return what the plant of a law of one's own depends on; None without one, or where it was never generated."""
+    """Return the inputs of the plant of a user's law; None without a plant, or if it was never generated."""
     plant = tree.plant(model)
     record = None if plant is None else _record(plant[0].root / "generated" / plant[1])
     return None if plant is None or record is None else inputs(*plant, record)

@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 
 
 def in_processes(work: Callable[[Item, ProcessPoolExecutor], Result], items: Iterable[Item]) -> list[Result]:
-    """Return what `work` makes of each item, in order; it may submit to the processes what takes long.
+    """Return the results of `work` for each item, in order; `work` may submit long tasks to the processes.
 
     Ctrl-C ends the processes without a word of theirs.
     """

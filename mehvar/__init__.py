@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.errors import InputError as InputError
     from mehvar.errors import MehvarError as MehvarError
+    from mehvar.errors import MissingError as MissingError
     from mehvar.estimation.fit import Fit as Fit
     from mehvar.estimation.fit import fit as fit
     from mehvar.estimation.tune import Tuning as Tuning
@@ -70,7 +71,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "mehvar.api": ("batch", "build", "open_result", "simulate"),
     "mehvar.comparison.compare": ("diff",),
-    "mehvar.errors": ("InputError", "MehvarError"),
+    "mehvar.errors": ("InputError", "MehvarError", "MissingError"),
     "mehvar.estimation.fit": ("Fit", "fit"),
     "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),

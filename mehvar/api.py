@@ -18,6 +18,7 @@ from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.runtime.compiling.library import begin_native
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
@@ -59,6 +60,8 @@ def build(system: System | Spacecraft, backend: BackendName | None = None) -> Mo
     """
     from mehvar.codegen.build import built_folder
 
+    if backend != "python":
+        begin_native()  # seconds of a first start, beside those of the derivation
     return load(built_folder(system), backend)
 
 

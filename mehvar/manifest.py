@@ -506,8 +506,8 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
     if ("digest" in data or not any_age) and (sealed(text) != text or not _DIGEST.search(text)):
         raise InputError(
-            f"{path} is not what generation wrote: its digest is of another text; change the sources and generate the "
-            "model again (mehvar generate), or take the file back"
+            f"{path} was changed after generation: its digest does not match. Change the sources and run mehvar "
+            "generate, or restore the file"
         )
     try:
         manifest = read(Manifest, data, any_age, folder=path.parent, text=text)
@@ -588,7 +588,7 @@ def _check_vectors(manifest: Manifest) -> None:
         names = [q.name for q in quantities]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise SchemaError(f": {twice!r} is there twice", place)
+            raise SchemaError(f": {twice!r} is defined twice", place)
 
 
 def _check_functions(manifest: Manifest) -> None:

@@ -143,7 +143,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(table) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in table if keys.count(key) > 1)
-        raise SchemaError(f": the key {twice!r} is there twice in one table")
+        raise SchemaError(f": the key {twice!r} is defined twice in one table")
     return table
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of what the vocabulary's functions are given: a text is no expression, a number no vector."""
+"""Checks of the arguments of the vocabulary's functions: expressions, vectors, mappings."""
 
 from __future__ import annotations
 

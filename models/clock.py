@@ -24,7 +24,7 @@ CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 
 
 def with_clock(system: System) -> System:
-    """Return a system whose functions find time in what they receive; the same system where nothing uses time."""
+    """Return a system whose functions receive the time; the same system if nothing uses it."""
     if plant_of_time(system):
         return _in_state(system)
     loops = (entry for variant in system.variants for loop in variant.loops.values() for entry in loop)

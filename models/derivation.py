@@ -50,7 +50,21 @@ class Definition(Located):
 
 @dataclass(frozen=True)
 class Equation:
-    """A derived result that is shown and compared but not evaluated, such as a differential equation."""
+    """A derived result that is shown and compared but not evaluated, such as a differential equation.
+
+    Attributes
+    ----------
+    left : str
+        Left side, as LaTeX.
+    expr : Expr
+        Right side.
+    number : str
+        Equation number of the paper, "(20)"; empty for a result of our own.
+    title, section : str
+        Its subject, and the heading that it stands under.
+    unit : str
+        Unit of both sides.
+    """
 
     left: str
     expr: Expr

@@ -39,7 +39,7 @@ class Shape(Located):
 
 
 def shape_coordinates(geometry: Sequence[Shape]) -> Iterator[tuple[Shape, str, Expr]]:
-    """Yield every coordinate of a picture, as the function `geometry` returns them: its shape, its name, what it is."""
+    """Yield every coordinate of a picture in the order of `geometry`: shape, name, description."""
     for shape in geometry:
         for k, expr in enumerate(chain(*shape.points)):
             yield shape, f"{shape.name} {k // 3 + 1} {_AXES[k % 3]}", expr

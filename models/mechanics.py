@@ -29,12 +29,26 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
 
 
 def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
-    """Differentiate a matrix along a motion, entry by entry."""
+    """Differentiate a matrix along a motion, entry by entry.
+
+    Parameters
+    ----------
+    matrix : sympy.Matrix
+        The matrix.
+    rates : mapping of Symbol to Expr
+        Time derivatives of the symbols.
+    """
     return matrix.applyfunc(lambda entry: time_derivative(entry, rates))
 
 
 def planar_cross(a: sp.Matrix, b: sp.Matrix) -> sp.Expr:
-    """Out-of-plane component of a x b for vectors in the plane."""
+    """Out-of-plane component of a x b for vectors in the plane.
+
+    Parameters
+    ----------
+    a, b : sympy.Matrix
+        Two components each.
+    """
     return a[0] * b[1] - a[1] * b[0]
 
 
@@ -45,7 +59,15 @@ def rotate(vector: tuple[sp.Expr, sp.Expr], cosine: sp.Expr, sine: sp.Expr) -> t
 
 
 def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
-    """Return the matrix that takes components to a frame turned about axis 0, 1 or 2 by `angle`, rad."""
+    """Return the matrix that takes components to a turned frame.
+
+    Parameters
+    ----------
+    axis : int
+        0, 1 or 2.
+    angle : Expr
+        Angle of the turn about it, rad.
+    """
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turn = sp.eye(3)
     turn[i, i] = turn[j, j] = sp.cos(angle)
@@ -67,7 +89,15 @@ def reduce_sines(expr: sp.Expr) -> sp.Expr:
 
 
 def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
-    """Return the rate of the turned frame in its own axes: Omega of C' = -[Omega x] C, for C = `rotation`."""
+    """Return the rate of the turned frame in its own axes: Omega of C' = -[Omega x] C.
+
+    Parameters
+    ----------
+    rotation : sympy.Matrix
+        Matrix C that takes components to the turned frame.
+    rates : mapping of Symbol to Expr
+        Time derivatives of its symbols.
+    """
     spin = -matrix_rate(rotation, rates) * rotation.T
     return sp.Matrix([reduce_sines(spin[row, column]) for row, column in ((2, 1), (0, 2), (1, 0))])
 

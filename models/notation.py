@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The symbols of a paper, what they mean in our derivation, and how they are written; see `mehvar.models.paper`."""
+"""The symbols of a paper, their meaning in the derivation and their spelling; see `mehvar.models.paper`."""
 
 from __future__ import annotations
 
@@ -149,7 +149,13 @@ def _renamed(symbol: Expr, text: str) -> Expr:
 
 
 class Cross(sp.MatrixExpr):  # type: ignore[misc]
-    """The product a x b of two columns, written but not carried out; for the plane, its component out of it."""
+    """The product a x b of two columns, written but not carried out; for the plane, its component out of it.
+
+    Parameters
+    ----------
+    a, b : Matrix
+        Columns of three entries, or of two.
+    """
 
     def __new__(cls, a: Side, b: Side) -> Cross:  # noqa: D102
         product: Cross = sp.Basic.__new__(cls, sp.sympify(a), sp.sympify(b))
@@ -192,7 +198,13 @@ class Cross(sp.MatrixExpr):  # type: ignore[misc]
 
 
 def frozen(side: Side) -> Side:
-    """Return a side that can be compared and looked up."""
+    """Return a side that can be compared and looked up.
+
+    Parameters
+    ----------
+    side : Expr or Matrix
+        A number or a matrix.
+    """
     return side.as_immutable() if isinstance(side, sp.MatrixBase) else sp.sympify(side)
 
 

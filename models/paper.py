@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of a ledger: what a paper prints, equation by equation, and what its symbols mean in our derivation.
+"""The vocabulary of a ledger: printed equations, and the meaning of their symbols in the derivation.
 
 The folder papers/MODEL, beside models/, has a module `ledger` (or a package) with a function
 
@@ -62,8 +62,7 @@ A module of a ledger is a list of entries in the order of the paper: functions t
 each with what it needs just above it.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges
-all.
+judge one entry at a time: ``mehvar.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges all.
 `papers/triangle/ledger/` is a complete example.
 """
 
@@ -248,7 +247,19 @@ class Printed:
 
 
 def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
-    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow."""
+    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow.
+
+    Parameters
+    ----------
+    number, title : str
+        Number of the equation, or its place in the paper; its subject.
+    kind : str
+        "equation", "definition", "condition", "statement" or "data".
+    *relations : Relation
+        What is printed; none where readings follow.
+    note : str
+        Words on the entry.
+    """
     return Printed(number, title, kind, (Reading(relations),) if relations else (), note)
 
 

@@ -59,7 +59,7 @@ def _chart(system: System) -> Iterable[Definition]:
 
 
 def _steps_of(plant: System) -> Iterable[Definition | Equation]:
-    """Yield the steps that the plant's vectors come from, and what is shown of its own symbols."""
+    """Yield the steps of the plant's vectors, and the shown equations of its symbols."""
     entries = [entry for vector in vectors(plant) for entry in vector.entries]
     entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
     definitions, needed = plant.definitions, set()

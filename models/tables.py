@@ -188,7 +188,7 @@ def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], 
 
 
 def place_in(path: Path, *keys: str) -> str:
-    """Return file and line of an entry of a TOML file, of the nearest table around it where it has no line of its own.
+    """Return file and line of an entry of a TOML file, or of the nearest table around it.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ def _called(name: str, parameter: Parameter) -> str:
 
 
 def _check_axes(path: Path, group: Group) -> None:
-    """Refuse a table whose points are no increasing array of its group, or that has not one value for each."""
+    """Refuse a table without one value for each point of an increasing array of its group."""
     arrays = {q.array.name: q.array for q in group if isinstance(q, Parameter) and q.array is not None}
     for table in arrays.values():
         if isinstance(table, Table):

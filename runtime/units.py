@@ -33,7 +33,7 @@ _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
-    """Return the units of what can be set: parameters of plant, laws and scenario, and options of a run."""
+    """Return the units of parameters of plant, laws and scenario, and of the options of a run."""
     laws = (law.parameters for law in manifest.controllers.values())
     groups = (*laws, manifest.scenario_parameters, manifest.parameters)
     return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}

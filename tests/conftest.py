@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distribution of the tests over processes, the longest first, and the cache that all share.
 
-A process has the tests of a module, which share fixtures; all of the papers, which share their runs; all of one model,
-which share what is derived; a page of the documentation, which shares nothing.
+A process has the tests of a module, which share fixtures; all of the papers and their report, which share runs; all of
+one model, which share what is derived; a page of the documentation, which shares nothing.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ import multiprocessing.spawn
 import os
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests import commands
 
-PAPERS = "tests/papers/"
-TOGETHER = (PAPERS, "tests/models/slosh/", "tests/mehvar/physics/")
+PAPERS = ("tests/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
+TOGETHER = (PAPERS, ("tests/models/slosh/",), ("tests/mehvar/physics/",))
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (
-    "tests/mehvar/cli/test_reproduce.py",
-    PAPERS,
+    *PAPERS,
     "tests/mehvar/comparison/",
     "tests/mehvar/test_effects.py",
     "tests/codegen/test_generate.py",
@@ -64,7 +64,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
         def _split_scope(self, nodeid: str) -> str:
             if nodeid.startswith(PAGES):
                 return nodeid
-            together = (folder for folder in TOGETHER if nodeid.startswith(folder))
+            together = (places[0] for places in TOGETHER if nodeid.startswith(places))
             return next(together, None) or str(super()._split_scope(nodeid))
 
     config.option.loadscopereorder = False  # which would begin with the modules that have most tests
@@ -78,7 +78,8 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
     with pytest.MonkeyPatch.context() as patch:
         # a run over many mutants keeps what did not change compiled
-        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(run / "compiled"))
+        kept = os.environ.get("MEHVAR_TEST_CACHE")
+        patch.setenv("MEHVAR_CACHE", str(Path(kept).resolve() if kept else run / "compiled"))
         patch.setattr(sys, "executable", commands.python())  # and derive without importing the libraries each time
         multiprocessing.spawn.set_executable(sys.executable)
         yield

@@ -14,8 +14,8 @@ from pydantic import TypeAdapter
 from mehvar.codegen.generate import installed_tree, system_of
 from mehvar.codegen.ledger.ledger import Ledger
 from mehvar.codegen.structures import structure_folder
-from mehvar.ledger.judging import judged
 from mehvar.models.system import System
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import paper_models
 
 REPRODUCED = tuple(paper_models(installed_tree()))

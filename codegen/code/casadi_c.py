@@ -15,8 +15,9 @@ from ..functions.function import FunctionGraph
 def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     """Let CasADi print the same graphs, under names that begin with the model's.
 
-    `casadi.external` asks a library for derivatives by the names `jac_NAME` and `fwd1_NAME`: those of the right-hand
-    side are added, so that an optimiser has more than differences.
+    `casadi.external` asks a library for derivatives by the names `jac_NAME`, `fwd1_NAME`, `adj1_NAME` and
+    `fwd1_adj1_NAME`: those of the right-hand side are added, so that an optimiser has exact first and second ones. The
+    Jacobian of `adj1_NAME` would be six to thirty times as long.
 
     Returns
     -------
@@ -29,8 +30,9 @@ def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
         graph = _renamed(function.graph, f"{model}_{function.name}")
         generator.add(graph)
         if function.name == "rhs":
-            generator.add(graph.jacobian())
-            generator.add(graph.forward(1))
+            backward = graph.reverse(1)
+            for derivative in (graph.jacobian(), graph.forward(1), backward, backward.forward(1)):
+                generator.add(derivative)
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(folder + "/")
         return {f"{name}.{kind}": (Path(folder) / f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("c", "h")}

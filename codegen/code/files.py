@@ -109,7 +109,7 @@ class PrintedFunction:
 
     @property
     def python_lines(self) -> list[str]:
-        """Body of the Python function, what it returns included; a Jacobian of the rates is columns of `jvp`."""
+        """Body of the Python function with its return statement; a Jacobian of the rates is columns of `jvp`."""
         if self.part == "jac" and self.name != "jvp":
             names, sizes = [name for name, _ in self.arguments], dict(self.arguments)
             along, point = ("x", "u"), ", ".join(names)
@@ -152,7 +152,7 @@ class PrintedFunction:
 
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
-    """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
+    """Turn graphs into tapes ready to print; functions called in every step are also printed in two parts."""
     whole = [
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
         for f in functions
@@ -183,7 +183,7 @@ def _labels(f: FunctionGraph) -> Labels:
 
 
 def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
-    """Split off what is computed once per run and once per sample of a law; nothing where there is nothing of it."""
+    """Split off the parts computed once per run and once per sample of a law; empty if there are none."""
     rest, constant, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
     steps: tuple[tuple[str, str, str, set[str]], ...] = (
         ("prepare", "h", "once per run", set()),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print a tape as C or Python: what differs between the two is one table of spellings each."""
+"""Print a tape as C or Python, with a table of spellings for each."""
 
 from __future__ import annotations
 

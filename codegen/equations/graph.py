@@ -75,8 +75,6 @@ class Graph:
             return "const", [str(expr)]
         if isinstance(expr, sp.Add | sp.Mul):
             return self._collected(expr)
-        if isinstance(expr, sp.ITE | sp.Xor):  # SymPy's form of a condition on a case distinction
-            return self._parts(expr.to_nnf(simplify=False))
         operands = [self.add(argument) for argument in expr.args]
         if isinstance(expr, _COMMUTATIVE):
             operands.sort(key=self._digest.__getitem__)
@@ -168,7 +166,7 @@ def equations_json(system: System) -> str:
 
 
 def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Return the nodes in the order in which the rows need them, called by what they contain and not by their place."""
+    """Return the nodes in the order of their use by the rows, named by their content."""
     names = graph.names()
     identified: dict[str, list[Any]] = {}
 

@@ -133,7 +133,7 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
 
 
 def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Name the elements of changes of some arguments after those of the arguments."""
+    """Name the elements of a tangent after those of its arguments."""
     return {f"along_{name}": tuple(f"along_{e}" for e in function.elements.get(name, ())) for name in names}
 
 

@@ -101,7 +101,7 @@ def _numbers(
     results: Sequence[Expr],
     definitions: Mapping[sp.Symbol, Expr],
 ) -> dict[sp.Symbol, str]:
-    """Return the definitions that results depend on, and what stands for states and inputs that are not received.
+    """Return the definitions that results depend on, and the substitutes of states and inputs not received.
 
     Each with its equation number, in the order of the derivation.
     """

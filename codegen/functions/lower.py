@@ -35,7 +35,7 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
-_OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair, sp.ITE, sp.Xor)
+_OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair)
 """Operations with their own conversion rules."""
 
 
@@ -82,7 +82,7 @@ def to_casadi(
 
 
 def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
-    """Refuse what is no mapping of symbols to values of a kind; a text would become symbols of SymPy's own."""
+    """Refuse anything but a mapping of symbols to values of a kind."""
     if not isinstance(table, Mapping):
         raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
     for symbol, value in table.items():
@@ -141,12 +141,10 @@ class _Converter:
             return (sp.sympify(self._definitions[node]),)
         if isinstance(node, sp.Piecewise):
             return tuple(part for pair in node.args for part in pair.args)
-        if isinstance(node, sp.ITE | sp.Xor):
-            return (node.to_nnf(simplify=False),)
         return tuple(node.args)
 
     def _convert(self, node: sp.Basic) -> ca.SX:
-        if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
+        if isinstance(node, sp.Symbol):
             return self._memo[self._children(node)[0]]
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)
@@ -191,7 +189,7 @@ class _Converter:
 
 
 def _modulo(dividend: ca.SX, divisor: ca.SX) -> ca.SX:
-    """Return what is left of whole divisors, with the divisor's sign, as SymPy's Mod has it; fmod has the other's."""
+    """Return the remainder with the divisor's sign, as SymPy's Mod; fmod has the dividend's."""
     rest = ca.fmod(dividend, divisor)
     return ca.if_else(rest * divisor < 0, rest + divisor, rest)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Roots and arc functions of what saturates, so that algorithmic differentiation gives zero there and not 0 * inf.
+"""Roots and arc functions of saturated arguments, with a derivative of zero instead of 0 * inf.
 
 The chain rule multiplies the slope of the outer function, which is infinite at the end of its range, by that of the
 inner one, which is zero where a `Min`, `Max` or `sign` has made it constant: asin(Min(1, v)) from v = 1 on. The

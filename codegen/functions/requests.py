@@ -130,7 +130,7 @@ def _plant(system: System) -> list[Request]:
 
 
 def _events(system: System) -> list[Request]:
-    """Return the guards of events, and what they make of the state: of the event of a number, counted from 0."""
+    """Return the guards of events and the state after the event of a number, counted from 0."""
     if not system.events:
         return []
     motion = (system.states, system.inputs, system.parameters)
@@ -256,7 +256,7 @@ def _continuous(system: System, law: Controller) -> list[Request]:
 
 
 def suffix(system: System, values: Iterable[str]) -> str:
-    """Return what is appended to the names of a variant's functions: its values that are not the default."""
+    """Return the suffix of the names of a variant's functions: its values that are not the default."""
     return "_".join(value for choice, value in zip(system.choices, values, strict=True) if value != choice.values[0])
 
 

@@ -151,7 +151,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Judged entries of a paper, in its order, with remarks on all of them."""
+    """Judged entries of a paper, in its order, with remarks on all of them.
+
+    Attributes
+    ----------
+    model, title : str
+        Name of the model; the publication.
+    entries : tuple of Entry
+        In the order of the paper.
+    note : str
+        Remarks on the whole.
+    """
 
     model: str
     title: str
@@ -177,14 +187,30 @@ class Ledger:
 
 
 def judge(paper: Paper, model: str) -> Ledger:
-    """Compute the verdict of each entry of a paper about a model of this name."""
+    """Compute the verdict of each entry of a paper.
+
+    Parameters
+    ----------
+    paper : Paper
+        What is printed, and what its symbols mean.
+    model : str
+        Name of the model that it is about.
+    """
     meanings = Meanings(paper.names)
     entries = tuple(_entry(printed, meanings, paper.errata.get(printed.number)) for printed in paper.entries)
     return Ledger(model, paper.title, entries, paper.note)
 
 
 def judge_entry(printed: Printed, names: Names) -> Entry:
-    """Compute the verdict of one entry."""
+    """Compute the verdict of one entry.
+
+    Parameters
+    ----------
+    printed : Printed
+        The entry.
+    names : Names
+        The table of the paper's symbols.
+    """
     return _entry(printed, Meanings(names))
 
 

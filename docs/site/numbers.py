@@ -54,7 +54,7 @@ _SETTINGS = {
 """Of every page: whether its numbers were measured with a user's default settings, and with which if not."""
 _HEAD = """# Numbers
 
-Every measurement has a page with machine, versions, date, command and caveats. Compare ratios: machines were shared.
+Every measurement has a page with machine, versions, date, command and caveats. Machines were shared: compare ratios.
 [Benchmarks](../benchmarks/README.md) explains how to repeat them; `python docs/site/numbers.py` writes this page.
 
 ## Main results

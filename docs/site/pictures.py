@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import mehvar
 from mehvar.codegen.workspace import installed_tree
-from mehvar.ledger.judging import judged
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.recorded import recorded_scene
 from papers.triangle.shapes import COLLINEAR, R, vertices
 

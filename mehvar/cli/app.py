@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands; each stands in a module of its name, as `command`, which is imported when it is called."""
+"""The commands; each is `command` in a module of its name, imported at its call."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from mehvar.runtime.run.options import either
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:
-    from mehvar.ledger.judging import Ledger
+    from mehvar.reproduction.judging import Ledger
 
 FORMATS = ("text", "json", "html", "markdown")
 _ENDINGS = {".txt": "text", ".json": "json", ".html": "html", ".md": "markdown"}
@@ -104,8 +104,8 @@ def _draw(diff: Diff, path: Path) -> None:
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
     """Judge the printed equations of the papers."""
-    from mehvar.ledger.judging import judged
-    from mehvar.ledger.text import counted, holds, lines
+    from mehvar.reproduction.judging import judged
+    from mehvar.reproduction.ledger_text import counted, holds, lines
 
     with working("judging the printed equations"):
         ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
@@ -146,10 +146,10 @@ def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
     if form == "json":
         return json.dumps({"schema": 1, "papers": list(ledgers)}, indent=1, ensure_ascii=False) + "\n"
     if form == "html":
-        from mehvar.ledger.page import paper_page
+        from mehvar.reproduction.ledger_page import paper_page
 
         return paper_page(ledgers)
-    from mehvar.ledger.text import lines
+    from mehvar.reproduction.ledger_text import lines
 
     return plain_text(lines(ledgers)) + "\n"
 

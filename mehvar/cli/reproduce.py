@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mehvar.ledger.judging import judged
 from mehvar.pictures.style import require_matplotlib
 from mehvar.reproduction.claims import ClaimVerdict, tally, tally_text
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import paper_models, papers_tree
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling

@@ -90,11 +90,11 @@ def command(
     if store is not None or run is not None or trust_model:
         decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
-            raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
+            raise typer.BadParameter("--from STORE needs --run ID, and takes law, scenario and settings from the batch")
         if model is not None and trust_model:
             raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
         if as_json:
-            raise typer.BadParameter("--json prints a run, not a comparison with a batch")
+            raise typer.BadParameter("--json cannot be used with --from, which compares a run with its batch")
         return repeat(store, run, out, plot, model, trust_model)
     if model is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
@@ -223,7 +223,7 @@ def repeat(
     store = open_store(path)
     plan = plan_of(store, model, trust)
     if not is_model_of(store, plan.model):
-        typer.echo(f"note: {path} was made from another text of the model {store.attributes['model']}")
+        typer.echo(f"note: {path} was made from another version of the model {store.attributes['model']}")
     with progress(f"{plan.model.name} run {number}") as advance:
         run = repeat_run(plan, store, number, advance)
     what = f"run {number} of {path}"

@@ -23,11 +23,14 @@ from .text import (
     choices,
     counted,
     edit_title,
+    evidence,
     example,
     following,
     is_complete,
     joined,
     labels,
+    listed_metrics,
+    listed_parameters,
     margin_rows,
     number,
     one_by_one,
@@ -38,9 +41,6 @@ from .text import (
     relative,
     same_runs,
     stories,
-    sure,
-    telling_metrics,
-    telling_parameters,
     title,
     unit,
 )
@@ -110,7 +110,7 @@ def html_page(diff: Diff) -> str:
             "refused_runs": refused_runs,
             "same_runs": same_runs,
             "margin_rows": margin_rows,
-            "telling": telling_metrics,
+            "listed": listed_metrics,
         },
     }
     title = f"What changed in {names}"
@@ -152,7 +152,7 @@ class _Sheet:
             notes=[*self._model.notes, *choices(comparison)],
             stories=[*stories(comparison), *filter(None, [following(comparison)])],
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
-            parameters=telling_parameters(comparison),
+            parameters=listed_parameters(comparison),
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
             unchanged=[title(equation) for equation in comparison.of(Fate.SAME)],
@@ -239,7 +239,7 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
-    notes = [group.says if group else "", example(equation), sure(equation), following(comparison, equation)]
+    notes = [group.says if group else "", example(equation), evidence(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.cause:

@@ -21,6 +21,7 @@ from .text import (
     is_complete,
     joined,
     labels,
+    listed_metrics,
     margin_rows,
     one_by_one,
     outcome,
@@ -29,7 +30,6 @@ from .text import (
     relative,
     same_runs,
     stories,
-    telling_metrics,
     title,
 )
 
@@ -116,7 +116,7 @@ def _runs(changed: Sequence[RunChange]) -> Iterator[str]:
         yield from ("", f"**{', '.join(scenarios)} under {run.law}**: {_plain(outcome(run))}")
         rows = [
             (_code(m.name), f"{m.old:.5g}", f"{m.new:.5g}", relative(m).strip(" ()"), m.unit)
-            for m in telling_metrics(run)
+            for m in listed_metrics(run)
         ]
         yield from _table(("metric", "old", "new", "change", "unit"), rows)
 

@@ -136,7 +136,7 @@ class Sources:
         folders = self._chosen({name: root / "generated" / name for name in models})
         revision.extract(["models", *(f"generated/{name}" for name in folders)], root)
         (root / "generated").mkdir(parents=True, exist_ok=True)
-        revision.extract(sorted({name for folder in folders.values() for name in _elsewhere(folder)}), root)
+        revision.extract(sorted({name for folder in folders.values() for name in _files_outside_models(folder)}), root)
         tree = Tree(root)
         derivable = [name for name in folders if name in tree.models]
         old = {name for name, folder in folders.items() if _schema(folder) != SCHEMA}
@@ -176,7 +176,7 @@ def _tree_around(folders: Mapping[str, Path]) -> Tree | None:
     return tree if {*folders} <= {*tree.models} else None
 
 
-def _elsewhere(folder: Path) -> list[str]:
+def _files_outside_models(folder: Path) -> list[str]:
     """Return the files that a derivation read outside of models/, below the root of its tree."""
     try:
         names = read_manifest(folder, any_age=True).inputs_sha256

@@ -69,7 +69,7 @@ def lines(
         yield 2, Text(note)
     yield from _equations(comparison)
     yield from _equivalent(comparison)
-    yield from _parameters(telling_parameters(comparison))
+    yield from _parameters(listed_parameters(comparison))
     if follows:
         yield from _consequences(follows)
 
@@ -137,7 +137,7 @@ def is_quiet(equation: EquationChange) -> bool:
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
-def sure(equation: EquationChange) -> str:
+def evidence(equation: EquationChange) -> str:
     """Return the evidence for the verdict, with the test of the edits if there was one."""
     replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
     return equation.how + replayed
@@ -164,7 +164,7 @@ def is_complete(edit: Edit) -> bool:
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
-def telling_parameters(comparison: Comparison) -> list[ParameterChange]:
+def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
     """Return the names and numbers with reports of their own, without those of a family's other members."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
@@ -212,7 +212,7 @@ def _source(comparison: Comparison, equation: EquationChange, group: Story | Non
     if where := example(equation):
         yield 4, Text(where)
     if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
-        yield 4, Text(sure(equation), "dim")
+        yield 4, Text(evidence(equation), "dim")
     if equation.users:
         yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
     if follows := following(comparison, equation):
@@ -295,7 +295,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
     for number, (run, scenarios) in enumerate(changed[:_NAMED]):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
         if number < _RUNS:
-            metrics = (f"  {m.name}  {m.old:.5g} -> {m.new:.5g} {m.unit}{relative(m)}" for m in telling_metrics(run))
+            metrics = (f"  {m.name}  {m.old:.5g} -> {m.new:.5g} {m.unit}{relative(m)}" for m in listed_metrics(run))
             yield from _first(metrics, _METRICS)
     if len(changed) > _NAMED:
         yield f"runs of {len(changed) - _NAMED} more kinds differ"
@@ -344,12 +344,12 @@ def outcome(run: RunChange) -> str:
     ends = [f"{side} {end}" for side, end in (("the old one", run.old), ("the new one", run.new)) if end]
     if run.old == run.new:
         ends = [f"both {run.old}"] if run.old else []
-    little = len(run.metrics) - len(telling_metrics(run))
+    little = len(run.metrics) - len(listed_metrics(run))
     less = f", {little} of them by less than {100 * _PART:g} %" if little else ""
     return "; ".join([*ends, f"{len(run.metrics)} of {run.count} metrics differ{less}"] if run.count else ends)
 
 
-def telling_metrics(run: RunChange) -> list[MetricChange]:
+def listed_metrics(run: RunChange) -> list[MetricChange]:
     """Return the metrics that moved enough to be listed."""
     return [m for m in run.metrics if not abs(m.new - m.old) < _PART * max(abs(m.old), abs(m.new))]
 

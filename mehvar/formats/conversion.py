@@ -174,7 +174,7 @@ def _units(dataset: xarray.Dataset) -> dict[str, str]:
 def _write_table(path: Path, columns: Mapping[str, Column], dataset: xarray.Dataset) -> None:
     named = {flat_name(name, column.unit): column for name, column in columns.items()}
     if len(named) < len(columns):
-        raise InputError(f"{path}: two columns have one name with their units; take netcdf or mat")
+        raise InputError(f"{path}: two columns would have the same name; use netcdf or mat")
     write_atomic(path, _parquet(named, dataset) if path.suffix.lower() == ".parquet" else _csv(named))
 
 

@@ -1,2 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Comparison of printed equations with derived ones, as pages and text."""
+"""Vocabulary of a ledger, `papers/MODEL/ledger.py`: what a paper prints, and what its symbols mean in the derivation.
+
+`mehvar diff --paper` judges a ledger, and so does `judge`; `judge_entry` judges one entry while it is being written.
+How an entry is written stands in `mehvar.models.paper`.
+"""
+
+from __future__ import annotations
+
+from mehvar.codegen.ledger.ledger import Ledger, Standing, judge, judge_entry
+from mehvar.models.derivation import Definition, Equation
+from mehvar.models.paper import (
+    Case,
+    Cross,
+    Erratum,
+    Names,
+    Paper,
+    Printed,
+    Reading,
+    Relation,
+    Side,
+    Slip,
+    follow,
+    frozen,
+    printed,
+)
+
+__all__ = [
+    "Case",
+    "Cross",
+    "Definition",
+    "Equation",
+    "Erratum",
+    "Ledger",
+    "Names",
+    "Paper",
+    "Printed",
+    "Reading",
+    "Relation",
+    "Side",
+    "Slip",
+    "Standing",
+    "follow",
+    "frozen",
+    "judge",
+    "judge_entry",
+    "printed",
+]

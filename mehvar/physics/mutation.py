@@ -214,7 +214,7 @@ def _function(function: Function, bench: _Weights) -> Function:
 
 
 def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
-    """Weigh a chart; a coordinate that both charts share is no equation."""
+    """Weight the equations of a chart; a shared coordinate has none."""
     return dataclasses.replace(
         chart,
         rhs=bench.weigh("chart rhs", chart.rhs),

@@ -1,2 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of runs and of batches."""
+"""Pictures of runs and of batches, in one style: empty figures, words of their axes, colours, and animations."""
+
+from __future__ import annotations
+
+from .scene import Scene, SceneLine, ScenePanel
+from .style import (
+    BLACK,
+    BLUE,
+    COLORS,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    headline,
+    label,
+    new_figure,
+    time_axis,
+)
+
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "COLORS",
+    "GREEN",
+    "GREY",
+    "LIGHT",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "VERMILLION",
+    "Scene",
+    "SceneLine",
+    "ScenePanel",
+    "headline",
+    "label",
+    "new_figure",
+    "time_axis",
+]

@@ -16,7 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneLine:
-    """A series of a scene that is drawn over time: its column, its name (HTML) and a colour of the pictures."""
+    """A series of a scene that is drawn over time.
+
+    Attributes
+    ----------
+    column, name : str
+        Its column in the runs of the scene; its name, as HTML.
+    color : str
+        One of the colours of pictures.
+    dash : bool
+        Drawn with dashes.
+    """
 
     column: str
     name: str
@@ -26,7 +36,17 @@ class SceneLine:
 
 @dataclass(frozen=True)
 class ScenePanel:
-    """Series of a scene over one axis; `scale` multiplies the columns."""
+    """Series of a scene over one axis.
+
+    Attributes
+    ----------
+    label : str
+        Of the axis.
+    lines : tuple of SceneLine
+        The series.
+    scale : float
+        Factor of the columns.
+    """
 
     label: str
     lines: tuple[SceneLine, ...]
@@ -43,6 +63,8 @@ class Scene:
         Titles of runs to named series; each has "t".
     constants : mapping
         What does not change: lengths, the target.
+    panels : tuple of ScenePanel
+        Series over time.
     speeds : tuple of float
         Seconds of the run per second of the reader, to choose from; the first is the default.
     """

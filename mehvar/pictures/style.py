@@ -97,12 +97,18 @@ def interactive_style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure whose parts make room for each other; sizes in inches."""
+    """Return an empty figure whose parts make room for each other.
+
+    Parameters
+    ----------
+    width, height : float
+        Inches.
+    """
     return _figure_class()(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
 def interactive(width: float, height: float) -> Figure:
-    """Return the same of pyplot's, which a notebook and a window show."""
+    """Return figure and axes of pyplot, which a notebook or a window shows."""
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained", FigureClass=_figure_class())
@@ -153,7 +159,13 @@ def text_figure(text: str) -> Figure:
 
 
 def label(symbol: str, meaning: str, unit: str) -> str:
-    """Return an axis label: symbol, meaning and unit."""
+    """Return an axis label: symbol, meaning and unit.
+
+    Parameters
+    ----------
+    symbol, meaning, unit : str
+        As in `$t$`, `time`, `s`.
+    """
     return f"{meaning} {symbol} [{pretty_unit(unit)}]"
 
 
@@ -163,7 +175,19 @@ def pretty_unit(unit: str) -> str:
 
 
 def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:
-    """Finish an axis over time: limits, zero line, labels."""
+    """Finish an axis over time: limits, zero line, labels.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        The panel.
+    text : str
+        Label of what is drawn.
+    last : bool
+        The lowest panel, which labels the time.
+    zero : bool
+        Draw a line at zero.
+    """
     if zero:
         ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
     ax.margins(x=0)
@@ -189,7 +213,13 @@ def case_text(about: Mapping[str, Any]) -> str:
 
 
 def headline(dataset: xr.Dataset) -> str:
-    """Return the title and case of a run and, if it ended early, the reason."""
+    """Return the title and case of a run and, if it ended early, the reason.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of `mehvar.simulate`.
+    """
     text = f"{dataset.attrs['title']} (scenario {case_text(dataset.attrs)})"
     if dataset.attrs["status"] in [status.text for status in COMPLETE]:
         return text

@@ -327,7 +327,7 @@ class Results:
     @property
     def _is_batch(self) -> bool:
         if "model" not in self._dataset.attrs:
-            raise InputError("this dataset is no result of mehvar: it does not say which model it is of")
+            raise InputError("this dataset is not a result of mehvar: it names no model")
         return "run" in self._dataset.dims
 
     @cached_property

@@ -15,13 +15,13 @@ from PIL import Image
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
 from mehvar.errors import MissingError
-from mehvar.ledger.text import standing
 from mehvar.pictures.files import encoded
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import Deviation, by_run, deviations, table_claims
+from mehvar.reproduction.ledger_text import standing
 from mehvar.reproduction.paper import PaperFigure, Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import Coverage, Statement, coverage, judge
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from mehvar.ledger.judging import Ledger
     from mehvar.manifest import Manifest
+    from mehvar.reproduction.judging import Ledger
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance
 

@@ -12,11 +12,11 @@ from markupsafe import Markup
 
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
-from mehvar.ledger.page import FILTERS
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import pretty_unit
 from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimVerdict, tally
 from mehvar.reproduction.deviations import Deviation
+from mehvar.reproduction.ledger_page import FILTERS
 from mehvar.reproduction.paper import Reproduction
 
 from .backends import POINTS, TOLERANCE

@@ -1,2 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of the reproduction of a paper: runs, claims, statements, figures and animations."""
+"""Vocabulary of the reproduction of a paper, `papers/MODEL/reproduction.py`: runs, claims, figures, extensions."""
+
+from __future__ import annotations
+
+from .beyond import Beyond, read_beyond
+from .claims import AMPLITUDES, TIMES, Check, Checks, Claim, Expected, Readings, about, above, below, beside, count
+from .data import read_data
+from .paper import Reproduction, read_reproduction
+from .runs import Runs
+
+__all__ = [
+    "AMPLITUDES",
+    "TIMES",
+    "Beyond",
+    "Check",
+    "Checks",
+    "Claim",
+    "Expected",
+    "Readings",
+    "Reproduction",
+    "Runs",
+    "about",
+    "above",
+    "below",
+    "beside",
+    "count",
+    "read_beyond",
+    "read_data",
+    "read_reproduction",
+]

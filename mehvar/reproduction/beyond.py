@@ -56,7 +56,17 @@ class BeyondWords:
 
 @dataclass(frozen=True)
 class Beyond:
-    """The texts of an extension, and the functions that draw and check."""
+    """The texts of an extension, and the functions that draw and check.
+
+    Attributes
+    ----------
+    words : BeyondWords
+        Its `beyond.toml`.
+    draw : mapping
+        Functions that draw, by the number of the figure.
+    checks : mapping
+        Functions that check, by the number of the claim.
+    """
 
     words: BeyondWords
     draw: Mapping[int, BothFigure]
@@ -88,7 +98,16 @@ class Difference:
 
 
 def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[str, BothChecks]) -> Beyond:
-    """Bind `beyond.toml` of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+    """Bind `beyond.toml` of a folder to functions.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the paper.
+    draw : mapping
+        Functions of the paper's runs and those beyond, by the number of the figure.
+    checks : mapping
+        Likewise, with the expected numbers, by the number of the claim.
 
     Raises
     ------

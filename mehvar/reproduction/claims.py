@@ -43,9 +43,18 @@ class ClaimVerdict(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One part of a claim: the quantity, its expected value and the value from running the model.
+    """One part of a claim: an expected value beside the one from running the model.
 
-    The verdict does not depend on a check that is not essential; its failure gets a note.
+    Attributes
+    ----------
+    what : str
+        The quantity.
+    expected, measured : str
+        Both values, in words.
+    holds : bool
+        True where they agree.
+    essential : bool
+        False for a check that the verdict does not depend on; its failure gets a note.
     """
 
     what: str
@@ -73,9 +82,20 @@ class TriedReading:
 class Claim:
     """A statement of a paper and the checks that decide it; `explanation` covers the checks that may fail.
 
-    A claim that our documents refute, in the reading that the model uses, is `refuted`: it fails when its checks hold.
-    Damaged text has other `readings`, under one of which the claim may hold; a claim about the text as `printed` does
-    not profit from them. A claim of our `own` is a row of numbers from an independent program.
+    Attributes
+    ----------
+    number, text, explanation : str
+        Its number in `claims.toml`, the statement, and words on its weak points.
+    checks : tuple of Check
+        What decides it.
+    refuted : bool
+        Our documents refute it, in the reading that the model uses: it fails when its checks hold.
+    readings : tuple of TriedReading
+        Other readings of damaged text, under one of which the claim may hold.
+    printed : bool
+        About the text as printed, which does not profit from other readings.
+    own : bool
+        A row of numbers from an independent program.
     """
 
     number: str
@@ -224,26 +244,72 @@ def tally_text(kind: str, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:
-    """Return the check that a number is within a relative tolerance of the expected one."""
+    """Return the check that a number is within a relative tolerance of the expected one.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    expected, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    tolerance : float
+        Allowed relative deviation.
+    """
     holds = abs(measured - expected) <= tolerance * abs(expected)
     return Check(what, f"{expected:g} {unit}".strip(), f"{measured:.4g} {unit}".strip(), holds)
 
 
 def count(what: str, expected: float, measured: float) -> Check:
-    """Return the check that a count is within one of the expected one."""
+    """Return the check that a count is within one of the expected one.
+
+    Parameters
+    ----------
+    what : str
+        What is counted.
+    expected, measured : float
+        Both counts.
+    """
     return Check(what, f"{expected:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
 
 
 def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return the check that a number is below a bound."""
+    """Return the check that a number is below a bound.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    bound, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    """
     return Check(what, f"< {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured < bound)
 
 
 def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return the check that a number is above a bound."""
+    """Return the check that a number is above a bound.
+
+    Parameters
+    ----------
+    what : str
+        The quantity.
+    bound, measured : float
+        Both numbers.
+    unit : str
+        Of both.
+    """
     return Check(what, f"> {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured > bound)
 
 
 def beside(check: Check) -> Check:
-    """Return the check marked as not essential for the claim."""
+    """Return the check marked as not essential for the claim.
+
+    Parameters
+    ----------
+    check : Check
+        The check.
+    """
     return replace(check, essential=False)

@@ -16,7 +16,14 @@ Data = TypeVar("Data")
 
 
 def read_data(path: Path, kind: type[Data]) -> Data:
-    """Read a TOML file as a dataclass; `__pydantic_config__` of the class decides whether other fields are refused.
+    """Read a TOML file as a dataclass.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        The dataclass; its `__pydantic_config__` decides whether other fields are refused.
 
     Raises
     ------

@@ -111,12 +111,22 @@ class Reproduction:
 
     Attributes
     ----------
-    picture : callable
-        Draws any run of the model.
+    folder : Path
+        Folder of the paper.
+    captions, study, texts, statements
+        Contents of `captions.toml`, `study.toml`, `claims.toml` and `statements.toml`.
+    figures : tuple of PaperFigure
+        In the order of the captions.
+    checks : mapping
+        Checks of claims, by number.
     readings : mapping
         Checks of claims under other readings of the paper.
     more_claims : callable
         Claims beside those of `claims.toml`: the rows of a table.
+    scene : callable
+        Returns the animation of the paper's runs.
+    picture : callable
+        Draws any run of the model.
     """
 
     folder: Path
@@ -151,9 +161,24 @@ def read_reproduction(
     readings: Readings | None = None,
     more_claims: Callable[[Runs], Sequence[Claim]] = lambda _: (),
 ) -> Reproduction:
-    """Bind the files of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+    """Bind the files of a folder to functions.
 
-    `readings` are further checks by the number of the claim and the name of the reading.
+    Parameters
+    ----------
+    folder : Path
+        Folder of the paper.
+    draw : mapping
+        Functions that draw, by the number of the figure.
+    checks : mapping
+        Functions that check, by the number of the claim.
+    scene : callable
+        Returns the animation of the paper's runs.
+    picture : callable
+        Draws any run of the model.
+    readings : mapping, optional
+        Further checks, by the number of the claim and the name of the reading.
+    more_claims : callable
+        Returns claims beside those of `claims.toml`.
 
     Raises
     ------

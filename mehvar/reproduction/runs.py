@@ -31,6 +31,8 @@ class Runs:
 
     Attributes
     ----------
+    model : Model
+        The model.
     compile_seconds, run_seconds : float
         Time spent so far to compile or load the code, and to integrate.
     """

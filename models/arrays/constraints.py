@@ -15,7 +15,7 @@ from .kinds import INCREASING, Tensor
 
 
 def with_arrays(system: System) -> System:
-    """Return a system whose constraints hold its arrays to what they are declared as; the same one without arrays."""
+    """Return a system with the constraints that its arrays declare; the same system without arrays."""
     shared = [*_conditions(system.parameters), *_conditions(system.scenario_parameters)]
     own = [tuple(_conditions(law.parameters)) for law in system.controllers]
     if not shared and not any(own):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of arrays: what declares them, what their elements are called, what a group has under their name."""
+"""The kinds of arrays: declaration, names of elements, and value under the array's name."""
 
 from __future__ import annotations
 

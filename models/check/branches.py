@@ -103,7 +103,7 @@ def _is_entry_with_zero(frame: FrameType) -> bool:
 
 
 def _source(frame: FrameType) -> str:
-    """Return the text of what is evaluated in a frame; columns count bytes, and the last line is cut first."""
+    """Return the source evaluated in a frame; columns count bytes, and the last line is cut first."""
     positions = list(frame.f_code.co_positions())[frame.f_lasti // 2]
     first, last, start, end = (position or 0 for position in positions)
     lines = [linecache.getline(frame.f_code.co_filename, k).encode() for k in range(first, last + 1)]

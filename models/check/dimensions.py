@@ -211,8 +211,8 @@ class Dimensions:
             return dimension(step.unit) if step.unit else value
         if value is not None and value != dimension(step.unit):
             raise MisfitError(
-                f"definition {step.symbol.name!r} at {step.origin}: {short(step.expr)} is in {unit_text(value)}, "
-                f"and is said to be in {step.unit}"
+                f"definition {step.symbol.name!r} at {step.origin}: {short(step.expr)} has the unit "
+                f"{unit_text(value)}, but declares {step.unit}"
             )
         return dimension(step.unit)
 
@@ -252,7 +252,7 @@ class Dimensions:
             if other != expected:
                 raise MisfitError(
                     f"{short(first)} [{unit_text(expected)}] and {short(part)} [{unit_text(other)}] "
-                    f"stand together in {short(node)}"
+                    f"have different units in {short(node)}"
                 )
         return known[0][1] if known else None
 

@@ -69,7 +69,7 @@ def _check_distinct(events: Iterable[Event]) -> None:
         if not _NAME.fullmatch(event.name):
             raise ModelError(f"{where}: must be letters, digits and underscores, beginning with a letter")
         if event.name in seen:
-            raise ModelError(f"{where} is there twice")
+            raise ModelError(f"{where} is defined twice")
         if not event.title.isprintable() or any(mark in event.title for mark in ("*/", '"""', "\\")):
             raise ModelError(f'{where}: title {event.title!r}: must be one line without */, """ and backslashes')
         seen.add(event.name)

@@ -236,7 +236,7 @@ def check_distinct(names: Sequence[object], what: str) -> None:
     """Refuse a name that occurs twice."""
     for k, name in enumerate(names):
         if name in names[:k]:
-            raise ModelError(f"{what} {name!r} is there twice")
+            raise ModelError(f"{what} {name!r} is defined twice")
 
 
 def _check_messages(system: System) -> None:

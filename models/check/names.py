@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One name, one symbol: what a system names is named once, and in a form that C, Python and result files can have."""
+"""Unique names in a system, in a form that C, Python and result files accept."""
 
 from __future__ import annotations
 
@@ -81,9 +81,7 @@ def _check_words(system: System) -> None:
         )
     for law in system.controllers:
         if law.name == OPEN_LOOP:
-            raise ModelError(
-                f"{law.origin}: the law is called {OPEN_LOOP!r}, which is what a run without a law is called"
-            )
+            raise ModelError(f"{law.origin}: the law is called {OPEN_LOOP!r}, the word for a run without a law")
 
 
 def check_name(name: str, what: str) -> None:
@@ -93,7 +91,7 @@ def check_name(name: str, what: str) -> None:
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
-    """Return what a symbol is, as in "parameter of law 'pd'"; nothing for one that belongs to nothing."""
+    """Return the description of a symbol, as in "parameter of law 'pd'", or nothing."""
     return next((kind for kind, group in _groups(system) if symbol in group.symbols), "")
 
 
@@ -120,7 +118,7 @@ def _unique(uses: Iterable[_Use], taken: dict[str, _Use], origin: str) -> dict[s
     for use in uses:
         first = taken.setdefault(use.name, use)
         if first is not use:
-            raise ModelError(f"{use.origin or origin}: {use} has the name of {first}: one name stands for one thing")
+            raise ModelError(f"{use.origin or origin}: {use} has the name of {first}; rename one of them")
     return taken
 
 
@@ -130,8 +128,7 @@ def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
     for name, entry in rows.items():
         if name in taken and entry != taken[name].symbol:
             raise ModelError(
-                f"{system.origin}: output {name!r} has the name of {taken[name]} and is another expression: "
-                "one name stands for one thing"
+                f"{system.origin}: output {name!r} has the name of {taken[name]}, but is another expression; rename it"
             )
 
 
@@ -232,7 +229,7 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is there twice")
+            raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is defined twice")
         seen.add(name)
 
 
@@ -271,4 +268,4 @@ def _check_spelling(kind: str, group: Group, origin: str) -> None:
                 "would be one constant in the generated C; rename one of them"
             )
         if first is not quantity:
-            raise ModelError(f"{origin}: {kind} {quantity.name!r} is there twice")
+            raise ModelError(f"{origin}: {kind} {quantity.name!r} is defined twice")

@@ -12,7 +12,7 @@ from ..tables import place_in, read_parameters, read_scenarios, suggestion
 
 
 def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[str]]) -> None:
-    """Refuse what parameters.toml and scenarios.toml hold and the system has not, such as a group that nobody reads.
+    """Refuse entries of parameters.toml and scenarios.toml that the system lacks, such as an unused group.
 
     A group that is called CHOICE_VALUE, as in [masses_general], or begins so, as in [masses_general_start], belongs to
     the structures with that value of that choice, and is looked at in one of these; all else is looked at in the

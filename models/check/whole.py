@@ -21,7 +21,7 @@ def check(system: System, folder: Path | None = None) -> None:
     """Refuse a system whose parts do not fit together.
 
     Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
-    one name stands for one thing; what is declared has an effect; scenarios and metrics name existing quantities.
+    names are unique; what is declared has an effect; scenarios and metrics name existing quantities.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class Factors:
 
 
 def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
-    """Return the factors of a regular matrix; of a symmetric one each multiplier is a quotient of what is there.
+    """Return the factors of a regular matrix; multipliers of a symmetric one are quotients of its entries.
 
     Raises
     ------

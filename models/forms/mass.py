@@ -20,7 +20,7 @@ from .elimination import SingularError, factors
 
 
 def with_mass(system: System) -> System:
-    """Return a system whose `rhs` has the rates, and of algebraic states what is zero; the same one without a mass.
+    """Return a system whose `rhs` has rates and algebraic residuals; the same system if it has no mass.
 
     Of a mass with algebraic states the diagonal stays, ones and zeros. The equations as declared are the residual,
     which generation holds the solved form against.
@@ -72,7 +72,7 @@ class _Steps:
         return factors(matrix, self._entry).solution(right, self._rate)
 
     def _entry(self, letter: str, i: int, j: int, value: Expr) -> Expr:
-        """Name an entry of the matrix or of a factor; what is a number, or has a name in the matrix, needs none."""
+        """Name an entry of the matrix or of a factor, unless it is a number or has a name already."""
         if value.is_Number or (letter != "M" and value.is_Atom):
             return value
         row, column = self._names[i], self._names[j]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of a spacecraft, the spacecraft that is assembled from them, and what a part of one's own is made of."""
+"""Parts of a spacecraft, the spacecraft assembled from them, and the base class of your own parts."""
 
 from .bobs import Bob
 from .control import Law

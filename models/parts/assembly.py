@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Accelerations of a hub and its parts: sums of what the parts add, each part's equations eliminated first.
+"""Accelerations of a hub and its parts: each part's equations are eliminated first, then six are solved.
 
 The coordinates of the parts are eliminated part by part, which changes the six equations of the hub by matrices of rank
 one. What is left is solved in one of two ways, chosen by structure:
@@ -39,7 +39,7 @@ class _Pivot:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Rows of a part after elimination: pivots, and what they take from the hub's matrix and right side."""
+    """Rows of a part after elimination: pivots, and their contribution to the hub's matrix and right side."""
 
     pivots: tuple[_Pivot, ...]
     matrices: tuple[tuple[sp.Matrix, sp.Matrix], ...]

@@ -43,7 +43,7 @@ class Frame:
         return bool(expr.free_symbols <= self.constants)
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
-        """Name an expression; what is a number, a name or the negative of one stays as it is."""
+        """Name an expression, unless it is a number, a name or the negative of one."""
         bare = -expr if expr.could_extract_minus_sign() else expr
         if bare.is_Symbol or expr.is_number:
             return expr
@@ -88,7 +88,7 @@ class Frame:
         return result
 
     def total(self, name: str, terms: Iterable[Expr], title: str, unit: str = "") -> Expr:
-        """Name a sum; what depends on parameters alone is summed apart, so that a run computes it once."""
+        """Name a sum; terms of parameters only are summed separately, so that a run computes them once."""
         fixed: list[Expr] = []
         moving: list[Expr] = []
         for term in terms:

@@ -463,8 +463,12 @@ class Part(ABC):
         """Return what the parameters of the part must satisfy beyond their bounds."""
         return conditions(self.name, at.values, kinds(self))
 
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        """Return what the physics of the part needs along a run: a run ends where a margin is no longer positive."""
+        return ()
+
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        """Return the inputs that act where these are commanded; a part without limits applies what is commanded."""
+        """Return the applied inputs of commanded ones; a part without limits applies its command."""
         return tuple(commanded)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:

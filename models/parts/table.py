@@ -102,7 +102,7 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
 
 
 def _valued(default: Any, source: str, bounds: str) -> Any:
-    """Return a number, or numbers in rows, with what is known of them; a zero in a row stays structure."""
+    """Return a number, or numbers in rows, with unit and source; a zero in a row stays structure."""
     if isinstance(default, list):
         return [0 if entry == 0 else _valued(entry, source, bounds) for entry in default]
     return Value(default, bounds, source)

@@ -216,7 +216,7 @@ def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
 
 
 def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
-    """Return what expressions that were given for a part must satisfy: positive numbers, inertias of a body."""
+    """Return the conditions on expressions given for a part: positive numbers, inertias of a body."""
     result: list[Condition] = []
     for field, kind in declared.items():
         value = getattr(values, field, None)

@@ -125,12 +125,12 @@ def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr) -> sp.
 
 
 def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, momentum: sp.Matrix) -> sp.Matrix:
-    """Return what the torques on the body must equal, (1) and (2): J w' + w x (J w + h)."""
+    """Return the left side of (1) and (2): J w' + w x (J w + h)."""
     return inertia * acceleration + rate.cross(inertia * rate + momentum)
 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
-    """Return J, the inertia of body and wheels less what each wheel has about its own axis: that is in h."""
+    """Return J, the inertia of body and wheels without that of each wheel about its axis, which is part of h."""
     if plant.elements("I"):
         return plant.I
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)

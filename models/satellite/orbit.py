@@ -27,7 +27,7 @@ _TO_ORBIT_AXES = sp.Matrix([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
 
 @dataclass(frozen=True)
 class Orbit:
-    """An orbit and what the rest of the model needs of it; vectors are in orbit axes.
+    """An orbit, with the quantities that the model needs; vectors are in orbit axes.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ def beyond(choices: Mapping[str, str]) -> dict[str, str]:
 
 
 def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[str, str]) -> Group:
-    """Return a group: that of the paper's plant or scenario, less what is replaced, with those of the choices.
+    """Return the paper's group without the replaced quantities, with those of the choices.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
 
 
 def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
-    """Return what the groups CHOICE_VALUE and a suffix of the choices hold, where there are such groups."""
+    """Return the contents of the groups CHOICE_VALUE with a suffix, where they exist."""
     names = (f"{choice}_{value}{suffix}" for choice, value in _taken(choices))
     return tuple({q.name: q for name in names if name in tables for q in tables[name].quantities}.values())
 

@@ -267,7 +267,7 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return what is compared between sets of actuators: where the body points, what they give and hold."""
+    """Return the metrics that compare sets of actuators: pointing, torque, momentum."""
     d.section("Summary")
     wheels, off = craft.wheels, pointing(craft.placed.quaternion, REFERENCES.symbols, d)
     held, tumble = wheels.momentum, craft.placed.omega
@@ -283,7 +283,7 @@ def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 def _scenarios(
     craft: _Craft, outputs: Sequence[tuple[Quantity, Expr]], laws: Sequence[Controller]
 ) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's runs and metrics as far as a structure has what they name, and those of the summary."""
+    """Return the paper's scenarios and metrics that a structure supports, and those of the summary."""
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
     if not structure.beyond(craft.choices):
         return scenarios, metrics
@@ -439,7 +439,7 @@ def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
 
 
 def _needs(craft: _Craft) -> Iterator[Condition]:
-    """Yield what a choice divides by: lengths of the wheels' axes, the volume they span, the field."""
+    """Yield the divisors of a choice: lengths of the wheels' axes, the volume they span, the field."""
     if craft.choices["wheels"] != "axes":
         yield has_lengths(craft.p)
         yield spanning(craft.wheels)
@@ -464,7 +464,7 @@ def _balance(craft: _Craft) -> Iterator[Condition]:
 
 
 def _body(craft: _Craft) -> Iterator[Condition]:
-    """Yield that the inertia is that of a body: second moments of its masses, tr(I)/2 - I, are positive definite."""
+    """Yield the conditions of a body's inertia: its second moments, tr(I)/2 - I, are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
     if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
         moments = sp.eye(3) * total.trace() - 2 * total

@@ -25,7 +25,7 @@ Accelerations = Sequence[Expr]
 
 @dataclass(frozen=True)
 class Pendulums:
-    """The pendulums in one description, by angles or by directions: what the system is put together from.
+    """The pendulums of a system in one description, by angles or by directions.
 
     Attributes
     ----------

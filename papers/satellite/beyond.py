@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.style import BLUE, GREEN, GREY, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction.beyond import read_beyond
-from mehvar.reproduction.claims import AMPLITUDES, Check, Expected, about, below
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLUE, GREEN, GREY, VERMILLION, label, new_figure, time_axis
+from mehvar.reproduction import AMPLITUDES, Check, Expected, Runs, about, below, read_beyond
 
 from .checks import each_above, each_below
 from .rows import AXES, LATE, measure

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check, about
-from mehvar.runtime.run.problem import Status
+from mehvar.reproduction import Check, about
+from mehvar.runtime import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

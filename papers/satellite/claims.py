@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.linalg import expm
 
-from mehvar.reproduction.claims import AMPLITUDES, Check, Checks, Expected, about, below, beside
-from mehvar.reproduction.runs import Runs
-from mehvar.runtime.run.problem import Status
+from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, beside
+from mehvar.runtime import Status
 
 from .checks import each_above, each_below, ends, lost, rms_degrees, three
 from .design import cycle, independent, linear, root_locus
@@ -20,7 +19,7 @@ from .rows import AXES, LATE, PRINTED_B, measure
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from mehvar.runtime.batch.plan import Plan
-
 from .rows import AXES, LATE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.runtime.batch.plan import Campaign
-    from mehvar.runtime.model.model import Model
+    from mehvar import Model
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
     BoolArray = NDArray[np.bool_]
@@ -36,8 +34,6 @@ class CoarseRuns:
 
     Attributes
     ----------
-    values : array, (n, k)
-        What was drawn, in the order of the names.
     done : array of bool, (n,)
         Whether no limit was passed before the end.
     rms : array, (n, 3)
@@ -46,71 +42,86 @@ class CoarseRuns:
         Torque that acts over each sample, from 200 s on, N m.
     """
 
-    values: FloatArray
     done: BoolArray
     rms: FloatArray
     torque: FloatArray
 
 
-def coarse_runs(model: Model, campaign: Campaign, step: Step) -> CoarseRuns:
-    """Run a batch of a sampled law on the coarse simulator, all runs side by side.
+def coarse_runs(model: Model, run: Run, step: Step, delay: int, covariances: FloatArray) -> CoarseRuns:
+    """Run a sampled law on the coarse simulator once for each first covariance, all runs side by side.
 
     Parameters
     ----------
     model : Model
         The satellite.
-    campaign : Campaign
-        As for the batch engine; of its options only the delay counts.
+    run : Run
+        A run of the law, which has its scenario, parameters and initial state.
     step : {"semi-implicit", "explicit"}
         Angles by the rates after the sample, or before.
+    delay : int
+        Samples between command and action.
+    covariances : array, (n,)
+        F(0) of each run.
     """
-    plan = Plan(model, campaign)
-    loop = _Loop(model, plan, step)
-    instants = [k * loop.period for k in range(round(plan.scenario.duration / loop.period))]
+    loop = Loop(model, run, step, delay, covariances)
+    instants = [k * loop.period for k in range(round(run.scenario.duration / loop.period))]
     samples = [sample for t, sample in ((t, loop.step(t)) for t in instants) if t >= LATE]
     errors, torques = (np.array(series) for series in zip(*samples, strict=True))
     rms = np.degrees(np.sqrt(np.square(errors).mean(axis=0)))
-    return CoarseRuns(loop.values, loop.done, rms, torques.swapaxes(0, 1))
+    return CoarseRuns(loop.done, rms, torques.swapaxes(0, 1))
 
 
-class _Loop:
-    """State, memory and torques of all runs, and one sample of them."""
+class Loop:
+    """State, memory and torques of all runs, and one sample of them.
 
-    def __init__(self, model: Model, plan: Plan, step: Step) -> None:
-        law, functions = plan.law, model.functions
+    Attributes
+    ----------
+    period : float
+        Of the law, s.
+    done : array of bool, (n,)
+        Whether no limit has been passed.
+    x : array, (n, nx)
+        States.
+    applied : array, (n, 3)
+        Torques that act.
+    """
+
+    def __init__(self, model: Model, run: Run, step: Step, delay: int, covariances: FloatArray) -> None:
+        law, functions, n = run.controller, model.functions, len(covariances)
         self._explicit = step == "explicit"
-        draw = plan.draw(0, plan.campaign.n)
-        self.period = float(draw.p[0, model.parameter_names.index("Ts")])
-        self.values, self.done = draw.values, draw.possible.copy()
+        self.period = float(run.parameters.values["Ts"])
+        self.done = np.ones(n, bool)
         self._functions, self._law = functions, functions[law.name]
-        self._p, self._c, self._s, self._x = draw.p, draw.c, draw.s, draw.x0
+        numbers = run.parameters
+        self._p, self._c, self._s, self.x = (np.tile(v, (n, 1)) for v in (numbers.p, numbers.c, numbers.s, run.x[0]))
+        self._c[:, [q.name for q in law.parameters].index("F0")] = covariances
         memory = [q.name for q in law.memory]
         self._model = [memory.index(f"ym_{axis}") for axis in AXES]
-        self._z = functions[f"{law.name}_start"](self._x, self._reference(0.0), self._p, self._c)
-        self._applied = np.zeros((plan.campaign.n, 3))
-        self._waiting = [self._applied] * plan.options.delay
+        self._z = functions[f"{law.name}_start"](self.x, self._reference(0.0), self._p, self._c)
+        self.applied = np.zeros((n, 3))
+        self._waiting = [self.applied] * delay
 
     def step(self, t: float) -> tuple[FloatArray, FloatArray]:
         """Go on by a sample, a run that passed a limit not any more; return the errors before, rad, and the torques."""
-        error: FloatArray = self._x[:, :3] - self._z[:, self._model]
-        command, self._z = self._law(self._x, self._reference(t), self._applied, self._z, self._p, self._c)
-        self.done &= (self._functions["limits"](self._x, command, self._p) > 0).all(axis=1)
+        error: FloatArray = self.x[:, :3] - self._z[:, self._model]
+        command, self._z = self._law(self.x, self._reference(t), self.applied, self._z, self._p, self._c)
+        self.done &= (self._functions["limits"](self.x, command, self._p) > 0).all(axis=1)
         self._waiting.append(command)
-        self._applied = np.where(self.done[:, None], self._waiting.pop(0), 0.0)
-        self._x = np.where(self.done[:, None], self._moved(), self._x)
-        return error, self._applied
+        self.applied = np.where(self.done[:, None], self._waiting.pop(0), 0.0)
+        self.x = np.where(self.done[:, None], self._moved(), self.x)
+        return error, self.applied
 
     def _moved(self) -> FloatArray:
         """Return the state a sample later."""
-        after = self._x + self.period * self._slope(self._x)
+        after = self.x + self.period * self._slope(self.x)
         if self._explicit:
             return after
-        after[:, :3] = self._x[:, :3]
+        after[:, :3] = self.x[:, :3]
         after[:, :3] += self.period * self._slope(after)[:, :3]
         return after
 
     def _slope(self, x: FloatArray) -> FloatArray:
-        slope: FloatArray = self._functions["rhs"](x, self._applied, self._p)
+        slope: FloatArray = self._functions["rhs"](x, self.applied, self._p)
         return slope
 
     def _reference(self, t: float) -> FloatArray:

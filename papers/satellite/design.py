@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.linalg import expm
 
-from mehvar.errors import MissingError
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction.claims import Check, Expected, about, below, beside
-from mehvar.reproduction.runs import Runs
+from mehvar import MissingError
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, VERMILLION, label, new_figure, time_axis
+from mehvar.reproduction import Check, Expected, Runs, about, below, beside
 
 from .checks import each_above, each_below, ends, rms_degrees
 from .rows import AXES, measure
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -7,20 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from mehvar.pictures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    label,
-    new_figure,
-    time_axis,
-)
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, label, new_figure, time_axis
+from mehvar.reproduction import Runs
 
 from .rows import AXES, PRINTED_B
 
@@ -32,8 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
 
-    from mehvar.runtime.board.run import BoardRun, Difference
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     Series = Mapping[str, NDArray[np.float64]]
 
@@ -109,21 +96,23 @@ def angle_figure(run: Run, k: int) -> Figure:
     return figure
 
 
-def board_angles_figure(outcome: BoardRun) -> Figure:
+def board_angles_figure(runs: Runs) -> Figure:
     """Draw figure 10: the angles with the law on the board, and under them those with the law in float on the host."""
+    outcome = runs.board("mrac", "paper")
     figure = new_figure(7.0, 6.2)
     axes = figure.subplots(3, 1, sharex=True)
     board, host = outcome.board.variables(), outcome.single.variables()
     for k, (ax, axis) in enumerate(zip(axes, AXES, strict=True)):
         ax.plot(outcome.single.t, np.degrees(host[axis]), color=SKY, lw=4.0, label=_HOST)
         angle(ax, outcome.board.t, board, k, k == 2)
-    axes[0].set_title(_apart("states of the satellite", outcome.x))
+    axes[0].set_title(_apart("states of the satellite", outcome.x.ulp, outcome.x.compared))
     legend(figure, host=True)
     return figure
 
 
-def board_torques_figure(outcome: BoardRun) -> Figure:
+def board_torques_figure(runs: Runs) -> Figure:
     """Draw figure 11: the torques that the board commanded as they act, and under them those of the host's law."""
+    outcome = runs.board("mrac", "paper")
     figure = new_figure(7.0, 6.0)
     axes = figure.subplots(3, 1, sharex=True, sharey=True)
     board, host = outcome.board.variables(), outcome.single.variables()
@@ -133,7 +122,7 @@ def board_torques_figure(outcome: BoardRun) -> Figure:
         scale = _TORQUE_SCALES[unit]
         ax.step(outcome.single.t, scale * _held(host[name]), where="post", color=SKY, lw=4.0, label=_HOST)
         torque(ax, outcome.board.t, board, k, k == 2, unit)
-    axes[0].set_title(_apart("torques", outcome.u))
+    axes[0].set_title(_apart("torques", outcome.u.ulp, outcome.u.compared))
     figure.legend(*_once(axes), loc="outside upper center", ncols=4)
     return figure
 
@@ -144,8 +133,8 @@ def _once(axes: Iterable[Axes]) -> tuple[list[Artist], list[str]]:
     return list(named.values()), list(named)
 
 
-def _apart(what: str, difference: Difference) -> str:
-    return f"board and host are {difference.ulp} ulp apart in all {difference.compared} {what}"
+def _apart(what: str, ulp: int, compared: int) -> str:
+    return f"board and host are {ulp} ulp apart in all {compared} {what}"
 
 
 def both_figure(series: Series, t: ArrayLike) -> Figure:

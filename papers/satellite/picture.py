@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.style import headline, label, new_figure, time_axis
+from mehvar.pictures import headline, label, new_figure, time_axis
 
 from .figures import (
     COLORS,
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.runtime import Manifest
 
 
 def picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check, Checks, Expected, Readings
-from mehvar.reproduction.runs import Runs
+from mehvar.reproduction import Check, Checks, Expected, Readings, Runs
 
 from .claims import carried, coefficients, offset_helps
 from .survival import CLEAN, COVARIANCES, survival

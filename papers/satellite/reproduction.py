@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mehvar.reproduction.paper import read_reproduction
+from mehvar.reproduction import read_reproduction
 
 from .claims import CHECKS
 from .design import independence_figure, locus_figure
@@ -31,7 +31,7 @@ from .survival import survival_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.reproduction.runs import Runs
+    from mehvar.reproduction import Runs
 
 
 def _angles(runs: Runs) -> Figure:
@@ -61,8 +61,8 @@ REPRODUCTION = read_reproduction(
         7: lambda runs: angle_figure(runs("pd", "paper"), 1),
         8: lambda runs: angle_figure(runs("pd", "paper"), 2),
         9: lambda runs: torques_figure(("PD", runs("pd", "paper"))),
-        10: lambda runs: board_angles_figure(runs.board("mrac", "paper")),
-        11: lambda runs: board_torques_figure(runs.board("mrac", "paper")),
+        10: board_angles_figure,
+        11: board_torques_figure,
         12: estimates_figure,
         13: errors_figure,
         14: _delayed_pd,

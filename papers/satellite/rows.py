@@ -15,15 +15,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mehvar.reproduction.claims import AMPLITUDES, TIMES, Check, Claim, beside
-from mehvar.reproduction.data import read_data
-from mehvar.reproduction.runs import Runs
-from mehvar.runtime.run.problem import Status
+from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, Runs, beside, read_data
+from mehvar.runtime import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
-from mehvar.pictures.style import BLACK, GREY
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, GREY, Scene, SceneLine, ScenePanel
+from mehvar.reproduction import Runs
 
 from .figures import COLORS
 from .rows import AXES
 
 if TYPE_CHECKING:
-    from mehvar.pictures.scene import FloatArray
-    from mehvar.runtime.run.simulate import Run
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+    from mehvar.runtime import Run
 
 _DEGREES = 180 / np.pi
 _SYMBOLS = ("φ", "θ", "ψ")

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, VERMILLION, new_figure
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, VERMILLION, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.reproduction.runs import Runs
+    from mehvar.reproduction import Runs
 
 Point = tuple[float, float]
 

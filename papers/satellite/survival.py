@@ -6,14 +6,13 @@ from __future__ import annotations
 import functools
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, GREY, VERMILLION, label, new_figure
-from mehvar.runtime.batch.fill import run_batch
-from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.run.problem import Status
+import mehvar
+from mehvar.pictures import BLACK, BLUE, GREY, VERMILLION, label, new_figure
+from mehvar.runtime import Status, simulate
 
 from .coarse import coarse_runs
 from .rows import AXES, LATE, ring
@@ -23,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from mehvar.reproduction.runs import Runs
-    from mehvar.runtime.model.model import Model
+    from mehvar import Model
+    from mehvar.reproduction import Runs
 
     from .coarse import Step
 
@@ -99,21 +98,15 @@ def survival(
         If the batch engine has no C compiler.
     """
     period = float(model.parameters()[model.parameter_names.index("Ts")])
-    campaign = Campaign(
-        "mrac-literal", len(COVARIANCES), scenario, sampling="latin", parameters={"C2_pole": pole, **parameters},
-        vary={"F0": f"choice({', '.join(f'{value:.17g}' for value in COVARIANCES)})"}, options={"delay": delay},
-        save_every=period,
-    )  # fmt: skip
+    case: dict[str, Any] = {"controller": "mrac-literal", "scenario": scenario, "delay": delay}
+    case["parameters"] = {"C2_pole": pole, **parameters}
     if step:
-        runs = coarse_runs(model, campaign, step)
-        drawn, done, rms, torque = runs.values[:, 0], runs.done, runs.rms, runs.torque
-    else:
-        store = run_batch(model, campaign)
-        drawn, done = store.read("F0"), store.read("status") == Status.DONE
-        rms = np.degrees([store.read(f"rms_{axis}") for axis in AXES]).T
-        torque = np.stack([store.read(f"u_T{i}")[:, round(LATE / period) : -1] for i in "xyz"], axis=-1)
-    order = np.argsort(drawn)
-    return Survival(done[order], rms[order], ring(torque[order]))
+        coarse = coarse_runs(model, simulate(model, **case, t_end=2 * period), step, delay, COVARIANCES)
+        return Survival(coarse.done, coarse.rms, ring(coarse.torque))
+    runs = mehvar.batch(model, **case, vary={"F0": COVARIANCES.tolist()}, save=period)
+    rms = np.degrees([runs[f"rms_{axis}"].values for axis in AXES]).T
+    torque = np.stack([runs[f"u_T{i}"].values[:, round(LATE / period) : -1] for i in "xyz"], axis=-1)
+    return Survival(runs["status"].values == Status.DONE, rms, ring(torque))
 
 
 def survival_figure(runs: Runs) -> Figure:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction.claims import TIMES, Check, Checks, Expected, about, below, beside
-from mehvar.reproduction.runs import Runs
+from mehvar.reproduction import TIMES, Check, Checks, Expected, Runs, about, below, beside
 
 from .positivity import positive
 from .rows import FULL, LAWS, REDUCED, axial
@@ -17,7 +16,7 @@ from .rows import FULL, LAWS, REDUCED, axial
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure, time_axis
+from mehvar.reproduction import Runs
 
 from .rows import FULL, LAWS, REDUCED, axial
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

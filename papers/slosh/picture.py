@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.style import COLORS, headline, new_figure, time_axis
+from mehvar.pictures import COLORS, headline, new_figure, time_axis
 
 from .figures import AXES
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.runtime import Manifest
 
 
 def picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check
-from mehvar.reproduction.runs import Runs
+from mehvar.reproduction import Check, Runs
 
 from .rows import LAWS
 

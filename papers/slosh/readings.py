@@ -9,8 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check, Checks, Expected, Readings
-from mehvar.reproduction.runs import Runs
+from mehvar.reproduction import Check, Checks, Expected, Readings, Runs
 
 from .claims import (
     LENGTHS,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
-from mehvar.runtime.model.model import Model, load
+from mehvar import Model, load
 
 Array = NDArray[np.float64]
 PLANE = ("vy", "q3", "wz", "s1y", "s2y", "sigma1y", "sigma2y", "gimbal2")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mehvar.reproduction.paper import read_reproduction
+from mehvar.reproduction import read_reproduction
 
 from .claims import CHECKS
 from .figures import attitude, gimbals, laws, moments, pendulums, thrust, velocities

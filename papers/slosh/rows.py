@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction.claims import TIMES, Check, Claim, beside
-from mehvar.reproduction.data import read_data
-from mehvar.reproduction.runs import Runs
+from mehvar.reproduction import TIMES, Check, Claim, Runs, beside, read_data
 
 if TYPE_CHECKING:
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
 LAWS = ("lyapunov-v1", "lyapunov-v2")
 REDUCED: Mapping[str, Any] = {"plant": "reduced"}

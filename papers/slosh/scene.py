@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import Scene, SceneLine, ScenePanel
+from mehvar.reproduction import Runs
 
 from .figures import AXES, BOBS
 from .rows import FULL, LAWS, REDUCED
@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-    from mehvar.pictures.scene import FloatArray
-    from mehvar.runtime.run.simulate import Run
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+    from mehvar.runtime import Run
 
 _UNTIL = 120.0
 """Length of the animation, s: the bobs hang still after one minute, and the remaining motion is slow."""

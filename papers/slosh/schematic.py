@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.patches import Arc, Circle, FancyBboxPatch, Polygon
 
-from mehvar.pictures.style import BLACK, GREY, LIGHT, VERMILLION, new_figure
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, GREY, LIGHT, VERMILLION, new_figure
+from mehvar.reproduction import Runs
 
 from .figures import AXES, BOBS
 

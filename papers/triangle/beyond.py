@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction.beyond import read_beyond
-from mehvar.reproduction.claims import AMPLITUDES, Check, Expected, about, above, below
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, BLUE, GREEN, VERMILLION, label, new_figure, time_axis
+from mehvar.reproduction import AMPLITUDES, Check, Expected, Runs, about, above, below, read_beyond
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from mehvar.runtime.model.model import Model
-    from mehvar.runtime.run.simulate import Run
+    from mehvar import Model
+    from mehvar.runtime import Run
 
 
 def target_shape(model: Model, run: Run) -> complex:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction.claims import AMPLITUDES, Check, Checks, Expected, about, below, beside, count
-from mehvar.reproduction.runs import Runs
-from mehvar.runtime.run.problem import Status
+from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, beside, count
+from mehvar.runtime import Status
 
 from .chart import law_direction
 from .nonholonomic import attitude_is_area, smooth_laws_fail, usual_laws_leave
@@ -19,7 +18,7 @@ from .nonholonomic import attitude_is_area, smooth_laws_fail, usual_laws_leave
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
     FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check, Expected, about, below, beside
+from mehvar.reproduction import Check, Expected, about, below, beside
 
 from .chart import law_direction, target_shape
 from .surfaces import arc_to, law_xi
@@ -18,7 +18,7 @@ from .surfaces import arc_to, law_xi
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.reproduction.runs import Runs
+    from mehvar.reproduction import Runs
 
     FloatArray = NDArray[np.float64]
     ComplexArray = NDArray[np.complex128]

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, VERMILLION, headline, label, new_figure, time_axis
-from mehvar.reproduction.runs import Runs
-from mehvar.runtime.model.model import load
-from mehvar.runtime.run.results import to_dataset
+from mehvar import load
+from mehvar.pictures import BLACK, BLUE, VERMILLION, headline, label, new_figure, time_axis
+from mehvar.reproduction import Runs
+from mehvar.runtime import to_dataset
 
 from .shapes import (
     PATH,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.runtime import Manifest
 
 
 def sliding_run(runs: Runs) -> Figure:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction.claims import Check, Checks, Expected, below
+from mehvar.reproduction import Check, Checks, Expected, below
 
 from .claims import ALIKE, errors_at, random_runs
 
 if TYPE_CHECKING:
-    from mehvar.reproduction.runs import Runs
+    from mehvar.reproduction import Runs
 
 Changes = Mapping[str, Mapping[str, float]]
 """By law: the parameters that a reading changes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mehvar.reproduction.paper import read_reproduction
+from mehvar.reproduction import read_reproduction
 
 from .claims import CHECKS
 from .picture import disturbed_runs, path_run, picture, sliding_run

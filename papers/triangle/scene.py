@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
-from mehvar.pictures.style import BLACK
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, Scene, SceneLine, ScenePanel
+from mehvar.reproduction import Runs
 
 from .chart import target_shape
 from .shapes import COLLINEAR, RODS, vertices
 
 if TYPE_CHECKING:
-    from mehvar.pictures.scene import FloatArray
-    from mehvar.runtime.run.simulate import Run
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+    from mehvar.runtime import Run
 
 _EVERY = 0.05
 """Time between two positions of the run, s; pictures move along straight lines in between."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Arc, Circle, Polygon
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILLION, new_figure
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILLION, new_figure
+from mehvar.reproduction import Runs
 
 from .chart import target_shape
 

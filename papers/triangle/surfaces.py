@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
-from mehvar.reproduction.runs import Runs
+from mehvar.pictures import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
+from mehvar.reproduction import Runs
 
 from .chart import law_direction, target_shape
 from .shapes import PATH, START, TARGET, boundary_names, shape_disc
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
 
-    from mehvar.runtime.run.simulate import Run
+    from mehvar.runtime import Run
 
 _CIRCLE = np.exp(1j * np.linspace(0, 2 * np.pi, 241))
 

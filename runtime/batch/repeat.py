@@ -119,9 +119,9 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
     needed = None if "law" not in store.attributes else "inputs" if law == OPEN_LOOP else "controller"
     given = {"controller": controller, "inputs": inputs}
     if needed is not None and given[needed] is None:
-        what = "an open loop" if law == OPEN_LOOP else law
+        what = "inputs of its open loop" if law == OPEN_LOOP else f"law {law}"
         raise InputError(
-            f"{store.name} was run under {what}, which the store cannot run: give the same {needed}, as in "
+            f"{store.name} does not contain the {what}; give it again, as in "
             f"runs.mehvar.again(17, {needed}={'INPUTS' if law == OPEN_LOOP else 'LAW'})"
         )
     for name, value in given.items():
@@ -141,13 +141,13 @@ def _own(
     if controller is None and inputs is None:
         return None
     if not store.attributes["law"]:
-        raise InputError(f"{store.name} does not identify {campaign.controller}: it keeps no text of it")
+        raise InputError(f"{store.name} does not record the source of {campaign.controller}")
     text, hold = str(store.attributes["law"]), float(campaign.options["hold"])
     end = float(campaign.options.get("t_end") or model.manifest.scenario(campaign.scenario).duration)
     memory = None if controller is None else recorded_memory(text)
     _, own = law_of(model.manifest, controller, inputs, interpolation, hold, memory, end, "the call")
     if own is None or own.text != text:
-        raise InputError(f"{store.name} was run under another text of {campaign.controller}; it was:\n{text}")
+        raise InputError(f"{store.name} was run under another version of {campaign.controller}:\n{text}")
     return own
 
 
@@ -164,11 +164,11 @@ def _trusted_model(store: Batch, trust: bool) -> str:
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
     if not (trust and there):
         raise TrustError(
-            f"{store.name} was made from a model {name} that is not installed here with the same text; "
+            f"{store.name} needs the model {name}, which is not installed in that version; "
             f"{_way(store, name, source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
-        raise TrustError(f"{store.name} was made from another text than that of {source!r} now: it cannot be repeated")
+        raise TrustError(f"{store.name} was made from another version of {source!r}: it cannot be repeated")
     return source
 
 
@@ -176,13 +176,11 @@ def _way(store: Batch, name: str, source: str, there: bool) -> str:
     """Return advice on the model to name for a store whose model is not installed."""
     own = project_models().get(name)
     if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
-        return f"that in {own} has this text: to take it, mehvar simulate {name} --from STORE --run ID"
+        return f"the one in {own} matches: run mehvar simulate {name} --from STORE --run ID"
     if not there:
-        return (
-            f"it names {source!r}, which is no folder here: name the model, mehvar simulate MODEL --from STORE --run ID"
-        )
+        return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (
-        f"it names {source!r}, and a model is code that would be compiled and run. If you trust it, add --trust-model "
+        f"it names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model "
         "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
     )
 

@@ -33,7 +33,7 @@ from .image.toolchains import toolchain
 from .journal import Journal, Tuning
 from .line.link import Counters, Hello, Link, Port, SelfTest
 from .line.packets import BareLaw, HostLaw
-from .session import BoardLaw
+from .session import RESTARTS, BoardLaw
 from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
@@ -69,6 +69,8 @@ class BoardRequest:
         Samples of the self-test with law and plant on the target.
     tunable : tuple of str, optional
         Make all parameters but these constants of the law's code; none is constant unless given.
+    restarts : int
+        Restarts of the board at one sample that end the run.
     profiled : bool
         Count instructions where the emulator can; long runs are faster without.
     """
@@ -87,6 +89,7 @@ class BoardRequest:
     journal: Path | None = None
     selftest: int = _SELF_TEST
     tunable: tuple[str, ...] | None = None
+    restarts: int = RESTARTS
     profiled: bool = True
 
 
@@ -182,6 +185,8 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
     LinkError
         If the board does not answer.
     """
+    if request.restarts < 1:
+        raise InputError(f"restarts = {request.restarts}: must be a whole number >= 1")
     if request.samples < 2:
         raise InputError(f"samples = {request.samples}: must be a whole number >= 2")
     if request.raw and (request.parameters or request.journal):
@@ -203,7 +208,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     layout = image.program.layout
     link = Link(port, layout)
     hello = link.connect()
-    elf = None if image.board is None else read_elf(image.path)
+    elf = _loaded(request, image)
     profiler = None
     if isinstance(port, MachinePort) and elf is not None and request.profiled:
         assert image.board is not None
@@ -218,6 +223,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         profiler.count if profiler else None,
         requests,
         partial(tuned, image.program),
+        request.restarts,
     )
     begin, complete = time.perf_counter(), False
     try:
@@ -270,7 +276,7 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
     seconds = time.perf_counter() - begin
     single = _simulate(model, request, law=HostLaw(image.program, resolved))
     none = difference(np.empty(0), np.empty(0))
-    elf = None if image.board is None else read_elf(image.path)
+    elf = _loaded(request, image)
     return BoardRun(
         request=request, image=image, elf=elf, hello=None, board=board,
         single=single, double=_simulate(model, request), undelayed=_undelayed(model, request),
@@ -278,6 +284,11 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
         rate=len(law.u) / seconds, counters=None, stats={}, restored=0, ticks=(), selftest=None, profile=None,
         covered=(), bound=_bound(elf, image),
     )  # fmt: skip
+
+
+def _loaded(request: BoardRequest, image: Image) -> Elf | None:
+    """Return the image that runs; nobody knows which one a board on a serial port has, nor how it was compiled."""
+    return None if image.board is None or request.target not in TARGETS else read_elf(image.path)
 
 
 def _bound(elf: Elf | None, image: Image) -> StackBound | None:

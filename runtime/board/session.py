@@ -22,7 +22,7 @@ _CHECKPOINT = 25
 
 A read costs one more exchange in 25; a reset costs at most 24 repeated samples. Half the value: 8 % and 12 samples.
 """
-_RESTORES = 5
+RESTARTS = 5
 """A disturbance resets a board once, and once more during recovery; five resets at one sample are a defect."""
 
 Reply = TypeVar("Reply")
@@ -56,6 +56,8 @@ class BoardLaw:
         Requests for parameters while the law runs; needs a journal.
     retune : callable, optional
         Function that applies the values of those requests to parameters.
+    restarts : int
+        Restarts of the board at one sample that end the run.
     """
 
     def __init__(
@@ -68,11 +70,12 @@ class BoardLaw:
         after: Callable[[], None] | None = None,
         requests: Requests | None = None,
         retune: Retune | None = None,
+        restarts: int = RESTARTS,
     ) -> None:
         self.u: list[Floats] = []
         self.z: dict[int, Floats] = {}
         self.ticks: list[int] = []
-        self.restored = 0
+        self.restored, self._restarts = 0, restarts
         self._link, self._every = link, every
         self._parameters = {0: resolved}
         self._requests, self._retune = requests, retune
@@ -162,7 +165,7 @@ class BoardLaw:
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
         """Send a request in the board's state before sample k; a restarted board is brought back to it first."""
-        for _ in range(_RESTORES):
+        for _ in range(self._restarts):
             try:
                 if restore:
                     self._restore(k)
@@ -171,7 +174,7 @@ class BoardLaw:
                 self.restored += 1
                 self._link.connect()
                 restore = True
-        raise LinkError(f"the board lost its memory {_RESTORES} times at sample {k}")
+        raise LinkError(f"the board lost its memory {self._restarts} times at sample {k}: --restarts N bears more")
 
     def _restore(self, k: int) -> None:
         """Bring the board to its state before sample k."""

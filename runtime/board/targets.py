@@ -159,7 +159,7 @@ class SerialPort:
         try:
             self._port.write(data)
         except OSError as error:
-            raise LinkError(f"{self.name} is gone: {error}") from error
+            raise LinkError(f"{self.name} has closed: {error}") from error
 
     def read(self, timeout: float) -> bytes:
         """Return what has come."""
@@ -168,7 +168,7 @@ class SerialPort:
             first = self._port.read(1)
             return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
         except OSError as error:
-            raise LinkError(f"{self.name} is gone: {error}") from error
+            raise LinkError(f"{self.name} has closed: {error}") from error
 
     def close(self) -> None:
         """Close the port."""

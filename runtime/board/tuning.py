@@ -90,7 +90,7 @@ class Requests:
             rows = [(i, json.loads(line)) for i, line in enumerate(text.split("\n")[:-1])]
             self._requests = [Request(i, row["at"], row["values"]) for i, row in rows if i not in self._taken]
         except (ValueError, LookupError, TypeError, RecursionError) as error:
-            raise InputError(f"{self._path} holds what is no request: remove it, or name another journal") from error
+            raise InputError(f"{self._path} contains no tuning request: remove it, or name another journal") from error
 
 
 def path_of(journal: Path) -> Path:
@@ -145,7 +145,7 @@ def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
     """Refuse a request that the run can no longer apply, or never will."""
     entries = read_journal(journal, sizes)
     if entries.complete:
-        raise InputError(f"journal = {str(journal)!r}: its run is over, and nothing can be tuned any more")
+        raise InputError(f"journal = {str(journal)!r}: its run is over; tune during a run")
     samples = entries.identity.get("samples")
     if at is not None and isinstance(samples, int) and at >= samples:
         raise bad_value("at", at, f"a sample of the run, which has {samples}: at most {samples - 1}")
@@ -156,7 +156,7 @@ def _value(manifest: Manifest, law: Controller, name: str, value: object) -> flo
     if name not in parameters:
         raise unknown_name(f"parameter of {manifest.model} under {law.name}", name, parameters, "--set")
     if name in (law.period, law.delay):
-        raise bad_value(name, value, "left as the run began: the host's clock goes by it", "--set")
+        raise bad_value(name, value, "constant during a run, whose clock depends on it", "--set")
     result = number(name, value, "--set")
     if not parameters[name].allows(result):
         raise bad_value(name, result, f"in {parameters[name].allowed}", "--set")

@@ -10,6 +10,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -23,6 +24,9 @@ NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
 """Folder of the headers for generated C: `cc -I`."""
 _KIND = "libraries"
+_BESIDE: list[threading.Thread] = []
+"""What compiles the native loop, once begun. Threads do not survive a fork, whose child would wait for a lock forever;
+to join one there returns at once."""
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
@@ -102,9 +106,27 @@ def native_sources(*patterns: str) -> dict[str, str]:
     return {path.name: path.read_text(encoding="utf-8") for path in paths}
 
 
-@functools.cache
 def load_native() -> ctypes.CDLL:
     """Load the loop of a single run, the methods, the noise and the array map, which know no model."""
+    for thread in _BESIDE:
+        thread.join()
+    return _native()
+
+
+def begin_native() -> None:
+    """Compile or load the native loop beside what the caller does next; errors are those of `load_native`."""
+
+    def begin() -> None:
+        with suppress(BuildError, InputError, OSError):
+            _native()
+
+    if not _BESIDE:
+        _BESIDE.append(threading.Thread(target=begin))
+        _BESIDE[0].start()
+
+
+@functools.cache
+def _native() -> ctypes.CDLL:
     sources = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/*.[ch]", "map.c")
     return load_library("native", native_headers() | sources, _UNITS)
 

@@ -16,7 +16,7 @@ from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
 from mehvar.notebook.display import heading, table
 
-from ..compiling.library import load_library, load_native, native_headers
+from ..compiling.library import begin_native, load_library, load_native, native_headers
 from .derived import holder
 from .generated import generated_text
 from .header import check_module
@@ -217,6 +217,7 @@ class CBackend:
         # scalar code costs more moves than it saves.
         optimise = "-O0" if all(_is_jacobian(f) for f in functions) else "-O2"
         name = identifier(file.removesuffix(".c"))
+        begin_native()
         flags = [optimise, "-fno-tree-slp-vectorize", *(["-DMEHVAR_FLOAT"] if real == "float" else [])]
         return load_library(name, sources, ["calls.c"], flags)
 

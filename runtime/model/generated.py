@@ -37,8 +37,8 @@ def generated_text(manifest: Manifest, name: str) -> str:
         raise InputError(f"cannot read {path} ({reason}); generate the model again") from error
     if name in manifest.files_sha256 and _sha256(content) != manifest.files_sha256[name]:
         raise InputError(
-            f"{path} is not what generation wrote: it was edited, or is of another derivation; change the sources and "
-            "generate the model again (mehvar generate), or take the file back"
+            f"{path} was changed after generation: its digest does not match. Change the sources and run mehvar "
+            "generate, or restore the file"
         )
     return text
 

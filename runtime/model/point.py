@@ -44,7 +44,7 @@ class Point:
         self._free: list[_Buffers] = []
 
     def __call__(self, arguments: tuple[Any, ...]) -> Any:
-        """Return the result or the tuple of results; None when an argument is no double and no array of its shape."""
+        """Return the result or results; None if an argument is neither a double nor an array of its shape."""
         if len(arguments) != len(self._shapes):
             return None
         for value, shape in zip(arguments, self._shapes, strict=True):

@@ -116,13 +116,13 @@ def _under_seed(seed, folder):
     return json.loads(python(ANSWERS, folder, PYTHONHASHSEED=seed, MEHVAR_CACHE=str(folder / seed)))
 
 
-def test_the_order_of_a_set_changes_no_text_and_no_verdict(tmp_path):
+@pytest.mark.parametrize("seed", ["2", pytest.param("3", marks=pytest.mark.soak)])
+def test_the_order_of_a_set_changes_no_text_and_no_verdict(seed, tmp_path):
     """Of an assembled craft and of pairs of every class: a set of names has another order under every hash seed."""
     texts, answers = _under_seed("1", tmp_path)
     assert len(texts) > 3
     assert len(answers) > 15
-    for seed in ("2", "3"):
-        assert _under_seed(seed, tmp_path) == [texts, answers]
+    assert _under_seed(seed, tmp_path) == [texts, answers]
 
 
 @pytest.mark.parametrize("model", MODELS)

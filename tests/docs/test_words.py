@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("mehvar", "models", "codegen", "runtime", "benchmarks", "tests", "docs")
+ROOMS = ("mehvar", "models", "codegen", "runtime", "papers", "benchmarks", "tests", "docs")
 EXCLUDED = [
     cell
     for row in re.findall(r"^\| .+ \|$", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)

@@ -37,11 +37,11 @@ def sound(outcome: campaign.Outcome, *kinds: str) -> None:
 
 
 def test_expressions() -> None:
-    sound(campaign.expressions(1, 5_000), "taken", "refused")
+    sound(campaign.expressions(1, 2_000), "taken", "refused")
 
 
 def test_campaign_files(tmp_path: Path) -> None:
-    sound(campaign.campaign_files(2, 700, tmp_path), "taken", "refused")
+    sound(campaign.campaign_files(2, 300, tmp_path), "taken", "refused")
 
 
 def test_commands(place: Path) -> None:

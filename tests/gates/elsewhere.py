@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 FOLDER = "my محور work"
-NAMED_ALIKE = ("models", "runtime", "codegen", "generated")
+NAMED_ALIKE = ("models", "runtime", "codegen", "generated", "papers")
 STEPS: tuple[tuple[str, int], ...] = (  # command and exit status
     ("mehvar --version", 0),
     ("mehvar list", 0),
@@ -22,6 +22,8 @@ STEPS: tuple[tuple[str, int], ...] = (  # command and exit status
     ("mehvar simulate triangle --controller path --t-end 1 --set backend=casadi", 0),
     ("mehvar generate triangle --structure masses=general --out general", 0),
     ("mehvar diff general general", 0),
+    ("mehvar diff --paper", 2),
+    ("mehvar reproduce", 2),
     ("mehvar new wheel", 0),
 )
 OWN: tuple[tuple[str, int], ...] = (

@@ -68,10 +68,11 @@ def every_job(*models: str) -> list[Job]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(library, "load_library", record)
-        library.load_native.__wrapped__()
+        library._native.__wrapped__()
         patch.setattr(sampling, "load_library", record)
         sampling._library.__wrapped__()
         patch.setattr(functions, "load_library", record)
+        patch.setattr(functions, "begin_native", lambda: None)  # it would be recorded again, by a thread
         for model in models:
             loaded = mehvar.load(model)
             backend = functions.CBackend(loaded.manifest)

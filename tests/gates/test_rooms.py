@@ -26,7 +26,7 @@ def name_of(path: Path) -> str:
     return ".".join(("mehvar", *parts) if parts[0] in BESIDE else parts)
 
 
-MODULES = {name_of(path): path for room in ("mehvar", *BESIDE) for path in (ROOT / room).rglob("*.py")}
+MODULES = {name_of(path): path for room in ("mehvar", *BESIDE, "papers") for path in (ROOT / room).rglob("*.py")}
 FOLDERS = sorted({path.parent for path in MODULES.values()})
 
 
@@ -75,7 +75,8 @@ def test_no_folder_has_a_circle(folder):
 
 def test_tests_stand_where_their_subject_stands():
     """A folder of tests has the name and the place of what it tests, but for fixtures, which hold no test."""
-    folders = {path.parent for room in ("mehvar", *BESIDE) for path in (ROOT / "tests" / room).rglob("test_*.py")}
+    rooms = ("mehvar", *BESIDE, "papers")
+    folders = {path.parent for room in rooms for path in (ROOT / "tests" / room).rglob("test_*.py")}
     assert not [str(folder) for folder in folders if not (ROOT / folder.relative_to(ROOT / "tests")).is_dir()]
 
 

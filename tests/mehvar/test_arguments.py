@@ -221,6 +221,7 @@ def test_every_public_name_is_called():
         "Derivation",
         "InputError",
         "MehvarError",
+        "MissingError",
         "ModelError",
         "Trim",
         "TrimError",

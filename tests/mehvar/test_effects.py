@@ -181,6 +181,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     "board run": {
         **dict.fromkeys(("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"),
         "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
+        "restarts": (BOARD, (*BOARD, "--restarts", "0")),
         "raw": (BOARD, (*BOARD, "--raw")),
         "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
         "model": (BOARD, (*BOARD[:2], "none", *BOARD[3:])),

@@ -88,7 +88,7 @@ def test_names_that_would_be_one_constant_in_c_are_refused():
 
 def test_words_of_the_command_line_name_no_model_and_no_law():
     law = dataclasses.replace(triangle().controllers[0], name="none")
-    with pytest.raises(ModelError, match="the law is called 'none', which is what a run without a law is called"):
+    with pytest.raises(ModelError, match="the law is called 'none', the word for a run without a law"):
         check(dataclasses.replace(triangle(), controllers=(law,)))
     with pytest.raises(ModelError, match="the model is called 'work'"):
         check(dataclasses.replace(triangle(), name="work"))
@@ -249,11 +249,12 @@ REFUSED = [
     ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"actuator would be ignored by law"),
     ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
      r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
-    ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol, r"place \[m\] and speed \[m/s\] stand"),
+    ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol,
+     r"place \[m\] and speed \[m/s\] have different units"),
     ("a sine of a length", CART, ("rhs", 0), lambda v: v * sp.sin(STATE.symbol),
      r"sin is of a number, and place is in m"),
     ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
-     r"definition 'spring' at .*edits.py:\d+: .* is in kg m/s\^2, and is said to be in J"),
+     r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, but declares J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("a state in degrees", CART, ("states", "quantities", 0, "unit"), lambda v: "deg",
      r"\(place\): unit = 'deg': must be in rad; only a parameter may be in deg"),

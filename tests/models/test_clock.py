@@ -186,5 +186,5 @@ def test_a_state_called_clock_is_refused_in_a_plant_of_time():
         system, states=Group("x", (*system.states.quantities, quantity("clock", "m"))),
         rhs=(*system.rhs, system.rhs[0]), initial=(*system.initial, sp.S.Zero), sensor=None,
     )  # fmt: skip
-    with pytest.raises(ModelError, match=r"'clock'.*one name stands for one thing"):
+    with pytest.raises(ModelError, match=r"'clock'.*rename one of them"):
         check(clock)

@@ -39,7 +39,7 @@ def system(project):
         ((Shape("a", "rod", (O, O), "teal"),), "color = 'teal': must be one of blue"),
         ((Shape("a", "rod", (O,)),), "has 1 points: a rod must have 2 or more"),
         ((Shape("a", "box", (O, O, O)),), "has 3 points: a box must have 4"),
-        ((Shape("a", "ball", (O,)), Shape("a", "rod", (O, O))), "shape 'a' is there twice"),
+        ((Shape("a", "ball", (O,)), Shape("a", "rod", (O, O))), "shape 'a' is defined twice"),
         ((Shape("a", "ball", ((sp.Symbol("stranger"), *O[1:]),)),), "'stranger' belongs to no group"),
         ((Shape("a", "ball", ((sp.oo, *O[1:]),)),), "numbers must be real and finite"),
         ((Shape("a", "ball", (O[:2],)),), "must be a tuple of 3"),

@@ -258,7 +258,7 @@ def refused(system, message):
         (lambda p: sp.Matrix([[0, 0], [p.R, p.J]]), "the row of 'i' is zero and its column is not"),
         (lambda p: sp.Matrix([[0, p.J], [0, p.J]]), "the column of 'i' is zero and its row is not"),
         (lambda p: sp.Matrix([[1, 1], [1, 1]]) * p.J, "mass"),
-        (lambda p: sp.diag(0, p.J * p.R), r"mass, row 2 of 2.* stand together"),
+        (lambda p: sp.diag(0, p.J * p.R), r"mass, row 2 of 2.* have different units"),
         (lambda p: sp.diag(0, sp.Symbol("stranger")), "'stranger' belongs to no group"),
     ],
 )

@@ -18,8 +18,8 @@ from tests.mutants import c_operators, python_operators, trial
 from tests.mutants.records import RESULTS, ROOT, Mutant, Result, Subject, line_of, read
 
 WORK = ROOT / "build" / "mutants"
-_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "docs", "benchmarks", "pyproject.toml",
-           "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
+_COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "papers", "tests", "docs", "benchmarks",
+           "pyproject.toml", "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
 _TWICE = 2.0
 """Limit of a mutant, over the seconds of its tests without one, and ten more: it compiles anew."""
 

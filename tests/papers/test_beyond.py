@@ -11,13 +11,12 @@ import pytest
 
 from mehvar.codegen.generate import installed_tree
 from mehvar.errors import InputError
-from mehvar.report.content import beyond_folders
 from mehvar.reproduction.beyond import Beyond, differences, load_beyond, read_beyond
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.model import load
 from tests.derived import REPRODUCED
-from tests.papers.shared import paper_runs
+from tests.papers.shared import beyond_runs, paper_runs
 from tests.papers.words import silent, wrong_words
 
 
@@ -34,7 +33,7 @@ def beyond(model: str) -> Beyond:
 
 @pytest.fixture(scope="module")
 def runs(model: str) -> Runs:
-    return Runs(load(beyond_folders([model])[model]))
+    return beyond_runs(model)
 
 
 def as_paper(beyond: Beyond, model: str) -> SimpleNamespace:

@@ -309,8 +309,6 @@ def _power(base: Interval, exponent: Fraction | None) -> Interval:
     count = int(exponent)
     if count < 0:
         whole = _power(base, Fraction(-count))
-        if whole[0] == 0.0 and count % 2 == 0:
-            return 0.0, math.inf
         return _inverse(whole) if whole[0] > 0 or whole[1] < 0 else (0.0, math.inf) if whole[0] == 0.0 else ALL
     if count % 2 == 0:
         small, large = _absolute(base)

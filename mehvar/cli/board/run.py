@@ -29,10 +29,10 @@ from mehvar.cli.board.loop import (
 )
 from mehvar.errors import bad_value
 from mehvar.report.board.facts import facts
-from mehvar.runtime.board.run import BoardRequest, BoardRun
+from mehvar.runtime.board.run import TARGETS, BoardRequest, BoardRun
 from mehvar.runtime.files import check_file
 from mehvar.runtime.run.options import either
-from mehvar.settings import SettingTexts
+from mehvar.settings import SettingTexts, whole
 from mehvar.terminal import print_table
 
 FORMATS = ("text", "json")
@@ -51,6 +51,9 @@ def command(
     raw: Raw = False,
     inline: Inline = False,
     tunable: Tunable = None,
+    restarts: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Restarts of the board at one sample that end the run.")
+    ] = BoardRequest.restarts,
     journal: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
@@ -64,7 +67,7 @@ def command(
     loaded = compiled(model)
     request = BoardRequest(
         controller, target, board, compiler, scenario, samples,
-        raw=raw, journal=journal, tunable=tunable_of(inline, tunable),
+        raw=raw, journal=journal, tunable=tunable_of(inline, tunable), restarts=restarts,
     )  # fmt: skip
     outcome = outcome_of(loaded, with_settings(loaded, request, settings))
     if form == "json":
@@ -109,7 +112,10 @@ def _print_outcome(outcome: BoardRun) -> None:
     for request in outcome.late:
         place = "the end" if request.at is None else f"sample {request.at}"
         rows += [[f"asked for from {place} on", _texts(request.values), "refused: it came after the last sample"]]
-    rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]
+    where = outcome.image.toolchain.version
+    if outcome.request.target not in TARGETS:
+        where += "; built here: the board's own was not read"
+    rows += [["image", str(outcome.image.path), where]]
     print_table("", ["", "value", ""], rows)
 
 

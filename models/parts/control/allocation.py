@@ -90,7 +90,7 @@ def allocated(
 
 
 def _pushing(frame: Frame, name: str, inputs: Sequence[Expr], matrix: sp.Matrix, normal: sp.Matrix) -> list[Expr]:
-    """Add what has no effect until no input is negative: the part of equal inputs that B does not see."""
+    """Add inputs without effect (in the null space of B) until no input is negative."""
     rows, size = matrix.shape
     together = matrix * sp.ones(size, 1)
     seen = solve(frame, normal, list(together), [f"{name}_e{k + 1}" for k in range(rows)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law of a spacecraft in symbols: what it sees by name, its parameters and memory, and its commands to parts."""
+"""A law of a spacecraft in symbols: measurements by name, parameters, memory, and commands to parts."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from .orbit import sky
 
 @dataclass(frozen=True)
 class GravityGradient(Part):
-    """Torque and force by which gravity differs over the craft, which moves as one body in this.
+    """Torque and force of the gravity gradient on the craft as one body.
 
     With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
     3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): what derives from the potential

@@ -224,7 +224,7 @@ class Chain(Part):
         return Contribution(loads=(load,), matrix=matrix)
 
     def _steps(self, at: Mounted) -> tuple[list[list[_Step]], sp.Matrix, sp.Matrix]:
-        """Go from the tip to the hub; return what is solved for, and A and b at O."""
+        """Eliminate from the tip to the hub; return the solved accelerations, and A and b at O."""
         poses, w, motors = self._poses(at), at.frame.rate, iter(reversed(self.inputs()))
         matrix, bias, steps = sp.zeros(6, 6), sp.zeros(6, 1), []
         for k, (pose, v, (name, link)) in reversed(
@@ -263,7 +263,7 @@ class Chain(Part):
 
 
 def _optional(parameters: Parameters, name: str, value: Number | None, unit: str, meaning: str) -> Expr | None:
-    """Declare a parameter that is not negative; None is a term that is left out, an expression stands as it is."""
+    """Declare a parameter >= 0; None omits the term, an expression is kept."""
     if value is None or isinstance(value, sp.Expr):
         return value
     return parameters.add(name, value, unit, meaning, "[0, inf)")

@@ -36,7 +36,7 @@ class Rate:
 
 
 def without_bias(omega: Iterable[Expr], q: Sequence[Expr], law: Group, plant: Group, tag: str, d: Derivation) -> Rate:
-    """Return the rate less its bias: what the gyro has beyond the turn between two attitudes, filtered.
+    """Return the rate less its bias, the filtered difference of the gyro and the turn between two attitudes.
 
     Parameters
     ----------

@@ -221,7 +221,7 @@ def accelerations(
 
 
 def _forces(rotor: Rotor, motor: Expr, rate: sp.Matrix, d: Derivation) -> tuple[Expr, sp.Matrix]:
-    """Define what acts on a wheel about its axis, and q'' as far as no acceleration makes it."""
+    """Define the torque on a wheel about its axis, and q'' without the accelerations."""
     a, q, t, label = rotor.axis, rotor.offset, rotor.across, rotor.label
     pull = rate.cross(rate.cross(rotor.place))
     eta = -motor - t.dot(pull) - a.dot(rate) * a.cross(rotor.skew).dot(rate)

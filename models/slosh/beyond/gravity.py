@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gradient of gravity over the craft: what is left of gravity where V is counted from free fall with O.
+"""Gravity gradient over the craft, with V relative to free fall with O.
 
 A point at r from O is pulled by Gamma r more than O is, Gamma = n^2 (3 o o^T - 1) in a circular orbit of rate n with
 the local vertical o. The vertical turns by n in the fixed x-z plane.

@@ -172,7 +172,7 @@ def bias_in_body(force: Sequence[Expr], turning: Sequence[Expr], roll: Expr, nam
 
 
 def along_arm(a: Pendulum, arm: Arm, hull: Lump, name: Namer) -> tuple[Expr, Expr, list[Expr], list[Expr]]:
-    """Return what the arm's tension adds: reaction at rest of the unknowns, e G_x, and entries x-. and t-.."""
+    """Return the terms of the arm's tension: reaction at rest of the unknowns, e G_x, and entries x-. and t-.."""
     swing = name.swing
     lead = name("eG1_", arm.lever * hull.g1, "centripetal acceleration of the pivot", "m/s^2")
     pull = name(

@@ -32,7 +32,7 @@ def _in_radians(angle: Quantity) -> Condition:
 def law_constraints(
     name: str, p: Group, c: Group, pendulums: Sequence[Pendulum], inertia: str
 ) -> tuple[Condition, ...]:
-    """Return what a law needs: a thrust to steer by, and for V1 a matrix f of (29) that has an inverse."""
+    """Return the conditions of a law: enough thrust and, for V1, an invertible matrix f of (29)."""
     thrust = Condition(
         p.F, f"F = {{F:g}} N: {name} steers by the direction of the thrust and divides by F; it must be positive"
     )

@@ -142,7 +142,7 @@ def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
 
 
 def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
-    """Return what a change of the force changes in the roll, G_y and G_z equations at the same Omega'."""
+    """Return the derivative of the roll, G_y and G_z equations by the force at the same Omega'."""
     response = solve(plant.factors.leading(3), missing, tag, d)
     matrix = plant.balance.matrix
     return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]

@@ -25,7 +25,7 @@ _force, _moment, _moment_rate = (sp.Matrix(sp.symbols(names, real=True)) for nam
 
 
 def row_value(speed: Expr, inertia: Expr, moment: sp.Matrix, weight: Expr) -> Expr:
-    """Return what V1 (27) adds for one angle: its rate squared, and the product that cancels its coupling to Omega'."""
+    """Return the terms of V1 (27) for one angle: its rate squared and its coupling to Omega'."""
     return weight * (speed**2 + 2 * speed * moment.dot(rate) / inertia) / 2
 
 

@@ -142,7 +142,7 @@ def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group
 
 
 def limits(inputs: Group, bounds: Mapping[str, Expr]) -> tuple[Group, tuple[Expr, ...]]:
-    """Return the commanded inputs, and what becomes of them: the bound of an input goes by its first letter."""
+    """Return the commanded inputs and their bounded values; the bound depends on the first letter."""
     commanded = Group(
         "u_cmd",
         tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in inputs),

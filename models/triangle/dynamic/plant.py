@@ -155,7 +155,7 @@ def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
 
 
 def _pushed(k: int, motion: Motion) -> Expr:
-    """Return l'' of a rod by the thrust on its ends, less what moves the centre of mass."""
+    """Return l'' of a rod by the thrust on its ends, without the part that moves the centre of mass."""
     i, j = ENDS[k]
     bodies, whole = motion.bodies, sum(thrust[1:], thrust[0])
     moved = [(thrust[n] - bodies.lumps[n] / bodies.total * whole) / bodies.masses[n] for n in range(3)]

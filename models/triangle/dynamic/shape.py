@@ -53,7 +53,7 @@ def polar() -> tuple[Expr, Expr]:
 
 
 def first_state(s: Group, start: tuple[Expr, ...], momentum: Expr) -> tuple[Expr, ...]:
-    """Return the state in which rods and attitude are as the scenario has them; thrust has done nothing yet."""
+    """Return the state with rods and attitude of the scenario, and zero work of the thrust."""
     rho, phi, size, _ = start
     aside = Derivation()
     stretched = stretch(aside)

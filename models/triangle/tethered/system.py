@@ -108,7 +108,7 @@ def tethered(masses: str) -> System:
 
 
 def _on_reels(law: Controller, asked: Sequence[Expr], rates: Group, d: Derivation) -> Controller:
-    """Let reels pay out what keeps the strain as it is while the lengths move at the rates that a law asks for."""
+    """Return reel rates that keep the strain while the lengths move at the commanded rates."""
     parameters = Group("c", (*law.parameters, *rates))
     wanted = wanted_rates(law, asked, parameters.rate_max, "Reels", d)
     command = (natural / length * rate for natural, length, rate in zip(out, lengths, wanted, strict=True))

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from mehvar.models.paper import Names, Paper
-from mehvar.models.system import System
+from mehvar import System
+from mehvar.ledger import Names, Paper
 
 from . import design, identification, motion, numbers
 from .errata import ERRATA

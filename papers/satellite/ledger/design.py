@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from mehvar.models.paper import Case, Printed, Relation, printed
+from mehvar.ledger import Case, Printed, Relation, printed
 
 from .loop import DELAYS, SampledLoop
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.paper import Case, Names, Printed, Relation, follow, printed
+from mehvar import System
+from mehvar.ledger import Case, Names, Printed, Relation, follow, printed
 from mehvar.models.satellite.dynamics import angles
 from mehvar.models.satellite.estimator import memory, symbols
 from mehvar.models.satellite.wheels import TORQUES
-from mehvar.models.system import Expr, System
 
 from .loop import controller
 

@@ -8,13 +8,14 @@ values are names of their own.
 from __future__ import annotations
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.paper import Case, Names, follow
+from mehvar import Controller, System
+from mehvar.ledger import Case, Equation, Names, follow
 from mehvar.models.satellite.controllers import REFERENCES, model_memory
 from mehvar.models.satellite.dynamics import angles
 from mehvar.models.satellite.estimator import symbols as estimator_memory
 from mehvar.models.satellite.polynomials import cancelling
-from mehvar.models.system import Controller, Equation, Expr, System
 
 DELAYS = (1, 2)
 """d: one sample of the held torque, and another on the link between computer and board."""

@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.mechanics import angle_rates, angular_velocity, frame_turn, matrix_rate, time_derivative
-from mehvar.models.paper import Case, Names, follow
+from mehvar import System
+from mehvar.ledger import Case, Equation, Names, follow
+from mehvar.mechanics import angle_rates, angular_velocity, frame_turn, matrix_rate, time_derivative
 from mehvar.models.satellite.dynamics import (
     ANGLES,
     RATES,
@@ -20,7 +22,6 @@ from mehvar.models.satellite.dynamics import (
 )
 from mehvar.models.satellite.orbit import LATITUDE, circular_turning
 from mehvar.models.satellite.wheels import MOMENTA
-from mehvar.models.system import Equation, Expr, System
 
 AXES = "xyz"
 WITHOUT_WHEELS: Case = dict.fromkeys((q.symbol for q in MOMENTA), sp.S.Zero)

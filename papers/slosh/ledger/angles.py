@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.derivation import Expr
-from mehvar.models.paper import Case, Printed, Relation, printed
+from mehvar.ledger import Case, Printed, Relation, printed
 
 from .symbols import Spacecraft
 from .terms import Shorthand

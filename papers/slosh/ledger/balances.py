@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.derivation import Expr
-from mehvar.models.mechanics import matrix_rate
-from mehvar.models.paper import Cross, Printed, Relation, printed
+from mehvar.ledger import Cross, Printed, Relation, printed
+from mehvar.mechanics import matrix_rate
 
 from .symbols import Spacecraft
 from .terms import Shorthand

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from mehvar.models.paper import Cross, Printed, Relation, printed
+from mehvar.ledger import Cross, Printed, Relation, printed
 
 from .symbols import Spacecraft
 

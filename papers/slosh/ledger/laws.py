@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.mechanics import time_derivative
-from mehvar.models.paper import Case, Names, Printed, Relation, printed
+from mehvar import System
+from mehvar.ledger import Case, Names, Printed, Relation, printed
+from mehvar.mechanics import time_derivative
 from mehvar.models.slosh.states import DEMAND
-from mehvar.models.system import Expr, System
 
 from .symbols import Spacecraft, equations, generic_names
 from .terms import Shorthand

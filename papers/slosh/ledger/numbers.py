@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.paper import Case, Names, Printed, Relation, printed
-from mehvar.models.quantities import Parameter
-from mehvar.models.system import Expr, Group, System
+from mehvar import Group, Parameter, System
+from mehvar.ledger import Case, Names, Printed, Relation, printed
 
 from .laws import Laws
 from .symbols import Spacecraft

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.derivation import Expr
-from mehvar.models.paper import Printed, Relation, printed
+from mehvar.ledger import Printed, Relation, printed
 
 from .angles import corrected_phi, corrected_theta, phi_bracket, theta_bracket
 from .laws import Laws

@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.mechanics import matrix_rate, time_derivative
-from mehvar.models.paper import Case, Names, follow, frozen
+from mehvar import Quantity, System
+from mehvar.ledger import Case, Equation, Names, follow, frozen
+from mehvar.mechanics import matrix_rate, time_derivative
 from mehvar.models.slosh.plant import pendulum
 from mehvar.models.slosh.plant.equations import velocity_accelerations
 from mehvar.models.slosh.states import angle_quantities, angle_rate_quantities, rate, velocity
-from mehvar.models.system import Equation, Expr, Quantity, System
 
 _SIZES: Mapping[str, tuple[str | int, int]] = {
     "m": ("1/10", 4),

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from mehvar.models.paper import Names, Paper
-from mehvar.models.system import System
+from mehvar import System
+from mehvar.ledger import Names, Paper
 
 from .errata import ERRATA
 from .forms import Forms, forms

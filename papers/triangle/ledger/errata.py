@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.models.paper import Erratum, Slip
+from mehvar.ledger import Erratum, Slip
 
 SCAN, NOTATION, MISPRINT, PHYSICS = Slip.SCAN, Slip.NOTATION, Slip.MISPRINT, Slip.PHYSICS
 

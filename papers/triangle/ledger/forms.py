@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from mehvar.models.mechanics import time_derivative
-from mehvar.models.paper import Names, Printed, Relation, printed
+from mehvar.ledger import Names, Printed, Relation, printed
+from mehvar.mechanics import time_derivative
 
 from .symbols import ROOT3, Kinematics
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
-from mehvar.models.paper import Case, Cross, Printed, Relation, Side, printed
+from mehvar.ledger import Case, Cross, Printed, Relation, Side, printed
 
 from .symbols import EVEN, ROOT3, Kinematics
 

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.mechanics import time_derivative
-from mehvar.models.paper import Case, Names, follow
-from mehvar.models.quantities import Parameter
-from mehvar.models.system import Controller, Expr, System
+from mehvar import Controller, Parameter, System
+from mehvar.ledger import Case, Names, follow
+from mehvar.mechanics import time_derivative
 from mehvar.models.triangle.controllers import arc_area
 from mehvar.models.triangle.dynamics import ZETA1, ZETA2
 

@@ -6,9 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.paper import Case, Names, Printed, Relation, printed
-from mehvar.models.system import Expr, System
+from mehvar import System
+from mehvar.ledger import Case, Names, Printed, Relation, printed
 
 from .laws import Shifted, Sliding, default, law_of
 from .symbols import Kinematics

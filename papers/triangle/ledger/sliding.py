@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from mehvar.models.paper import Printed, Relation, printed
+from mehvar.ledger import Printed, Relation, printed
 
 from .laws import Shifted, Sliding
 from .symbols import Kinematics

@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import sympy as sp
+from sympy import Expr
 
-from mehvar.models.mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
-from mehvar.models.paper import Case, Names, follow
-from mehvar.models.system import Derivation, Equation, Expr, Group, System
+from mehvar import Derivation, Group, System
+from mehvar.ledger import Case, Equation, Names, follow
+from mehvar.mechanics import matrix_rate, planar_cross, time_derivative
 from mehvar.models.triangle.dynamics import (
     LENGTHS,
     MU,
@@ -28,6 +29,8 @@ from mehvar.models.triangle.dynamics import (
 )
 
 ROOT3 = sp.sqrt(3)
+_QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
+"""The paper's J."""
 EVEN = ((1, 2, 3), (2, 3, 1), (3, 1, 2))
 """Even permutations (i, j, k); the entry for l_k is EVEN[k - 1] read as (k, i, j)."""
 
@@ -84,8 +87,8 @@ class Kinematics:
         """Q, S, A = QS and the positions X_i = QS x_i, with their rates along a motion."""
         d = Derivation()
         shape = stretch(d).applyfunc(lambda entry: follow(entry, d.definitions, self._cut))
-        turn = sp.cos(self.theta) * sp.eye(2) + sp.sin(self.theta) * QUARTER_TURN
-        self.J = names.matrix("J", "J", QUARTER_TURN)
+        turn = sp.cos(self.theta) * sp.eye(2) + sp.sin(self.theta) * _QUARTER_TURN
+        self.J = names.matrix("J", "J", _QUARTER_TURN)
         self.I = names.matrix("I_2", "I", sp.eye(2), text="I")
         self.S = names.matrix("S", "S", shape)
         self.S_rate = names.matrix("S_rate", r"\frac{d}{dt}S", matrix_rate(shape, self.motion), text="dS/dt")

@@ -407,7 +407,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         return opened
     if writer := holder(folder):
         raise InputError(
-            f"{folder} is being written by {writer}: its metadata are not whole now, look again"
+            f"{folder} is being written by {writer}: its metadata are incomplete at this moment; try again"
         ) from opened
     raise opened
 
@@ -539,7 +539,7 @@ def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[st
     records = [record for file in (path / FOLDER).glob("*.json") if (record := read_record(file)) is not None]
     for record in records:
         if record.about["batch"] != replace(layout, chunk=record.about["chunk"]).batch:
-            raise InputError(f"{path} is damaged, and its records are of another batch than this: it cannot be mended")
+            raise InputError(f"{path} is damaged, and its records belong to another batch: it cannot be repaired")
     if records:
         return int(records[0].about["chunk"])
     try:

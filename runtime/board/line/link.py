@@ -293,7 +293,14 @@ class Link:
         _, size, digest, *sizes, ticks, board, model, law = _HELLO.unpack(reply.payload)
         hello = Hello(size, digest, tuple(sizes), ticks, _text(board), _text(model), _text(law))
         expected = self._layout
-        if hello.hash != expected.hash or hello.sizes != expected.sizes or hello.real_size != 4:
+        if hello.real_size != 4:
+            raise InputError(
+                f"{self._port.name}: the board computes in numbers of {hello.real_size} bytes, not of 4 (float)"
+            )
+        if hello.hash == expected.hash and hello.sizes != expected.sizes:
+            counts = f"{list(hello.sizes)} numbers in its vectors, not {list(expected.sizes)}"
+            raise InputError(f"{self._port.name}: the board has {counts}: another version built it; build and flash it")
+        if hello.hash != expected.hash:
             raise InputError(
                 f"{self._port.name}: the board runs {hello.model} {hello.law} ({hello.hash.hex()[:12]}), but "
                 f"{expected.model} {expected.law} ({expected.hash.hex()[:12]}) is asked for: build and flash it"

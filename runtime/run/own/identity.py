@@ -24,7 +24,7 @@ from types import (
     ModuleType,
     SimpleNamespace,
 )
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -115,7 +115,7 @@ class _Walk:
         if isinstance(value, ModuleType):
             raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
         if any(value is open_ for open_ in _OPEN):
-            raise UntoldError(f"{name} is read, from which a text can get anything: give what it reads a name")
+            raise UntoldError(f"{name} is read as a whole: name the values that the law needs")
         _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
@@ -139,6 +139,8 @@ class _Walk:
             if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
                 raise UntoldError(f"{name} is of numpy.frompyfunc, which does not tell its function")
             self._lines[name] = _known_as(value)
+            if _is_bound(value):
+                self.value(f"{name}.__self__", value.__self__)
         else:
             self._instance(name, value)
 
@@ -167,7 +169,7 @@ class _Walk:
         if not (isinstance(value, np.generic) or _made_in(kind) in _SHOWN) or not (
             plain or _held(value) or not _is_installed(kind)
         ):
-            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, which holds what nobody sees")
+            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, whose state cannot be read")
         if not _is_installed(kind) or not plain:
             self.value(f"{name}.__class__", kind)
         self._members(name, _held(value))
@@ -243,7 +245,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     """
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
-        raise UntoldError(f"{code.co_name} reads {min(hidden)}, from which it can get anything")
+        raise UntoldError(f"{code.co_name} reads {min(hidden)}, which gives access to everything")
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
         if path and step.opname in _ATTRIBUTES:
@@ -311,7 +313,14 @@ def _comes_with_python(value: object) -> bool:
     """Return True for an attribute that is part of an installed module, not a number or table that users may set."""
     if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
         return False
+    if _is_bound(value):
+        return False
     return _is_installed(value if isinstance(value, type | FunctionType) else type(value))
+
+
+def _is_bound(value: object) -> TypeGuard[BuiltinFunctionType]:
+    """Return True for a method in C of an object, as ``{"soft": 1.0}.get``, which reads what the object holds."""
+    return isinstance(value, BuiltinFunctionType) and not isinstance(value.__self__, ModuleType | type(None))
 
 
 def _is_installed(owner: Any) -> bool:

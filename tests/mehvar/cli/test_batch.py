@@ -101,8 +101,8 @@ def test_a_run_comes_again_bit_for_bit_with_full_logging(folder: Path) -> None:
     assert "run = 40: must be a whole number from 0 to 39" in refused(
         "simulate", "--from", "runs.zarr", "--run", "40", cwd=folder
     )
-    assert "come together" in refused("simulate", "--from", "runs.zarr", cwd=folder)
-    assert "come together" in refused("simulate", "triangle", "--run", "3", cwd=folder)
+    assert "--from STORE needs --run ID" in refused("simulate", "--from", "runs.zarr", cwd=folder)
+    assert "--from STORE needs --run ID" in refused("simulate", "triangle", "--run", "3", cwd=folder)
 
 
 def test_file_command_line_and_python_give_the_same_bytes(tmp_path: Path) -> None:
@@ -252,7 +252,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         ((*ONE[:-1], "/sys/new.zarr"), "cannot write /sys/new.zarr: "),
         (("stats", "none.zarr"), "no batch store none.zarr"),
         (("verify", "none.zarr"), "no batch store none.zarr"),
-        (("simulate", "--trust-model"), "--from STORE and --run ID come together"),
+        (("simulate", "--trust-model"), "--from STORE needs --run ID"),
     ],
 )
 def test_mistakes_are_named_and_leave_nothing_behind(

@@ -399,6 +399,16 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
 
 
+def test_an_error_of_a_ledger_is_told_with_its_line(project):
+    folder = project.root / "papers" / "cart"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    (folder / "ledger.py").write_text("def paper(system):\n    return system.nothing\n")
+    process = project.mehvar("diff", "--paper")
+    assert process.returncode == 2
+    assert process.stderr.startswith("mehvar: papers/cart/ledger.py:2: AttributeError: "), process.stderr
+
+
 TUTORIAL = (ROOT / "docs" / "tutorials" / "diff.md").read_text(encoding="utf-8")
 
 

@@ -77,7 +77,7 @@ def test_a_revision_with_files_of_two_derivations_is_derived_anew(project):
     project.commit("mixed")
     result = project.json("HEAD~1", "HEAD", status=1)
     assert result["status"] == "changed"
-    assert "equations.json is not what generation wrote" in result["notes"][0]
+    assert "equations.json was changed after generation" in result["notes"][0]
 
 
 @pytest.mark.parametrize("folder", ["generated/cart", "generated", "."])

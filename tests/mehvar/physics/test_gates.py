@@ -15,7 +15,7 @@ from mehvar.physics.machine import Machine, Points, points
 from mehvar.physics.signature import idle_parameters
 from mehvar.physics.units import SAME_TORQUE, SCALES, misfit
 from tests.mehvar.physics import bodies, slosh
-from tests.mehvar.physics.declared import CASES, gates_of, title
+from tests.mehvar.physics.declared import CASES, EVERY, FURTHER, Case, gates_of, title
 from tests.mehvar.physics.installed import machine
 from tests.sampling import RANGES
 
@@ -27,14 +27,22 @@ ADVISING = {"regulator: sample_of_gains"}
 """Parameters that a warning alone reads, and that change no run: for which period the regulator's gains are made."""
 PICTURES = {"geometry"}
 """Groups that are only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
-BETWEEN = [case for case in CASES if dict(case[1]).get("pendulums") == "3" and dict(case[1]).get("inertia") != "hinge"]
-"""Three pendulums on the joints that two or six hang on too."""
-every_case = pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=pytest.mark.soak) if case in BETWEEN else case for case in CASES], ids=title
-)
+
+
+def cases_of(*cases: Case) -> list[object]:
+    """Return the parameters of a test; what combines values of others is for soak."""
+    return [pytest.param(case, marks=pytest.mark.soak) if case in FURTHER else case for case in cases]
+
+
+every_case = pytest.mark.parametrize("case", cases_of(*EVERY), ids=title)
 up_to_two_pendulums = pytest.mark.parametrize(
-    "case", [case for case in CASES if dict(case[1]).get("pendulums", "1") in "12"], ids=title
+    "case", cases_of(*(case for case in EVERY if dict(case[1]).get("pendulums", "1") in "12")), ids=title
 )
+
+
+def test_only_a_number_of_pendulums_is_left_to_soak():
+    few, all_values = ({(model, *row) for model, rows in cases for row in rows} for cases in (CASES, EVERY))
+    assert all_values - few == {("slosh", "pendulums", "3")}
 
 
 @every_case

@@ -17,12 +17,14 @@ SAMPLE = 60
 CASES = (
     ("triangle", (("masses", "general"),)),
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
-    ("satellite", (("chart", "quaternion"),)),
+    pytest.param(("satellite", (("chart", "quaternion"),)), marks=pytest.mark.soak),  # CRAFT has it too
     CRAFT,
     pytest.param(SHAKEN, marks=pytest.mark.soak),
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
-    ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),
+    pytest.param(  # DRAINING has it too
+        ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))), marks=pytest.mark.soak
+    ),
     DRAINING,
 )
 

@@ -7,16 +7,17 @@ import shutil
 import pytest
 
 from mehvar.manifest import FILE, sealed
-from mehvar.report.backends import POINTS, TOLERANCE, agreement, compare
+from mehvar.report.backends import POINTS, TOLERANCE, compare
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.derived import holder
 from mehvar.runtime.model.model import load
+from tests.papers.shared import paper_agreement
 
 
 @pytest.mark.parametrize("model", known_models())
 def test_every_function_is_the_same_at_random_points(model):
-    found = agreement(Runs(load(model, "c")))
+    found = paper_agreement(model)
     assert {function.name for function in found.functions} == set(load(model, "casadi").functions)
     for function in found.functions:
         assert function.points > POINTS / 4, function

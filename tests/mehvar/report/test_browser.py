@@ -62,8 +62,14 @@ def test_the_picture_shows_the_geometry_and_moves(browser, page):
     assert browser.get_log("browser") == []
 
 
-@pytest.mark.parametrize("color", ["light", "dark"])
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize(
+    ("width", "color"),
+    [
+        (1440, "light"),
+        (390, "dark"),
+        *(pytest.param(width, color, marks=pytest.mark.soak) for width, color in ((1440, "dark"), (390, "light"))),
+    ],
+)
 def test_every_link_of_the_contents_lands(browser, page, width, color):
     opened(browser, page, width, color)
     anchors = contents(browser)

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from mehvar.codegen.generate import Tree
-from mehvar.ledger.judging import judged
 from mehvar.pictures.files import save
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.deviations import deviations, table_claims
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import load_reproduction, run_picture
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import coverage, judge, missing
-from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from papers.satellite import coarse
@@ -127,15 +126,14 @@ def test_without_the_plants_zero_law_32_survives_every_first_covariance(runs):
 @pytest.mark.parametrize(("step", "after"), [("semi-implicit", 1), ("explicit", 2)])
 def test_a_torque_moves_the_coarse_satellite_by_its_pulse_transfer(runs, step, after):
     still = {"omega0": 0.0, "wheels": 0.0, "roll_0_deg": 0.0, "pitch_0_deg": 0.0, "yaw_0_deg": 0.0}
-    plan = Plan(runs.model, Campaign("pd", 1, "paper", parameters=still))
-    loop = coarse._Loop(runs.model, plan, step)
+    loop = coarse.Loop(runs.model, runs("pd", "paper", **still), step, 0, np.ones(1))
     loop.step(0.0)
-    torque = loop._applied[0]
+    torque = loop.applied[0]
     for k in range(1, after):
-        assert not loop._x[0, :3].any()
+        assert not loop.x[0, :3].any()
         loop.step(k * loop.period)
     moved = 0.25 / np.array([2.13, 3.04, 3.09]) * torque
-    assert loop._x[0, :3] == pytest.approx(moved, rel=1e-12)
+    assert loop.x[0, :3] == pytest.approx(moved, rel=1e-12)
 
 
 def test_the_error_without_the_offset_in_the_law(runs):

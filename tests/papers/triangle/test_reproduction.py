@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mehvar.codegen.generate import installed_tree
-from mehvar.ledger.judging import judged
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.deviations import Deviation, deviations, table_claims
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import StatementVerdict, judge, missing

@@ -539,7 +539,7 @@ class _Solver:
         return _Cut(instant, self._loop.happen(instant, q, crossing.fires), h, dense, crossing.fires)
 
     def _check_guards(self, t: float, x: FloatArray) -> None:
-        """End a run in which a guard has no value at the end of a step: its crossing would be missed."""
+        """End a run whose guard has no value at the end of a step."""
         if not np.all(np.isfinite(self._loop.guards(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
 

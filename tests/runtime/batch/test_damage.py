@@ -176,7 +176,7 @@ def test_a_store_that_lost_all_it_says_of_itself_is_not_continued(store: Path) -
 
 def test_blocks_of_another_batch_are_not_taken_for_ones_own(store: Path) -> None:
     (store / "zarr.json").unlink()
-    with pytest.raises(ValueError, match="its records are of another batch"):
+    with pytest.raises(ValueError, match="its records belong to another batch"):
         run_batch(PENDULUM, Campaign("pd", n=40, vary={"g": "uniform(-1, 9)"}), store, resume=True)
 
 

@@ -102,7 +102,7 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
     for change in ({"controller": other}, {"controller": p_sum, "memory": [2.0]}):
         with pytest.raises(InputError, match="was made with law = "):
             batch(pendulum, out=out, resume=True, **{**OWN, **change})
-    with pytest.raises(InputError, match="run under python:p_sum, which the store cannot run"):
+    with pytest.raises(InputError, match="does not contain the law python:p_sum"):
         repeated(out, pendulum)
 
 

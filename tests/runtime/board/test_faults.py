@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import random
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -103,6 +104,24 @@ def test_a_board_that_reboots_gets_its_memory_back(every):
     law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
     assert bench.same(bench.simulate(law=law))
     assert law.restored >= 2
+
+
+def test_restarts_at_one_sample_end_a_run_at_a_number_that_can_be_set():
+    """A board that restarts at every third message cannot be brought back: that takes more of them."""
+    bench = Bench(samples=30)
+    for restarts in (2, 3):
+        link = Link(Rebooting(bench.port, 3), bench.program.layout)
+        law = BoardLaw(link, bench.expected.parameters, bench.program.layout, restarts=restarts)
+        link.connect()
+        with pytest.raises(LinkError, match=f"lost its memory {restarts} times at sample"):
+            bench.simulate(law=law)
+        assert law.restored >= restarts
+
+
+def test_a_board_of_another_version_is_refused_by_what_differs(bench):
+    other = replace(bench.program.layout, sizes=(*bench.program.layout.sizes[:-1], 99))
+    with pytest.raises(InputError, match=r"numbers in its vectors, not .* 99\]: another version built it"):
+        Link(bench.port, other).connect()
 
 
 def test_a_request_to_reboot_forgets_the_memory(bench):

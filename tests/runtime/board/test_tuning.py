@@ -175,7 +175,7 @@ def test_what_cannot_be_tuned_is_refused(tmp_path):
         ({"tau_m": float("nan")}, "must be a finite number"),
         ({"tau_m": -1.0}, "must be in"),
         ({"dead_zone": 1e300}, "must be a finite float"),
-        ({"Ts": 0.25}, "the host's clock"),
+        ({"Ts": 0.25}, "whose clock"),
         ({}, "nothing to tune"),
     ):
         with pytest.raises(InputError, match=message):
@@ -226,6 +226,6 @@ def test_laws_without_memory_are_tuned_too(tmp_path, model, law):
 def test_a_file_of_somebody_beside_the_journal_is_refused_and_stays(tmp_path, text):
     journal = tmp_path / "journal"
     path_of(journal).write_text(text)
-    with pytest.raises(InputError, match=r"journal.tune holds what is no request: remove it"):
+    with pytest.raises(InputError, match=r"journal.tune contains no tuning request: remove it"):
         run_on_board(load("triangle"), BoardRequest("path", "sil", samples=3, selftest=0, journal=journal))
     assert path_of(journal).read_text() == text

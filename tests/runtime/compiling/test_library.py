@@ -5,11 +5,14 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -217,3 +220,20 @@ def test_calls_release_the_interpreter_lock(pendulum: runtime.Model) -> None:
     while worker.is_alive():
         turns += 1
     assert turns > 1000
+
+
+def test_the_child_of_a_fork_does_not_wait_for_a_compilation_that_it_has_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    build.load_native()
+    end = threading.Event()
+    monkeypatch.setattr(build, "_BESIDE", [threading.Thread(target=end.wait)])
+    build._BESIDE[0].start()
+    with warnings.catch_warnings(action="ignore"):  # of threads and forks, which this is about
+        child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        build.load_native()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    end.set()
+    build.load_native()
+    assert not build._BESIDE[0].is_alive()

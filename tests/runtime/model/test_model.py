@@ -324,7 +324,7 @@ def test_whatever_is_edited_in_a_manifest_by_hand_it_is_refused(edited: Edit) ->
         lambda t: t.replace('["x", 2], ["u", 1]', '["u", 1], ["x", 2]'),
     ):
         (copy / FILE).write_text(edit(text))
-        with pytest.raises(InputError, match=r"generat|is there twice"):
+        with pytest.raises(InputError, match=r"generat|is defined twice"):
             read_manifest(copy)
     (copy / FILE).write_text(text)
     read_manifest(copy)

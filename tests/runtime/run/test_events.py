@@ -201,7 +201,7 @@ def test_surfaces_are_the_kinks_of_an_expression():
         ({"direction": "up"}, "direction 'up' is not known"),
         ({"reset": {sp.Symbol("other"): sp.S.One}}, "must be the symbol of a state"),
         ({"name": "two words"}, "letters, digits and underscores"),
-        ({"name": "down"}, "is there twice"),
+        ({"name": "down"}, "is defined twice"),
         ({"guard": sp.S.One}, "is a function of nothing"),
         ({"guard": sp.Symbol("other")}, "'other' belongs to no group"),
     ],

@@ -16,7 +16,7 @@ from typing import Any
 from mehvar import cache
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.codegen.processes import in_processes
-from mehvar.codegen.workspace import load_paper
+from mehvar.codegen.workspace import load_paper, own_text
 from mehvar.errors import InputError, unknown_name
 
 Ledger = dict[str, Any]
@@ -73,5 +73,7 @@ def _judge(root: Path, model: str) -> str:
     # after the model, so that both use the models package of its tree
     from mehvar.codegen.ledger.ledger import judge
 
-    verdicts = judge(load_paper(Tree(root), model, "ledger").paper(system), model)
+    with own_text(root / "papers" / model):
+        paper = load_paper(Tree(root), model, "ledger").paper(system)
+    verdicts = judge(paper, model)
     return json.dumps(verdicts.to_json(), indent=1, ensure_ascii=False) + "\n"

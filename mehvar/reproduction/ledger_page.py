@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from mehvar.html import page
 
 from .judging import Ledger
-from .text import correction, counted, example, slips
+from .ledger_text import correction, counted, example, slips
 
 FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
 """Functions for templates that show a ledger."""
