@@ -7,9 +7,12 @@ import ast
 import contextlib
 import os
 from collections.abc import Callable, Mapping
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from mehvar.errors import bad_value
+
+if TYPE_CHECKING:
+    import xarray
 
 Argument = Literal["text", "path", "mapping", "truth", "function"]
 
@@ -72,3 +75,28 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
     for name, value in arguments.items():
         if value is not None and not holds(value):
             raise bad_value(name, value, allowed, origin)
+
+
+def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> None:
+    """Refuse variables of a dataset that say another unit than the model's, or hold dates or durations.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Its variables may have an attribute `units`.
+    units : mapping of str to str
+        Names of variables, and the unit that each must have.
+    origin : str
+        How error messages call the dataset.
+
+    Raises
+    ------
+    InputError
+        For the first that is in something else.
+    """
+    for name, unit in units.items():
+        if data[name].dtype.kind in "mM":  # as a number such an instant counts nanoseconds
+            raise bad_value(f"values of {name}", data[name].dtype, f"numbers in {unit}", origin)
+        given = data[name].attrs.get("units")
+        if given not in (None, "", unit):
+            raise bad_value(f"unit of {name}", given, f"{unit}, or left out", origin)

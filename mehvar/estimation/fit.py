@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mehvar.api import simulate
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.own.law import LawFunction
 
@@ -125,7 +125,8 @@ def fit(
     model, controller, scenario, parameters, initial
         As of `mehvar.simulate`. Without a controller the loop is open, with the inputs `u_NAME` of the data.
     data : xarray.Dataset
-        Samples over `t` in s, at 0, DT, 2 DT, ...; states and outputs by name. NaN stands for a missing sample.
+        Samples over `t` in s, at 0, DT, 2 DT, ...; states and outputs by name. NaN stands for a missing sample. An
+        attribute `units` must be the model's unit.
     free : sequence of str
         Parameters, and states for their initial values.
     sigma : mapping of str to float, optional
@@ -172,8 +173,8 @@ class _Problem:
             self._options["inputs"] = data
         self._free = _names(free)
         manifest = model.manifest
-        known = {*model.state_names, *(q.name for q in manifest.outputs)}
-        shown = {str(name) for name, array in data.data_vars.items() if array.dims == ("t",)} & known
+        known = {q.name: q.unit for q in (*manifest.states, *manifest.outputs)}
+        shown = {str(name) for name, array in data.data_vars.items() if array.dims == ("t",)} & known.keys()
         for name, value in (sigma or {}).items():
             if name not in shown:
                 raise unknown_name("state or output of the data", name, shown, "sigma")
@@ -182,6 +183,7 @@ class _Problem:
         self._variables = list(sigma or sorted(shown))
         if not self._variables:
             raise InputError(f"data: has no state or output of {model.name} over t: {', '.join(sorted(known))}")
+        check_units(data, {name: known[name] for name in self._variables}, "data")
         run = self._run({})
         self._known(run)
         start = {**json.loads(run.attrs["parameters"]), **json.loads(run.attrs["initial"])}
@@ -192,8 +194,10 @@ class _Problem:
                 f"the run that the search starts from ends at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
             )
         self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
-        self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
+        if empty := [name for name, m in self._measured.items() if not np.isfinite(m).any()]:
+            raise bad_value("data", f"{empty[0]} without a sample", "without this variable, or name others in sigma")
+        self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
         if np.count_nonzero(self._kept) <= len(self._free):
             raise InputError(f"data: {np.count_nonzero(self._kept)} samples do not determine {len(self._free)} values")
 
@@ -348,6 +352,7 @@ def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
             raise bad_value(name, options[name], "left out: the data decide it")
     if not hasattr(data, "data_vars") or "t" not in data.coords or data.sizes["t"] < 2:
         raise bad_value("data", type(data).__name__, "an xarray.Dataset with two or more samples over t")
+    check_units(data, {"t": "s"}, "data")
     t = np.asarray(data.t.values, float)
     step = float(t[-1]) / (len(t) - 1)
     if not (step > 0 and np.allclose(t, step * np.arange(len(t)), rtol=0, atol=1e-6 * step)):

@@ -17,9 +17,13 @@ from ..mechanics import (
     quaternion_rotation,
 )
 from ..quantities import Quantity
+from ..system import Condition
 from .frame import Frame, cross_matrix
 
 ANGLES = ("roll", "pitch", "yaw")
+_NEAR = sp.Rational(1, 10**4)
+"""From a singularity, rad or a quarter of the turn: rates of the coordinates are at most 1/_NEAR^2 of the hub's, and
+float, with its 6e-8, still tells on which side an attitude is."""
 
 
 class Chart(ABC):
@@ -59,6 +63,10 @@ class Chart(ABC):
 
     def projection(self) -> Sequence[Expr]:
         """Return the coordinates put back on their manifold; empty where there is none."""
+        return ()
+
+    def limits(self) -> tuple[Condition, ...]:
+        """Return where a run ends, before the coordinates mean nothing."""
         return ()
 
 
@@ -107,6 +115,10 @@ class EulerChart(Chart):
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
         return angles
 
+    def limits(self) -> tuple[Condition, ...]:
+        pitch = self.symbols[1]
+        return (Condition(sp.cos(pitch) - _NEAR, "pitch is 90 degrees, where the Euler angles are singular"),)
+
 
 class RodriguesChart(Chart):
     """Modified Rodrigues parameters, tan of a quarter of the angle along the axis; singular after a whole turn."""
@@ -132,6 +144,11 @@ class RodriguesChart(Chart):
         roll, pitch, yaw = angles
         scalar, *vector = quaternion_of_turns(((2, yaw), (1, pitch), (0, roll)))
         return [component / (1 + scalar) for component in vector]
+
+    def limits(self) -> tuple[Condition, ...]:
+        s = sp.Matrix(self.symbols)
+        why = "the attitude is a whole turn from the start of the chart, where its parameters are infinite"
+        return (Condition(1 - _NEAR**2 * s.dot(s), why),)
 
 
 class PlaneChart(Chart):

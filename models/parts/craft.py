@@ -196,12 +196,14 @@ class Spacecraft:
         actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
+        limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
+        limits += self.chart.limits()
         craft = mounted[0].craft
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
         if sensor:
             controllers += (watching(sensor, sum(len(part.inputs()) for part in self.parts), self.period.name),)
         periods = {law.period for law in controllers}
-        users = (actuator, controllers, sensor, random, events)
+        users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
         x, u, p = families(
             self.parts,
@@ -224,7 +226,7 @@ class Spacecraft:
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator, sensor=sensor, random_step=random, events=events,
+            actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
         )  # fmt: skip
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:

@@ -463,6 +463,10 @@ class Part(ABC):
         """Return what the parameters of the part must satisfy beyond their bounds."""
         return conditions(self.name, at.values, kinds(self))
 
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        """Return what the physics of the part needs along a run: a run ends where a margin is no longer positive."""
+        return ()
+
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         """Return the applied inputs of commanded ones; a part without limits applies its command."""
         return tuple(commanded)

@@ -15,7 +15,7 @@ import sympy as sp
 from ...derivation import Expr
 from ...mechanics import frame_turn
 from ...quantities import ModelError, Quantity
-from ...system import TIME
+from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame
 from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Value, scalar
@@ -43,7 +43,7 @@ class Orbit(Part):
 
     Its states are position and velocity of the craft's centre of mass in inertial axes, orbit_x, ... and orbit_vx, ...
     Elements at the start are parameters of the scenario: orbit_a_0, orbit_e_0, orbit_i_0, orbit_node_0,
-    orbit_perigee_0 and orbit_anomaly_0.
+    orbit_perigee_0 and orbit_anomaly_0. A run ends where the centre of mass reaches the Earth's equatorial radius.
 
     Parameters
     ----------
@@ -137,6 +137,14 @@ class Orbit(Part):
             felt = at.vector("push_", force / craft.whole().mass, "acceleration by forces on the craft", "m/s^2")
             result += craft.rotation.T * felt
         return (*self.velocity, *result)
+
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        return (
+            Condition(
+                _radius(self, at.frame)[0] - at.values.radius,
+                f"the craft is inside the Earth, whose radius is {self.name}_R = {{{self.name}_R:g}} m",
+            ),
+        )
 
 
 def at_elements(

@@ -12,6 +12,7 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
+from ...system import Condition
 from ..bobs import Bob
 from ..frame import ZERO, point_inertia
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State
@@ -33,7 +34,7 @@ class Tank(Part):
 
     Fuel leaves bob and tank in the shares in which they hold it, flows along straight lines, which hold none, and
     leaves at the nozzle. A flow w over the length d pushes its line by -2 w d', which damps the rates of the craft. The
-    flow is taken to be steady: what a valve does while it opens is left out.
+    flow is taken to be steady: what a valve does while it opens is left out. A run ends where the fuel is used up.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class Tank(Part):
     flow : number, optional
         Largest flow, kg/s.
     reserve : number, optional
-        Fuel at which a command opens the valve no more, kg.
+        Fuel at which a command opens the valve no more, kg: the run goes on without thrust.
     share : number, optional
         Of the fuel, that swings.
     length, damping : number, optional
@@ -190,5 +191,7 @@ class Tank(Part):
         flow: Expr = sp.Max(commanded[0], 0)
         if v.flow is not None:
             flow = sp.Min(flow, v.flow)
-        empty = self.fuel <= (v.reserve if v.reserve is not None else 0)
-        return (sp.Piecewise((0, empty), (flow, True)),)
+        return (flow if v.reserve is None else sp.Piecewise((0, self.fuel <= v.reserve), (flow, True)),)
+
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        return (Condition(self.fuel, f"the fuel in {self.name} is used up"),)

@@ -24,7 +24,7 @@ from types import (
     ModuleType,
     SimpleNamespace,
 )
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -139,6 +139,8 @@ class _Walk:
             if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
                 raise UntoldError(f"{name} is of numpy.frompyfunc, which does not tell its function")
             self._lines[name] = _known_as(value)
+            if _is_bound(value):
+                self.value(f"{name}.__self__", value.__self__)
         else:
             self._instance(name, value)
 
@@ -311,7 +313,14 @@ def _comes_with_python(value: object) -> bool:
     """Return True for an attribute that is part of an installed module, not a number or table that users may set."""
     if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
         return False
+    if _is_bound(value):
+        return False
     return _is_installed(value if isinstance(value, type | FunctionType) else type(value))
+
+
+def _is_bound(value: object) -> TypeGuard[BuiltinFunctionType]:
+    """Return True for a method in C of an object, as ``{"soft": 1.0}.get``, which reads what the object holds."""
+    return isinstance(value, BuiltinFunctionType) and not isinstance(value.__self__, ModuleType | type(None))
 
 
 def _is_installed(owner: Any) -> bool:

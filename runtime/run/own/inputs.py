@@ -15,7 +15,7 @@ from mehvar.errors import InputError, bad_value, shown, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.schema import parse
 
-from ...arguments import check_arguments
+from ...arguments import check_arguments, check_units
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
@@ -196,6 +196,7 @@ def _recorded(
     """Return the commands of an earlier run, and its hold time."""
     if "t" not in run.coords or run["t"].dims != ("t",) or "run" in run.dims:
         raise bad_value("inputs", "a dataset without time", "the result of one run", origin)
+    check_units(run, {"t": "s"}, origin)
     t = _numbers(run, "t", origin)
     if not t.size:
         raise bad_value("inputs", "a dataset without samples", "the result of one run", origin)
@@ -210,6 +211,7 @@ def _recorded(
             raise bad_value(
                 "inputs", f"a dataset without u_{q.name}", f"the result of a run of {manifest.model}", origin
             )
+        check_units(run, {name: q.unit}, origin)
         columns[q.name] = _numbers(run, name, origin)
     hold, delay = _held(run, origin)
     late = 0

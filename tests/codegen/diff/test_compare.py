@@ -91,6 +91,7 @@ def test_a_convention_that_its_users_compensate_is_no_physics():
     (group,) = comparison.groups
     assert group.kind == "convention"
     assert group.names == ("s", "f")
+    assert group.says == "the sign of s changed; f compensate"
 
 
 def test_a_convention_that_one_user_forgot_is_physics():

@@ -101,6 +101,25 @@ def test_what_cannot_be_fitted_is_refused(truth: xr.Dataset, change: dict, part:
         mehvar.fit("satellite", **{**usual, **change})
 
 
+def in_unit(data: xr.Dataset, name: str, unit: str) -> xr.Dataset:
+    return data.assign({name: data[name].assign_attrs(units=unit)})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: in_unit(data, "roll", "deg"), "unit of roll = 'deg' .*must be rad, or left out"),
+        (lambda data: data.assign_coords(t=data["t"].assign_attrs(units="ms")), "unit of t = 'ms' .*must be s"),
+        (lambda data: data.assign_coords(t=data["t"].values.astype("timedelta64[s]")), "values of t .*numbers in s"),
+        (lambda data: data.assign(roll=np.nan * data["roll"]), "roll without a sample"),
+    ],
+)
+def test_data_in_another_unit_or_without_samples_are_refused(truth: xr.Dataset, change, message: str) -> None:
+    data = truth[["roll", "wx"]]
+    with pytest.raises(InputError, match=message):
+        mehvar.fit("satellite", change(data), ["I_x"], "pd")
+
+
 def test_samples_that_are_not_even_are_refused(truth: xr.Dataset) -> None:
     with pytest.raises(InputError, match="resample"):
         mehvar.fit("satellite", truth.isel(t=[0, 1, 3, 4]), ["I_x"], "pd")
@@ -112,7 +131,7 @@ def test_a_value_at_its_bound_and_a_variable_without_residuals_are_told(truth: x
     fit = mehvar.fit(PENDULUM, data, ["g"], initial={"angle": 2.9}, sigma={"angle": 1e-3})
     assert fit.bounded == ("g",)
     assert "g is at a bound" in repr(fit)
-    still = xr.Dataset({"angle": data["t"] * 0.0, "rate": data["t"] * 0.0, "u_torque": data["t"] * 0.0})
+    still = xr.Dataset({name: data[name] * 0.0 for name in ("angle", "rate", "u_torque")})
     fit = mehvar.fit(PENDULUM, still, ["g"], initial={"angle": 0.0, "rate": 0.0})
     assert fit.deviation("g") == np.inf
 

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of actuators: what acts where more is commanded."""
+"""Limits of actuators, what acts where more is commanded; limits of the physics, where a run ends."""
 
 import casadi as ca
+import numpy as np
 import pytest
 
+import mehvar
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Hub, Spacecraft, Thruster, Wheel
+from mehvar.models.parts import Hub, Spacecraft, Tank, Thruster, Wheel
+
+from .table import FUEL, PARTS
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +44,55 @@ def actuate():
 )
 def test_what_acts_is_within_the_limits(actuate, commanded, speed, acts):
     assert actuate(*commanded, speed=speed) == acts
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_mass_that_is_a_state_has_a_limit(name):
+    craft = Spacecraft("craft")
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))
+    craft.add(PARTS[name])
+    system = craft.system()
+    limited = {symbol for limit in system.limits for symbol in limit.margin.free_symbols}
+    assert {q.symbol for q in system.states if q.unit == "kg"} <= limited
+
+
+@pytest.fixture(scope="module")
+def burning():
+    craft = Spacecraft("burning")
+    craft.add(Hub("hub", mass=50.0, inertia=(12.0, 14.0, 10.0)))
+    craft.add(Tank("tank", **FUEL | {"mass": 5.0}, share=0.6, length=0.3))
+    craft.add(Tank("spare", **FUEL | {"mass": 5.0}, reserve=1.0))
+    return mehvar.build(craft)
+
+
+def test_a_run_ends_where_the_fuel_is_used_up(burning):
+    """At mass/flow, under constant inputs, under a law between its samples, and in a batch."""
+    flows = {"tank_flow": 0.3, "spare_flow": 0.0}
+    law = {"controller": lambda t, x: [*flows.values()], "period": 0.1}
+    for given in ({"controller": None, "inputs": flows}, law):
+        run = mehvar.simulate(burning, t_end=60.0, **given)
+        assert run.attrs["reason"].startswith("the fuel in tank is used up (at t = 16.6667 s)")
+    runs = mehvar.batch(burning, None, inputs=flows, n=4, t_end=20.0, vary={"tank_fuel_0": "uniform(1, 5)"}, seed=3)
+    np.testing.assert_allclose(runs["t_stop"], runs["tank_fuel_0"] / 0.3, rtol=1e-9)
+    with pytest.raises(mehvar.MehvarError, match="the fuel in tank is used up"):
+        mehvar.simulate(burning, None, inputs=flows, initial={"tank_fuel": -1.0})
+
+
+def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
+    run = mehvar.simulate(burning, lambda t, x: [0.0, 0.3], period=0.1, t_end=20.0)
+    assert run.attrs["reason"] == "end time reached"
+    assert 1.0 - 0.03 < run["spare_fuel"][-1] <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("attitude", "turn", "why"), [("euler", np.pi / 2, "pitch is 90 degrees"), ("mrp", 2 * np.pi, "a whole turn")]
+)
+def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
+    craft = Spacecraft(f"tumbling_{attitude}", attitude=attitude, motion="attitude")
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))
+    model = mehvar.build(craft)
+    run = mehvar.simulate(model, None, inputs={}, wy_0=0.5, t_end=60.0)
+    assert why in run.attrs["reason"]
+    assert float(run.attrs["reason"].split("t = ")[1].split()[0]) == pytest.approx(turn / 0.5, rel=1e-3)
+    runs = mehvar.batch(model, None, inputs={}, n=4, t_end=60.0, vary={"wy_0": "uniform(0.2, 0.5)"})
+    np.testing.assert_allclose(runs["t_stop"], turn / runs["wy_0"], rtol=1e-3)

@@ -13,7 +13,7 @@ import pytest
 from mehvar import runtime
 from mehvar.manifest import FILE
 from mehvar.runtime import InputError, Model
-from mehvar.runtime.model.parameters import Resolved, resolve, say
+from mehvar.runtime.model.parameters import Resolved, elements, resolve, say
 
 
 @pytest.fixture(params=["c", "python"])
@@ -32,6 +32,33 @@ def resolved(model: Model, law: str = "pd", scenario: str = "swing", **values: A
         "--set",
         ["delay", "hold"],
     )
+
+
+MATRICES = ("K_1_1", "K_1_2", "K_2_1", "K_2_2", "J_1_1", "J_1_2", "J_2_2", "v_1", "v_2", "m")
+"""A matrix, a symmetric one, a vector and a number."""
+
+
+def test_an_array_stands_as_its_elements() -> None:
+    given = {"K": [[1, 2], [3, 4]], "J": np.array([[5.0, 6.0], [6.0, 7.0]]), "v": (8, 9), "m": 10.0}
+    assert elements(given, MATRICES) == dict(zip(MATRICES, (1, 2, 3, 4, 5, 6, 7, 8, 9, 10), strict=True))
+
+
+def test_a_number_in_the_place_of_an_array_stays_what_was_given() -> None:
+    """Whoever looks its name up says that there is none."""
+    assert elements({"K": 1.0, "v": "2", "v_1": 3.0}, MATRICES) == {"K": 1.0, "v": "2", "v_1": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        *((name, value, f"an array with the elements {name}_1")
+          for name, value in (("K", [1, 2]), ("v", [1, 2, 3]), ("v", [[1, 2]]), ("J", [[1, 2]]))),
+        ("J", [[1, 2], [3, 4]], "symmetric: J_2_1 and J_1_2 differ"),
+    ],
+)  # fmt: skip
+def test_an_array_of_another_shape_is_refused(name: str, value: list[Any], message: str) -> None:
+    with pytest.raises(InputError, match=rf"{name} = .* \(from here\): must be {message}"):
+        elements({name: value}, MATRICES, "here")
 
 
 def test_defaults(model: Model) -> None:

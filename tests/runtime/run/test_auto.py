@@ -71,7 +71,10 @@ def test_stiffness_that_passes_is_forgotten(folder: Path, mu: float) -> None:
     assert run.method == "dop853"
 
 
-@pytest.mark.parametrize(("stiff", "steps"), [(True, "14 + 5 - 1 +"), (False, "14 + 6 - 14 +"), (True, "15 +")])
+@pytest.mark.parametrize(
+    ("stiff", "steps"),
+    [(True, "14 + 5 - 1 +"), (False, "14 + 6 - 14 +"), (True, "15 +"), (True, "7 + 3 - 4 + 3 - 4 +")],
+)
 def test_so_many_steps_in_a_row_forget_stiffness(stiff: bool, steps: str) -> None:
     """Of the Python backend, with the numbers of `native/step/stiffness.h`."""
     test, words = StiffTest(), steps.split()

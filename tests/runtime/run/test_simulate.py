@@ -113,6 +113,20 @@ def test_scipy_agrees_and_called_back_functions_do_to_rounding(pendulum: Model, 
         np.testing.assert_array_equal(fast.t, other.t)
 
 
+def test_a_law_elsewhere_is_asked_for_a_sampled_one_in_c(pendulum: Model, slow_pendulum: Model) -> None:
+    usual = simulate(pendulum, "pd", hold=0.1, t_end=1.0)
+
+    def elsewhere(x: Array, r: Array, _: Array, z: Array) -> tuple[Array, Array]:
+        return np.asarray(pendulum.functions["pd"](x, r, usual.parameters.p, usual.parameters.c)), z
+
+    run = simulate(pendulum, "pd", hold=0.1, t_end=1.0, law=elsewhere)
+    np.testing.assert_array_equal(run.x, usual.x)
+    others: list[tuple[Model, dict[str, Any]]] = [(pendulum, {}), (slow_pendulum, {"hold": 0.1})]
+    for other, options in others:
+        with pytest.raises(InputError, match=r"law = .*left out unless a sampled law runs on the C backend"):
+            simulate(other, "pd", law=elsewhere, **options)
+
+
 def test_moving_reference(model: Model) -> None:
     run = simulate(model, "pd", ref_rate=0.7)
     moving = reference(model, run.t, np.array([1.0, 0.0]), lambda t, x: pd_torque(t, x) + 20.0 * 0.7 * t)

@@ -82,6 +82,18 @@ def test_spans_that_do_not_fit_are_refused(dt: float, hold: float) -> None:
     assert times_in(dt, hold) is None or times_in(dt, hold) == round(dt / hold)
 
 
+@pytest.mark.parametrize(
+    ("end", "dt", "hold", "message"),
+    [
+        (20_000_001.0, 20_000_001.0, 1.0, "t_end = 20000001.0 .*at most 20000000 times the sampling step 1 s"),
+        (5_000_001.0, 1.0, None, "dt_out = 1.0 .*at least 1 s, for 5000000 samples"),
+    ],
+)
+def test_one_tick_or_sample_too_many_is_refused(end: float, dt: float, hold: float | None, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ticks_of(end, dt, hold, "the test")
+
+
 def test_a_span_is_not_repeated_less_than_once() -> None:
     assert times_in(0.1, 0.3) is None
     with pytest.raises(InputError, match=r"save = 0\.1 .*: must be a multiple"):

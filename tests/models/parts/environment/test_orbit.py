@@ -46,6 +46,18 @@ def test_two_bodies_are_keplers():
         np.testing.assert_allclose(here, flat, atol=1e-3)
 
 
+def test_a_run_ends_at_the_earth():
+    """Where Kepler's radius is the Earth's; one that begins inside is refused."""
+    a, e = 6.9e6, 0.1
+    run = flown("falling", orbit=Orbit(size=a, eccentricity=e, anomaly=np.pi), t_end=6000.0)
+    assert run.attrs["reason"].startswith(f"the craft is inside the Earth, whose radius is orbit_R = {R:g} m")
+    eccentric = 2 * np.pi - np.arccos((1 - R / a) / e)
+    wanted = (eccentric - e * np.sin(eccentric) - np.pi) / np.sqrt(MU / a**3)
+    assert float(run.attrs["reason"].split("t = ")[1].split()[0]) == pytest.approx(wanted, rel=1e-5)
+    with pytest.raises(MehvarError, match="inside the Earth"):
+        flown("fallen", orbit=Orbit(size=a, eccentricity=e), t_end=1.0)
+
+
 def test_oblateness_turns_the_node():
     """At its mean rate -3/2 n J2 (R/a)^2 cos i of a circle, whose next order is J2 of it."""
     a, i = 7e6, 0.9

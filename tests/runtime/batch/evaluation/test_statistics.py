@@ -157,6 +157,17 @@ def test_regression_finds_the_coefficients(rng: np.random.Generator) -> None:
     assert result.runs == N - 1
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_sum_of_its_causes_is_explained_to_rounding(seed: int) -> None:
+    """Rounding explains more than the whole of some: their intervals are points, and no numbers that are none."""
+    a, b = np.random.default_rng(seed).random((2, 64))
+    (result,) = sensitivities(filled({"a": a, "b": b, "m": a + 2 * b}, n=64, campaign=campaign()))
+    assert result.explained == pytest.approx(1, abs=1e-14)
+    for name, slope, drawn in (("a", 1, a), ("b", 2, b)):
+        share = result.first[name]
+        assert (share.low, share.high) == pytest.approx([slope * drawn.std() / (a + 2 * b).std()] * 2, abs=1e-7)
+
+
 def test_nothing_is_said_of_what_does_not_scatter(rng: np.random.Generator) -> None:
     assert sensitivities(filled({"a": rng.normal(size=N)}, campaign=campaign())) == []
     assert sensitivities(filled({"m": rng.normal(size=N)}, campaign=campaign())) == []

@@ -70,6 +70,8 @@ step, choices, missing = Step(0.5), {"b": 1.0, "a": 2.0}, defaultdict(lambda: 3.
 helper.level = 1.5
 helper.__doc__ = "2.5"
 np.level = 6.0
+level_of, first = {"soft": 7.0}.get, np.array([8.0]).item
+np.level_of = {"hard": 9.0}.get
 """
 LAWS = """
 import math
@@ -133,6 +135,8 @@ def step(t, x): return [gains.step.size * x[0]]
 def order(t, x): return [next(iter(gains.choices.values())) * x[0]]
 def absent(t, x): return [gains.missing["k"] * x[0]]
 def patched(t, x): return [np.level * x[0]]
+def bound(t, x): return [gains.level_of("soft") * gains.first() * x[0]]
+def patched_bound(t, x): return [np.level_of("hard") * x[0]]
 def evaluates(t, x): return [eval("gains.K") * x[0]]
 def global_table(t, x): return [globals()["MINE"] * x[0]]
 def through(t, x): return [getattr(helper, "__globals__")["K"] * x[0]]
@@ -182,6 +186,8 @@ CHANGES: dict[str, list[tuple[str, str, str]]] = {
     "order": [("gains", '{"b": 1.0, "a": 2.0}', '{"a": 2.0, "b": 1.0}')],
     "absent": [("gains", "lambda: 3.0", "lambda: 3.5")],
     "patched": [("gains", "np.level = 6.0", "np.level = 6.5")],
+    "bound": [("gains", '"soft": 7.0', '"soft": 7.5'), ("gains", "array([8.0])", "array([8.5])")],
+    "patched_bound": [("gains", '"hard": 9.0', '"hard": 9.5')],
 }  # fmt: skip
 """Text that each law reads in its module, and the text it is changed to."""
 UNTOLD = {

@@ -56,6 +56,16 @@ def test_what_a_run_says_of_itself_is_read_or_refused(pendulum: runtime.Model, o
         run(pendulum, before)
 
 
+def test_a_run_in_other_units_is_refused(pendulum: runtime.Model) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
+    torque = before["u_torque"].assign_attrs(units="mN m")
+    name = "u_cmd_torque" if "u_cmd_torque" in before else "u_torque"
+    with pytest.raises(InputError, match=f"unit of {name} = 'mN m' .*must be N m, or left out"):
+        run(pendulum, before.assign({name: torque}))
+    with pytest.raises(InputError, match=r"values of t = .*must be numbers in s"):
+        run(pendulum, before.assign_coords(t=(before["t"].values * 1e9).astype("timedelta64[ns]")))
+
+
 def test_a_run_without_numbers_is_refused(pendulum: runtime.Model) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
     words = ("t", ["a"] * before.sizes["t"])
