@@ -75,6 +75,8 @@ class Graph:
             return "const", [str(expr)]
         if isinstance(expr, sp.Add | sp.Mul):
             return self._collected(expr)
+        if isinstance(expr, sp.ITE | sp.Xor):  # SymPy's form of a condition on a case distinction
+            return self._parts(expr.to_nnf(simplify=False))
         operands = [self.add(argument) for argument in expr.args]
         if isinstance(expr, _COMMUTATIVE):
             operands.sort(key=self._digest.__getitem__)

@@ -35,7 +35,7 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
-_OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair)
+_OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair, sp.ITE, sp.Xor)
 """Operations with their own conversion rules."""
 
 
@@ -141,10 +141,12 @@ class _Converter:
             return (sp.sympify(self._definitions[node]),)
         if isinstance(node, sp.Piecewise):
             return tuple(part for pair in node.args for part in pair.args)
+        if isinstance(node, sp.ITE | sp.Xor):
+            return (node.to_nnf(simplify=False),)
         return tuple(node.args)
 
     def _convert(self, node: sp.Basic) -> ca.SX:
-        if isinstance(node, sp.Symbol):
+        if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
             return self._memo[self._children(node)[0]]
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)

@@ -18,6 +18,7 @@ POSITIVE = [
     sp.Piecewise((X, X < Y), (Y**2, sp.And(Y > 1, X > 2)), (sp.pi, True)),
     sp.Piecewise((1, sp.Or(X < 1, ~(Y < 2))), (0, True)),
     X / Y - sp.Rational(1, 3), sp.erf(X),
+    sp.Piecewise((1, sp.ITE(X < 1, Y > 2, Y > 3)), (0, True)), sp.Piecewise((1, sp.Xor(X < 1, Y < 2)), (0, True)),
 ]  # fmt: skip
 
 
