@@ -299,17 +299,11 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 def prepared(system: System) -> System:
     """Return a checked system in the form that functions are generated from: with arrays, samples and a clock."""
+    from mehvar.models.arrays.constraints import with_arrays
     from mehvar.models.clock import with_clock
+    from mehvar.models.forms import with_mass, with_samples
 
-    with contextlib.suppress(ModuleNotFoundError):  # another checkout's vocabulary may be from before arrays
-        from mehvar.models.arrays.constraints import with_arrays
-
-        system = with_arrays(system)
-    with contextlib.suppress(ModuleNotFoundError):  # and from before mass matrices and laws that hold their commands
-        from mehvar.models.forms import with_mass, with_samples
-
-        system = with_samples(with_mass(system))
-    return with_clock(system)
+    return with_clock(with_samples(with_mass(with_arrays(system))))
 
 
 def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:

@@ -49,17 +49,16 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         reference_constant=not reference_moves(system),
         choices={choice.name: choice for choice in system.choices},
         noise=_quantities(system.sensor.noise) if system.sensor else (),
-        measured=_quantities(getattr(system.sensor, "seen", Group("", ()))) if system.sensor else (),
-        delays=dict(getattr(system, "delays", {})),
-        wiener=_quantities(diffusion.wiener) if (diffusion := getattr(system, "diffusion", None)) else (),
-        random_step=_quantities(step.noise) if (step := getattr(system, "random_step", None)) else (),
+        measured=_quantities(system.sensor.seen) if system.sensor else (),
+        delays=dict(system.delays),
+        wiener=_quantities(system.diffusion.wiener) if system.diffusion else (),
+        random_step=_quantities(system.random_step.noise) if system.random_step else (),
         scenarios={scenario.name: scenario for scenario in system.scenarios},
         metrics={metric.name: metric for metric in system.metrics},
         geometry=tuple(
-            numeric.Shape(shape.name, shape.kind, len(shape.points), shape.color)
-            for shape in getattr(system, "geometry", ())  # a checkout from before it has none
+            numeric.Shape(shape.name, shape.kind, len(shape.points), shape.color) for shape in system.geometry
         ),
-        events=_events(getattr(system, "events", ())),
+        events=_events(system.events),
         functions={f.name: _function(system.name, f) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),
@@ -105,11 +104,11 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         memory=_quantities(law.memory),
         period=law.period or None,
         delay=law.delay or None,
-        bears_loss=getattr(law, "bears_loss", False),
+        bears_loss=law.bears_loss,
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
         outputs=tuple(_output(output) for output in law.outputs),
-        events=_events(getattr(law, "events", ())),
+        events=_events(law.events),
         warnings=tuple(numeric.Advice(w.message, len(w.shown)) for w in law.warnings),
     )
 

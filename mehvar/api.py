@@ -17,6 +17,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.repeat import SESSION_LAWS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.compiling.library import begin_native
 from mehvar.runtime.interrupts import KeptInterrupts
@@ -315,6 +316,8 @@ def stored_batch(
         case = manifest.scenario(scenario)
         end = settings.get("t_end") or case.duration
         law, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
+        if own is not None and own.text and callable(controller):
+            SESSION_LAWS[own.text] = controller
         known = [q.name for q in all_parameters(manifest, law)]
         campaign = Campaign(
             controller=law.name,

@@ -173,7 +173,7 @@ def progress(title: str) -> Iterator[Advance]:
         BarColumn(),
         Share("{task.percentage:3.0f} %,"),
         TimeElapsedColumn(),
-        TextColumn("gone"),
+        TextColumn("elapsed"),
         Remaining(),
         console=console,
         transient=True,

@@ -69,11 +69,16 @@ def command(
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
     save: Annotated[str | None, typer.Option(metavar="every=DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
-    until: Annotated[str | None, typer.Option(metavar="EXPR", help='Stop at "ci(success) < 0.01".')] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue the store; damaged blocks are computed again.")
+    ] = False,
+    until: Annotated[
+        str | None,
+        typer.Option(metavar="EXPR", help='Stop at "ci(success) < 0.01", or at "decided" for all requirements.'),
+    ] = None,
     success: Annotated[
         str | None,
-        typer.Option(metavar="EXPR", help='What a run must fulfil besides reaching its end: "T_theta < 20".'),
+        typer.Option(metavar="EXPR", help='Condition of success besides reaching the end: "T_theta < 20".'),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,

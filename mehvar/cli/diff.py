@@ -46,7 +46,8 @@ def command(
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
     form: Annotated[
-        str | None, typer.Option("--format", metavar="text|json|html|markdown", help="What to write.")
+        str | None,
+        typer.Option("--format", metavar="text|json|html|markdown", help="Format of the output; text unless given."),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
     plot: Annotated[

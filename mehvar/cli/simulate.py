@@ -70,7 +70,7 @@ def command(
     ] = None,
     interpolation: Annotated[
         Interpolation | None,
-        typer.Option(metavar="HOW", help="What a file means between its instants: hold, unless given, or linear."),
+        typer.Option(metavar="HOW", help="Interpolation of --inputs: hold, unless given, or linear."),
     ] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,

@@ -193,7 +193,8 @@ class Results:
         run : int
             Number of the run, counted from 0.
         controller : callable, optional
-            The law in Python of the batch, whose text must be the recorded one.
+            The law in Python of the batch, whose text must be the recorded one. It is needed only in another session
+            than that of the batch: a store never chooses code.
         inputs, interpolation : optional
             The inputs of a batch without a law, as for `mehvar.batch`.
         model : Model, str or path, optional

@@ -1,8 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reproduction of a paper: figures, claims, an animation and a batch.
 
-A folder papers/MODEL, beside models/, holds a paper's data (captions.toml, claims.toml, statements.toml, study.toml),
-the script of its scene (scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
+A folder papers/MODEL, beside models/, holds a paper's data:
+
+- captions.toml: citation, `cover` figure, titles and captions, the claims of each figure;
+- claims.toml: each claim in words, its note, the numbers that its checks expect, readings of damaged text;
+- statements.toml: counts of equations, tables and figures; sentences with the claims that they rest on;
+- expected.toml: a table of expected numbers, where the paper has one;
+- beyond.toml: the structure beyond the paper, its page, additions, figures and claims;
+- study.toml: the batch: laws, dispersions, success.
+
+A claim holds under a reading if its essential checks do; a statement is as good as the worst claim that it rests on.
+Tests check that every number in a claim or caption stands in its checks, expected values or parameters, and that no
+expected number changes alone. `reproduction.py`, whose REPRODUCTION binds the data to functions, has one for each
+figure and claim; scene.js adds `Report.scenes.MODEL`. Charts are read off the Matplotlib figures whose horizontal axis
+is *time*.
 """
 
 from __future__ import annotations

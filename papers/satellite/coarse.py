@@ -63,7 +63,9 @@ def coarse_runs(model: Model, run: Run, step: Step, delay: int, covariances: Flo
     covariances : array, (n,)
         F(0) of each run.
     """
-    loop = Loop(model, run, step, delay, covariances)
+    c = np.tile(run.parameters.c, (len(covariances), 1))
+    c[:, [q.name for q in run.controller.parameters].index("F0")] = covariances
+    loop = Loop(model, run, step, delay, c)
     instants = [k * loop.period for k in range(round(run.scenario.duration / loop.period))]
     samples = [sample for t, sample in ((t, loop.step(t)) for t in instants) if t >= LATE]
     errors, torques = (np.array(series) for series in zip(*samples, strict=True))
@@ -72,7 +74,7 @@ def coarse_runs(model: Model, run: Run, step: Step, delay: int, covariances: Flo
 
 
 class Loop:
-    """State, memory and torques of all runs, and one sample of them.
+    """State, memory and torques of all runs, whose parameters of the law are the rows of c, and one sample of them.
 
     Attributes
     ----------
@@ -86,15 +88,15 @@ class Loop:
         Torques that act.
     """
 
-    def __init__(self, model: Model, run: Run, step: Step, delay: int, covariances: FloatArray) -> None:
-        law, functions, n = run.controller, model.functions, len(covariances)
+    def __init__(self, model: Model, run: Run, step: Step, delay: int, c: FloatArray) -> None:
+        law, functions, n = run.controller, model.functions, len(c)
         self._explicit = step == "explicit"
         self.period = float(run.parameters.values["Ts"])
         self.done = np.ones(n, bool)
         self._functions, self._law = functions, functions[law.name]
         numbers = run.parameters
-        self._p, self._c, self._s, self.x = (np.tile(v, (n, 1)) for v in (numbers.p, numbers.c, numbers.s, run.x[0]))
-        self._c[:, [q.name for q in law.parameters].index("F0")] = covariances
+        self._p, self._s, self.x = (np.tile(v, (n, 1)) for v in (numbers.p, numbers.s, run.x[0]))
+        self._c = c
         memory = [q.name for q in law.memory]
         self._model = [memory.index(f"ym_{axis}") for axis in AXES]
         self._z = functions[f"{law.name}_start"](self.x, self._reference(0.0), self._p, self._c)

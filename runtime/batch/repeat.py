@@ -62,6 +62,10 @@ class Batch(Protocol):
         """Return the variables by name."""
 
 
+SESSION_LAWS: dict[str, LawFunction] = {}
+"""Laws in Python of the batches of this session, by their text: this session has run them, so a repeat may too."""
+
+
 class TrustError(InputError):
     """Repeating a run would compile and run a model that only the store names."""
 
@@ -88,7 +92,7 @@ def plan_of(
     trust : bool
         Take the model that the store names, if the hash of its code is the one recorded in the store.
     controller : callable, optional
-        The law in Python of the batch.
+        The law in Python of the batch. Unless given, the one with the recorded text that ran a batch in this session.
     inputs, interpolation : optional
         The inputs of a batch without a law, as for `simulate`.
 
@@ -99,6 +103,8 @@ def plan_of(
     TrustError
         If only the store says where the model is, or the model has changed since.
     """
+    if controller is None and inputs is None:
+        controller = SESSION_LAWS.get(str(store.attributes.get("law", "")))
     _check_law(store, controller, inputs)  # before the model: trust in it would not bring the law back
     if model is None:
         model = _trusted_model(store, trust)

@@ -34,7 +34,7 @@ import pytest
 from matplotlib import pyplot
 from PIL import Image
 
-from docs.site import pictures
+from docs.site import options, pictures
 from tests import commands
 from tests.mehvar.pages import share_apart
 from tests.mutants import page as mutants
@@ -159,13 +159,18 @@ def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
 
 
 def run_shell(block: Block, where: str, folder: Path) -> str:
-    """Run a block as one script and compare status and output with what the page shows."""
+    """Run a block as one script and compare status and output with what the page shows.
+
+    A block begins in the directory in which the block before it ended, as in the terminal of a reader.
+    """
     script, shown = script_of(block)
     wanted = int(said(block, "exit") or 0)
+    own = environment(folder)
+    place = folder / ".bin" / "place"
     done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", script],
-        cwd=folder,
-        env=environment(folder),
+        ["bash", "-euo", "pipefail", "-c", f"trap 'pwd > {place}' EXIT\n{script}"],
+        cwd=place.read_text(encoding="utf-8").strip() if place.exists() else folder,
+        env=own,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -273,6 +278,10 @@ def anchors(page: Path) -> set[str]:
 def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
     program = runpy.run_path(str(ROOT / "docs" / "site" / "numbers.py"))
     assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
+
+
+def test_the_page_of_options_is_what_the_commands_say() -> None:
+    assert options.PAGE.read_text(encoding="utf-8") == options.page(), "run: python -m docs.site.options"
 
 
 @pytest.mark.parametrize("name", pictures.PICTURES)

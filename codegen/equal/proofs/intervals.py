@@ -25,6 +25,11 @@ RANGES: dict[str, Interval] = {
     "atan": _QUARTERS, "asin": _QUARTERS,
 }  # fmt: skip
 """Ranges of functions, rounded outward."""
+QUARTERS = {"acos": (0, 2), "asin": (-1, 1), "atan": (-1, 1), "atan2": (-2, 2)}
+"""Ranges of arcs in quarters of a turn, which are exact."""
+CONSTANTS: dict[str, Interval] = {
+    name: (math.nextafter(value, 0.0), math.nextafter(value, 4.0)) for name, value in (("pi", math.pi), ("E", math.e))
+}
 _ODD = frozenset(("sinh", "tanh", "asinh", "atanh", "atan", "asin", "sign"))
 """Functions with the sign of their operand."""
 _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
@@ -105,6 +110,8 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     operands = [box[o] for o in pool.operands(node)]
     if operation == "num":
         return _exact(fraction(rest[0]))
+    if operation == "const":
+        return CONSTANTS.get(rest[0], ALL)
     if operation == "sym":
         low, high = bounds.get(rest[0], (None, None))
         return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])

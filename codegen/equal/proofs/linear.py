@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from ..pool import Pool
-from .intervals import RANGES, Bounds
+from .intervals import CONSTANTS, QUARTERS, RANGES, Bounds
 
 Form = dict[int, Fraction]
 """Coefficients of nodes; the constant is stored under `_ONE`."""
@@ -104,10 +104,14 @@ def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
         below = [] if low is None else [_sum([itself, {_ONE: -low}])]
         above = [] if high is None else [_sum([{_ONE: high}, _scaled(itself, Fraction(-1))])]
         return [(form, False) for form in below + above]
-    if operation in RANGES:
-        sides = zip(RANGES[operation], (1, -1), strict=True)
-        ends = [(Fraction(side), Fraction(sign)) for side, sign in sides if math.isfinite(side)]
-        return [(_sum([_scaled(itself, sign), {_ONE: -side * sign}]), False) for side, sign in ends]
+    limits = CONSTANTS.get(rest[0]) if operation == "const" else RANGES.get(operation)
+    if limits is not None:
+        turn = {pool.intern("const", "pi"): Fraction(1, 2)}
+        exact = [
+            (_scaled(turn, Fraction(end)), s) for end, s in zip(QUARTERS.get(operation, ()), (1, -1), strict=False)
+        ]
+        sides = [({_ONE: Fraction(end)}, s) for end, s in zip(limits, (1, -1), strict=True) if math.isfinite(end)]
+        return [(_scaled(_sum([itself, _scaled(end, Fraction(-1))]), Fraction(s)), False) for end, s in exact + sides]
     forms = [_form(pool, operand) for operand in pool.operands(node)]
     if operation in ("floor", "ceiling"):
         sign = Fraction(1 if operation == "floor" else -1)

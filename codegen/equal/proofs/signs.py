@@ -15,10 +15,13 @@ from math import isqrt
 
 from ..branches import Atom, difference, either, every
 from ..pool import Pool
-from .intervals import Bounds
+from .intervals import QUARTERS, Bounds, impossible
 
 _FACTORS = 4
 """Limit on factors of a product whose signs are split: eight alternatives."""
+
+_INVERSE = {"log": "exp", "acos": "cos", "asin": "sin", "atan": "tan"}
+"""Inverses of monotonic functions, of which `acos` alone falls."""
 
 
 class Signs:
@@ -80,29 +83,82 @@ class Signs:
         return (either if is_max == (sign > 0) else every)([self((part, sign)) for part in parts])
 
     def _of_sum(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        if (flat := self._times(node, Fraction(1))) != node:
+            return self((flat, sign))
         terms = self.pool.operands(node)
+        if shared := self._shared(terms):
+            base, exponent = shared
+            rest = self.pool.many("add", [self._multiplied(term, base, -exponent) for term in terms])
+            return self((self.pool.many("mul", [self.pool.power(base, exponent), rest]), sign))
         for number, term in enumerate(terms):
             factor, rest = self._split(term)
-            others = [other for k, other in enumerate(terms) if k != number]
+            others = self.pool.many("add", [other for k, other in enumerate(terms) if k != number])
             operation, *operands = self.pool.nodes[rest]
             if operation in ("max", "min", "abs"):
                 values = [*operands, self._times(operands[0], Fraction(-1))] if operation == "abs" else operands
-                parts = [self.pool.many("add", [self._times(value, factor), *others]) for value in values]
+                parts = [self.pool.many("add", [self._times(value, factor), others]) for value in values]
                 return self._of_extremum(parts, (operation != "min") == (factor > 0), sign)
-            if operation == "pow" and self.pool.constant(operands[1]) == Fraction(1, 2):
-                return self._of_root(operands[0], factor, self.pool.many("add", others), sign)
-            if operation == "log":
-                limit = self.pool.intern("exp", self._times(self.pool.many("add", others), -1 / factor))
-                return self((difference(self.pool, operands[0], limit), sign if factor > 0 else -sign))
+            if any(self._base(part)[1] == Fraction(1, 2) for part in self._factors(rest)):
+                return self._of_root(rest, factor, others, sign)
+            if operation in _INVERSE:
+                limit = self._limit(operation, self._times(others, -1 / factor))
+                if limit is not None:
+                    way = sign if (factor > 0) != (operation == "acos") else -sign
+                    inner = self((difference(self.pool, operands[0], limit), way))
+                    return every([inner, [((node, sign),)]])
         return self._of_squares(terms, sign) or [((node, sign),)]
 
-    def _of_root(self, square: int, factor: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
-        """Split the sign of P + c sqrt(Q): it is that of c where P has the same sign or the smaller size."""
-        own = 1 if factor > 0 else -1
-        margin = self.pool.many("add", [self._times(square, factor**2), self._times(self._square(rest), Fraction(-1))])
-        smaller, larger = self((margin, 1)), self((margin, -1))
-        along, against = self((rest, own)), self((rest, -own))
-        return either([along, smaller]) if sign == own else every([against, larger])
+    def _limit(self, operation: str, value: int) -> int | None:
+        """Return the operand at which a function has a value; None if the value may be outside its range."""
+        for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
+            end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
+            if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
+                return None
+        return self.pool.intern(_INVERSE[operation], value)
+
+    def _shared(self, terms: Sequence[int]) -> tuple[int, Fraction] | None:
+        """Return a power that divides all terms, or that some are divided by; None if there is none."""
+        powers = [self._powers(term) for term in terms]
+        for base in dict.fromkeys(base for of_term in powers for base in of_term):
+            least = min(of_term.get(base, Fraction(0)) for of_term in powers)
+            if least and self.pool.constant(base) is None:
+                return base, least
+        return None
+
+    def _multiplied(self, term: int, base: int, exponent: Fraction) -> int:
+        """Return the product of a term and a power, with one power of each base."""
+        powers = self._powers(term)
+        powers[base] = powers.get(base, Fraction(0)) + exponent
+        return self.pool.many("mul", [self.pool.power(*power) for power in powers.items()])
+
+    def _powers(self, term: int) -> dict[int, Fraction]:
+        """Return the exponents of a product, by base."""
+        powers: dict[int, Fraction] = {}
+        for base, exponent in map(self._base, self._factors(term)):
+            powers[base] = powers.get(base, Fraction(0)) + exponent
+        return powers
+
+    def _factors(self, node: int) -> Sequence[int]:
+        return self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
+
+    def _base(self, node: int) -> tuple[int, Fraction]:
+        """Return the base and the exponent of a power with a constant exponent; of other nodes, one."""
+        operation, *operands = self.pool.nodes[node]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
+
+    def _of_root(self, term: int, number: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Split the sign of P + c f sqrt(Q): where P and c f differ in sign, the larger size decides."""
+        roots = [part for part in self._factors(term) if self._base(part)[1] == Fraction(1, 2)]
+        others = [part for part in self._factors(term) if part not in roots]
+        factor = self.pool.many("mul", [*others, self.pool.number(number)])
+        squares = self._times(self._square(term), number**2), self._times(self._square(rest), Fraction(-1))
+        margin = self.pool.many("add", squares)
+        along, own = self((rest, sign)), self((factor, sign))
+        larger, smaller = self((margin, 1)), self((margin, -1))
+        if own in ([()], []):
+            return either([along, larger]) if own else every([along, smaller])
+        return either([every([along, own]), every([along, smaller]), every([own, larger])])
 
     def _of_squares(self, terms: Sequence[int], sign: int) -> list[tuple[Atom, ...]] | None:
         """Split the sign of A^2 - B^2 into those of A - B and A + B."""
@@ -125,42 +181,38 @@ class Signs:
         sign = 1 if factor > 0 else -1
         if self.pool.constant(rest) is not None:
             return self.pool.number(size), sign
-        operation, *operands = self.pool.nodes[rest]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        if exponent is None or exponent.denominator != 1 or exponent % 2:
+        base, exponent = self._base(rest)
+        if exponent.denominator != 1 or exponent % 2:
             return None
-        return self._times(self.pool.power(operands[0], exponent / 2), size), sign
+        return self._times(self.pool.power(base, exponent / 2), size), sign
 
     def _split(self, term: int) -> tuple[Fraction, int]:
         """Return the numeric factor of a term and the rest."""
         value = self.pool.constant(term)
         if value is not None:
             return value, self.pool.number(1)
-        if self.pool.nodes[term][0] != "mul":
-            return Fraction(1), term
-        factors = self.pool.operands(term)
+        factors = self._factors(term)
         number = next((value for value in map(self.pool.constant, factors) if value is not None), Fraction(1))
         return number, self.pool.many("mul", [factor for factor in factors if self.pool.constant(factor) is None])
 
     def _times(self, node: int, factor: Fraction) -> int:
         """Return a multiple of a node, for a sum multiplied term by term, so that equal terms of two sums combine."""
-        if self.pool.nodes[node][0] == "add":
-            return self.pool.many("add", [self._times(term, factor) for term in self.pool.operands(node)])
+        own, rest = self._split(node)
+        if self.pool.nodes[rest][0] == "add":
+            return self.pool.many("add", [self._times(term, factor * own) for term in self.pool.operands(rest)])
         return self.pool.many("mul", [node, self.pool.number(factor)])
 
     def _square(self, node: int) -> int:
-        factors = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-        return self.pool.many("mul", [*map(self._squared, factors)])
+        return self.pool.many("mul", [*map(self._squared, self._factors(node))])
 
     def _squared(self, node: int) -> int:
         value = self.pool.constant(node)
         if value is not None:
             return self.pool.number(value**2)
-        operation, *operands = self.pool.nodes[node]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        if exponent is not None:
-            return self.pool.power(operands[0], 2 * exponent)
-        return self.pool.power(node, Fraction(2))
+        if self.pool.nodes[node][0] == "exp":
+            return self.pool.intern("exp", self._times(self.pool.operands(node)[0], Fraction(2)))
+        base, exponent = self._base(node)
+        return self.pool.power(base, 2 * exponent)
 
     def _is_odd(self, exponent: int) -> bool:
         value = self.pool.constant(exponent)

@@ -28,11 +28,11 @@ def command(
     path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
     success: Annotated[
         str | None,
-        typer.Option(metavar="EXPR", help="What counts as success; what the batch has for it unless given."),
+        typer.Option(metavar="EXPR", help="Success condition; the one stored with the batch unless given."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
     as_json: AsJson = False,
-    of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What to draw; repeat.")] = None,
+    of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Variable or metric to draw; repeat.")] = None,
 ) -> None:
     """Print the statistics of a store, and draw it.
 

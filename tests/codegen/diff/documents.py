@@ -43,7 +43,7 @@ def document(text: str, **declared: dict[str, str]) -> Document:
         match = re.match(r"([A-Za-z_0-9']+)\s*([=:])\s*(.*)", line)
         assert match, line
         name, mark, right = match.groups()
-        node = str(graph.add(sp.sympify(right, locals=local)))
+        node = str(graph.add(sp.sympify(right, locals=local).replace(sp.ITE, _in_words)))
         row = {"name": name, "node": node, "latex": name, "unit": "", "title": ""}
         if mark == "=":
             local[name] = sp.Symbol(name, real=True)
@@ -60,6 +60,11 @@ def document(text: str, **declared: dict[str, str]) -> Document:
             }
         )
     )  # fmt: skip
+
+
+def _in_words(condition: sp.Basic, then: sp.Basic, otherwise: sp.Basic) -> sp.Basic:
+    """Write SymPy's form of a condition on a case distinction with "and", "or" and "not", as models have to."""
+    return (condition & then) | (~condition & otherwise)
 
 
 def _nodes(graph: Graph) -> dict[str, list[str]]:

@@ -18,7 +18,7 @@ import sympy as sp
 
 from mehvar.codegen.diff import Document
 from mehvar.manifest import Advice, Choice, Manifest, Output, Quantity, read_manifest
-from tests.codegen.diff import mixed, windows
+from tests.codegen.diff import mixed, places, windows
 from tests.codegen.diff.documents import document
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -463,5 +463,6 @@ GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "ordinary": _ordinary,
     **windows.GROUPS,
     **mixed.GROUPS,
+    **places.GROUPS,
     "manifest": _manifests,
 }  # fmt: skip

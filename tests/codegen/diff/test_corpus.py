@@ -129,6 +129,52 @@ def test_limits_and_windows_of_functions_that_are_written_anew_are_the_same(name
         assert not comparison.differs, comparison["f"].how
 
 
+LIMITED = {
+    "by a norm": (
+        "x*Min(1, k/sqrt(x**2 + y**2))",
+        "x/Max(1, sqrt(x**2 + y**2)/k)",
+        "x*k/Max(k, sqrt(x**2 + y**2))",
+        "Piecewise((x, x**2 + y**2 <= k**2), (k*x/sqrt(x**2 + y**2), True))",
+        "Piecewise((k*x/sqrt(x**2 + y**2), sqrt(x**2 + y**2)/k > 1), (x, True))",
+        "x*(1 - Max(0, 1 - k/sqrt(x**2 + y**2)))",
+    ),
+    "by a ratio": (
+        "Piecewise((x, y/z > k), (v, True))",
+        "Piecewise((x, y*z > k*z**2), (v, True))",
+        "Piecewise((x, ((z > 0) & (y > k*z)) | ((z < 0) & (y < k*z))), (v, True))",
+    ),
+    "by a root": (
+        "Piecewise((x, y/sqrt(1 + z**2) > m), (v, True))",
+        "Piecewise((x, y > m*sqrt(1 + z**2)), (v, True))",
+        "Piecewise((v, (y <= 0) | (y**2 <= m**2*(1 + z**2))), (x, True))",
+    ),
+    "by an arc": (
+        "Piecewise((x, acos(cos(a)) < 1), (v, True))",
+        "Piecewise((v, cos(a) < cos(1)), (x, True))",
+    ),
+    "by a logarithm": (
+        "Piecewise((x, log(1 + y**2) > k), (v, True))",
+        "Piecewise((x, sqrt(1 + y**2) > exp(k/2)), (v, True))",
+    ),
+    "by a case distinction": (
+        "Piecewise((v, Piecewise((x, z > 0), (y, True)) > 1), (w, True))",
+        "Piecewise((v, ((z > 0) & (x > 1)) | ((z <= 0) & (y > 1))), (w, True))",
+    ),
+}
+"""Limits and conditions, each in several ways."""
+
+
+@pytest.mark.parametrize(("first", "other"), [
+    pytest.param(texts[0], text, id=f"{name}: {text}") for name, texts in LIMITED.items() for text in texts[1:]
+])  # fmt: skip
+def test_a_limit_that_is_written_anew_is_the_same_and_another_limit_is_not(first, other):
+    assert not compare(document(f"f: {first}"), document(f"f: {other}")).differs
+    moved = (
+        other.replace("1", "Rational(10001, 10000)", 1) if "1" in other else other.replace("k", "k*(1 + m/10**5)", 1)
+    )
+    assert compare(document(f"f: {first}"), document(f"f: {moved}"))["f"].verdict is Fate.CHANGED
+
+
 @pytest.mark.parametrize(("guard", "what", "values"), [
     ("lift: rising ends failure", "direction", ("falling", "rising")),
     ("lift: falling", "ends", ("failure", "")),

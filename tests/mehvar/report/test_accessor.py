@@ -17,6 +17,7 @@ from matplotlib import pyplot
 import mehvar
 from mehvar.cli import report as report_command
 from mehvar.pictures.batch import BINS, bin_edges
+from mehvar.runtime.batch.repeat import SESSION_LAWS
 from tests.docs.formulas import faults
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -105,7 +106,10 @@ def test_a_run_of_a_batch_is_repeated(batch):
 
 def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only():
     batch = mehvar.batch("satellite", damp, 3, period=0.5, t_end=5.0, vary={"roll": "uniform(-0.1, 0.1)"})
-    np.testing.assert_array_equal(batch.mehvar.again(2, damp).isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
+    for law in ((), (damp,)):
+        again = batch.mehvar.again(2, *law)
+        np.testing.assert_array_equal(again.isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
+    SESSION_LAWS.clear()
     with pytest.raises(mehvar.InputError, match="give it again"):
         batch.mehvar.again(2)
     with pytest.raises(mehvar.InputError, match=r"another version of python:damp:\ndef damp"):

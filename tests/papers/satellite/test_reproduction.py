@@ -126,7 +126,8 @@ def test_without_the_plants_zero_law_32_survives_every_first_covariance(runs):
 @pytest.mark.parametrize(("step", "after"), [("semi-implicit", 1), ("explicit", 2)])
 def test_a_torque_moves_the_coarse_satellite_by_its_pulse_transfer(runs, step, after):
     still = {"omega0": 0.0, "wheels": 0.0, "roll_0_deg": 0.0, "pitch_0_deg": 0.0, "yaw_0_deg": 0.0}
-    loop = coarse.Loop(runs.model, runs("pd", "paper", **still), step, 0, np.ones(1))
+    run = runs("pd", "paper", **still)
+    loop = coarse.Loop(runs.model, run, step, 0, run.parameters.c[None])
     loop.step(0.0)
     torque = loop.applied[0]
     for k in range(1, after):

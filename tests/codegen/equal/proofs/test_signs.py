@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The signs of parts give the sign of the whole, and only it; bounds of functions hold their values."""
 
+import itertools
 import random
 from fractions import Fraction
 
@@ -9,7 +10,7 @@ import sympy as sp
 
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.proofs import intervals, linear
-from mehvar.codegen.equal.proofs.signs import Signs
+from mehvar.codegen.equal.proofs.signs import Signs, splits
 from mehvar.codegen.equal.reals import RealWorld
 from mehvar.codegen.ledger.sides import Sides
 
@@ -23,6 +24,20 @@ WHOLES = [
     9 * (x - y) ** 2 - (x + 1) ** 4 * 25,
     sp.sqrt(x**2 + y**2) - k,
     k - 2 * sp.sqrt(x**2 + y**2),
+    1 - k / sp.sqrt(x**2 + y**2),
+    y - m * sp.sqrt(1 + x**2),
+    1 - 2 * k * sp.sqrt(1 + x**2) + y,
+    x / y - k,
+    x * y - k * y**2 + y**3,
+    1 / x - sp.sqrt(m) / (y * sp.exp(k)),
+    sp.acos(sp.cos(x) / 2) - sp.Rational(3, 2),
+    1 - 2 * sp.acos(sp.tanh(x) * sp.cos(y)),
+    sp.asin(sp.tanh(x)) - sp.tanh(y),
+    sp.pi / 3 - sp.atan(x * y),
+    sp.atan(x) - y,
+    sp.sqrt(1 + x**2) - sp.exp(y / 2),
+    x / (1 + y**2) ** 2 - 2 / sp.sqrt(1 + y**2),
+    k - m / (x**2 * sp.sqrt(m + y**2)),
     sp.sqrt(m) - y,
     sp.Max(x, y, k) - 1,
     1 - sp.Max(x, sp.Min(y, k)),
@@ -65,6 +80,23 @@ def test_a_difference_of_squares_is_taken_apart(whole):
         assert all(node not in [part for part, _ in row] for row in rows)
 
 
+WRITTEN_ANEW = [
+    [1 - m / sp.sqrt(x**2 + y**2), sp.sqrt(x**2 + y**2) - m, x**2 + y**2 - m**2],
+    [x / y - k, x * y - k * y**2],
+    [sp.log(1 + x**2) - m, sp.sqrt(1 + x**2) - sp.exp(m / 2)],
+    [1 - sp.acos(sp.tanh(x)), sp.tanh(x) - sp.cos(1)],
+]
+
+
+@pytest.mark.parametrize("wholes", WRITTEN_ANEW, ids=str)
+def test_a_condition_that_is_written_anew_has_the_same_sign(wholes):
+    pool = Pool()
+    nodes = Sides(pool).entries(sp.Matrix(wholes))
+    signs = Signs(pool, BOUNDS)
+    for one, other in itertools.permutations(nodes, 2):
+        assert all(linear.impossible(pool, row, BOUNDS) for row in splits(signs, [(one, 1), (other, -1)]))
+
+
 def test_a_window_is_the_same_signs_however_it_is_written():
     pool = Pool()
     texts = [(f - 1) * (2 - f), sp.Min(f - 1, 2 - f), sp.Rational(1, 2) - sp.Abs(f - sp.Rational(3, 2))]
@@ -81,6 +113,9 @@ NEVER = [
     (sp.acos(sp.cos(x)) - sp.Rational("3.15"), 1),
     (sp.sqrt(sp.acos(sp.cos(x))) - sp.Rational("1.8"), 1),
     (sp.asin(x) + sp.Rational("1.58"), -1),
+    (2 * sp.acos(sp.cos(x)) - 2 * sp.pi, 1),
+    (sp.atan2(y, x) + sp.pi, -1),
+    (sp.pi / 2 - sp.atan(x), -1),
     (sp.exp(-(x**2)) - sp.Rational("1.001"), 1),
     (sp.log(1 + x**2) + sp.Rational("0.001"), -1),
     (sp.Mod(x, 2) - 2, 1),
