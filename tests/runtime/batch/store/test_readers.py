@@ -175,7 +175,7 @@ def test_metadata_that_are_being_rewritten_are_waited_for(store: Path) -> None:
         threading.Timer(0.3, (store / "zarr.json").write_bytes, [content]).start()
         assert open_store(store).n == 40
         (store / "zarr.json").write_bytes(b"")
-        with pytest.raises(InputError, match=r"being written by process .*: its metadata are not whole") as refused:
+        with pytest.raises(InputError, match=r"being written by process .*: its metadata are incomplete") as refused:
             open_store(store)
         assert not isinstance(refused.value, DamageError)
     with pytest.raises(DamageError, match="is damaged"):
