@@ -47,7 +47,7 @@ def test_two_bodies_are_keplers():
 
 
 def test_a_run_ends_at_the_earth():
-    """Where Kepler's radius is the Earth's; one that begins inside is refused."""
+    """At the instant when Kepler's radius is the Earth's; an orbit that begins inside is refused."""
     a, e = 6.9e6, 0.1
     run = flown("falling", orbit=Orbit(size=a, eccentricity=e, anomaly=np.pi), t_end=6000.0)
     assert run.attrs["reason"].startswith(f"the craft is inside the Earth, whose radius is orbit_R = {R:g} m")

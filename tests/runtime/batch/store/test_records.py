@@ -55,12 +55,12 @@ OTHERS: list[tuple[str, Callable[[Path], object]]] = [
     ("changed", lambda folder: write(folder, 1, 1, first=-1)),
     ("changed", lambda folder: write(folder, 1, 1, refusals={"one": "text"})),
 ]
-"""What a record is that stands in the place of another, whether the batch has ended or not."""
+"""Verdicts on a record in the place of another, of a batch that has ended or not."""
 SEALED: list[tuple[str, Callable[[Path], object]]] = [
     ("missing", lambda folder: (folder / block_record(1)).unlink()),
     ("not the one of the end", lambda folder: write(folder, 1, 1, refusals={"4": "text"})),
 ]
-"""What only the end of the batch tells."""
+"""Verdicts that need the end of the batch."""
 
 
 @pytest.mark.parametrize(("what", "change"), [*OTHERS, *SEALED])
