@@ -25,8 +25,8 @@ INCLUDE = NATIVE / "include"
 """Folder of the headers for generated C: `cc -I`."""
 _KIND = "libraries"
 _BESIDE: list[threading.Thread] = []
-"""The thread that compiles the native loop, once begun. A thread does not survive a fork, where to join it returns at once; a
-lock would be waited for forever."""
+"""The thread that compiles the native loop, once begun. Joining it in the child of a fork returns at once, where a lock
+would never be free."""
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
