@@ -49,7 +49,7 @@ BOARD = {
     "replay": "Compute the samples of a journal on this machine and compare them bit for bit.",
     "report": "Run a law as `board run` does and write a report as HTML and JSON.",
     "evidence": "Write evidence about a law in an image: addresses of equations, longest path, stack, coverage, MISRA.",
-    "emit": "Write a law and its link as a package for CMake, Zephyr, PlatformIO, Arduino or STM32Cube.",
+    "emit": "Write a law as a package for CMake, Zephyr, PlatformIO, Arduino, cFS, F Prime or STM32Cube.",
     "flash": "Build for an STM32 board and flash it. Not tested on silicon.",
 }
 

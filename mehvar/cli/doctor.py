@@ -21,7 +21,7 @@ from mehvar.versions import installed
 
 _PACKAGES = {
     "numpy": "every run",
-    "scipy": "designs of batches, statistics, trim and fits",
+    "scipy": "designs of batches, statistics, trim, fits, stiff runs under a law in Python",
     "xarray": "results",
     "h5netcdf": "result files",
     "sympy": "derivation",

@@ -21,7 +21,7 @@ KINDS = {
     "fprime": "A component of F Prime: put this folder into a deployment and `add_fprime_subdirectory` it.",
     "stm32cube": "A CMSIS pack's folder: add `src` to sources and include paths of a project, or install the pack.",
 }
-"""Use of the package of each kind; the folder of templates of that name has its files."""
+"""Use of each kind of package; the folder of templates of that name has its files."""
 FRAMEWORKS = ("cfs", "fprime")
 """Kinds that call the law, and have lines of their own."""
 _NUMBERS = """\

@@ -105,7 +105,7 @@ def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> d
     return {
         "name": name, "NAME": name.upper(), "Camel": _camel(name),
         "model": manifest.model, "law": law, "vectors": vectors,
-        "period": firmware.period, "period_ms": max(1, round(1000 * firmware.period)), "delay": delay_of(law),
+        "period": firmware.period, "delay": delay_of(law),
         "layout": _layout(vectors, name), "block": _members(block),
         "sizes": {word: vector.size for word, vector in by.items()}, "inputs": max(1, len(inputs)),
         "parameters": parameters, "functions": _apart(functions), "names": _names(vectors, name),
@@ -199,10 +199,10 @@ def _ranges(
 
 def _bounds(parameter: Parameter) -> dict[str, str]:
     """Return the least and the greatest allowed float."""
-    least, most = np.float32(parameter.lower), np.float32(parameter.upper)
-    while not parameter.allows(float(least)) and math.isfinite(least):
+    least, most = (np.float32(np.clip(b, -_LARGEST, _LARGEST)) for b in (parameter.lower, parameter.upper))
+    if parameter.lower_open and float(least) <= parameter.lower:  # a closed bound rounds as a value at it does
         least = np.nextafter(least, np.float32(np.inf))
-    while not parameter.allows(float(most)) and math.isfinite(most):
+    if parameter.upper_open and float(most) >= parameter.upper:
         most = np.nextafter(most, np.float32(-np.inf))
     return {"least": _number(float(least)), "most": _number(float(most))}
 

@@ -258,7 +258,7 @@ def paper_part(model: str, part: str) -> ModuleType:
     tree = _home(model)
     if tree is None:
         raise InputError(f"no paper of {model}: papers/{model}/reproduction.py is neither here nor beside mehvar")
-    return load_paper(tree, model, part)
+    return load_paper(tree, identifier(model), part)
 
 
 def load_reproduction(model: str) -> Reproduction:

@@ -117,7 +117,7 @@ class EulerChart(Chart):
 
     def limits(self) -> tuple[Condition, ...]:
         pitch = self.symbols[1]
-        return (Condition(sp.cos(pitch) - _NEAR, "pitch is 90 degrees, where the Euler angles are singular"),)
+        return (Condition(sp.cos(pitch) - _NEAR, "pitch is 90 or -90 degrees, where the Euler angles are singular"),)
 
 
 class RodriguesChart(Chart):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar.cache import cache_folder
-from mehvar.errors import InputError
+from mehvar.errors import InputError, MissingError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0
@@ -64,10 +64,10 @@ def find_compiler() -> Compiler | None:
 
 
 def require_compiler() -> Compiler:
-    """Return the compiler to use, or raise InputError with instructions to install one."""
+    """Return the compiler to use, or raise MissingError with instructions to install one."""
     compiler = find_compiler()
     if compiler is None:
-        raise InputError(
+        raise MissingError(
             'no C compiler found: set $CC, install gcc or clang, or: pip install "mehvar[cc]"; '
             "functions alone need none: load(..., backend='python')"
         )

@@ -27,6 +27,7 @@ _KIND = "libraries"
 _BESIDE: list[threading.Thread] = []
 """The thread that compiles the native loop, once begun. Joining it in the child of a fork returns at once, where a lock
 would never be free."""
+_BEGINNING = threading.Lock()
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
@@ -120,9 +121,11 @@ def begin_native() -> None:
         with suppress(BuildError, InputError, OSError):
             _native()
 
-    if not _BESIDE:
-        _BESIDE.append(threading.Thread(target=begin))
-        _BESIDE[0].start()
+    with _BEGINNING:
+        if not _BESIDE:
+            thread = threading.Thread(target=begin)
+            thread.start()
+            _BESIDE.append(thread)
 
 
 @functools.cache

@@ -56,8 +56,9 @@ class Callbacks:
         inputs, outputs = [_reader(shape) for shape in arguments], [_reader(shape or (1,)) for shape in results]
 
         def call(*addresses: int) -> None:
-            places = [read(at) for read, at in zip(outputs, addresses[len(inputs) :], strict=True)]
+            places: list[Any] = []
             try:
+                places = [read(at) for read, at in zip(outputs, addresses[len(inputs) :], strict=True)]
                 if self._error is None:
                     values = function(*(read(at) for read, at in zip(inputs, addresses, strict=False)))
                     for place, value in zip(places, values if len(places) > 1 else (values,), strict=True):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,11 +27,18 @@ _Schedule, _Model, _Single, _Journal = (
 _DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int32)
 
 
-def run(problem: Problem) -> Trajectory:
+def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
     """Integrate a closed loop; the interpreter lock is released while it runs.
 
     A sampled law in Python runs between two calls of the native loop. A continuous one, and the functions of the NumPy
     module, are called back. An exception of any of them, or of a signal handler, ends the run.
+
+    Parameters
+    ----------
+    problem : Problem
+        The loop.
+    interrupted : callable
+        Raises the exception of a signal handler that a callback lost; see `KeptInterrupts`.
 
     Raises
     ------
@@ -43,9 +51,14 @@ def run(problem: Problem) -> Trajectory:
     journal = _Journal()
     single.happened, single.journal = ctypes.cast(library.mv_enter, ctypes.c_void_p), ctypes.addressof(journal)
     law = None if problem.law is None else _Elsewhere(problem.law, single)
+
+    def check() -> None:
+        callbacks.check()
+        interrupted()
+
     try:
         with np.errstate(all="ignore"):
-            _drive(library, single, problem, law, callbacks)
+            _drive(library, single, problem, law, check)
         events = _events(journal)
     finally:
         library.mv_journal_free(ctypes.byref(journal))
@@ -105,11 +118,13 @@ class _Elsewhere:
         self._u[:-1], self._z_next[:] = self._law(*(array.copy() for array in self._seen.values()))
 
 
-def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None, callbacks: Callbacks) -> None:
+def _drive(
+    library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None, check: Callable[[], None]
+) -> None:
     """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
-    callbacks.check()
+    check()
     chunk, end = 16, len(problem.t)
 
     def goes_on(until: int) -> bool:
@@ -120,7 +135,7 @@ def _drive(library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere 
         until = min(single.tick + chunk, end)
         while goes_on(until):
             library.mv_run(ctypes.byref(single), work.ctypes.data, _answered(law, problem, single.tick, until))
-            callbacks.check()
+            check()
         if problem.progress and single.status == Status.DONE:
             problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
         elapsed = max(time.perf_counter() - start, 1e-6)

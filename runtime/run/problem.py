@@ -169,8 +169,8 @@ class Trajectory:
     """Recorded samples, one row each, and how the run ended.
 
     `z` is the law's memory at the sample, before its evaluation. `violated` is the index of the limit behind
-    Status.LIMIT, and `x_stop` the state there. `error` is the largest error of a step over its tolerance, NaN where the
-    backend does not keep it. `t_stiff` is the instant at which a run of `AUTO` turned out stiff, NaN for other runs.
+    Status.LIMIT, and `x_stop` the state there. `error` is the largest error of a step over its tolerance. `t_stiff`
+    is the instant at which a run of `AUTO` turned out stiff, NaN for other runs.
     `events` has the instant of each event and its number in `Problem.events`.
     """
 

@@ -65,7 +65,7 @@ class Run:
     violated : int
         Index of the limit that ended the run, -1 for none.
     error : float
-        Largest estimated error of a step over its tolerance; NaN where the backend does not keep it.
+        Largest estimated error of a step over its tolerance.
     hold : float or None
         Hold time of a sampled law in seconds; None for a continuous loop.
     parameters : Resolved
@@ -83,7 +83,7 @@ class Run:
     t_stiff : float
         Instant at which `method="auto"` found the run stiff and restarted it, s; NaN otherwise.
     statistics : mapping
-        Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
+        Steps, rejected steps, and evaluations of the right-hand side.
     compile_seconds, run_seconds : float
         Time to compile or load the code, and to integrate.
     """
@@ -325,8 +325,8 @@ def _integrate(problem: Problem) -> Trajectory:
 
 
 def _attempt(problem: Problem) -> Trajectory:
-    with KeptInterrupts():
-        return loop.run(problem)
+    with KeptInterrupts() as kept:
+        return loop.run(problem, kept.check)
 
 
 def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:

@@ -128,19 +128,23 @@ def _check(path: Path) -> None:
             raise bad_value("elf", str(path), "an image with its symbols: do not strip it", "--elf")
 
 
-def _depth(flow: Flow, name: str) -> int | None:
+def _depth(elf: Elf, flow: Flow, name: str) -> int | None:
     """Return the functions in the longest chain of calls, or None for one without an end."""
     below = flow.callees(name)
-    if any(name in flow.callees(called) for called in below):
+    if _calls_itself(elf, flow, name) or any(name in flow.callees(called) for called in below):
         return None
-    depths = [_depth(flow, called) for called in below]
+    depths = [_depth(elf, flow, called) for called in below]
     return None if None in depths else 1 + max((d for d in depths if d is not None), default=0)
+
+
+def _calls_itself(elf: Elf, flow: Flow, name: str) -> bool:
+    return any(i.call and i.target is not None and flow.owner(i.target) == name for i in instructions(elf, name))
 
 
 def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspected:
     text = instructions(elf, name)
     calls = flow.callees(name)
-    itself = any(i.call and i.target is not None and flow.owner(i.target) == name for i in text)
+    itself = _calls_itself(elf, flow, name)
     loops, bound, stack, reasons = None, None, None, []
     try:
         loops = flow.loops(name)
@@ -154,6 +158,6 @@ def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspe
     return Inspected(
         name, sum(size for _, size in elf.functions[name]), len(text), loops,
         sum(i.call and i.target is None for i in text), tuple(sorted(calls)),
-        None if itself else _depth(flow, name), linked.origin(elf.functions[name][0][0]) if linked else None,
+        _depth(elf, flow, name), linked.origin(elf.functions[name][0][0]) if linked else None,
         itself or any(name in flow.callees(c) for c in calls), bound, stack, tuple(reasons),
     )  # fmt: skip

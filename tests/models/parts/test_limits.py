@@ -85,7 +85,8 @@ def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
 
 
 @pytest.mark.parametrize(
-    ("attitude", "turn", "why"), [("euler", np.pi / 2, "pitch is 90 degrees"), ("mrp", 2 * np.pi, "a whole turn")]
+    ("attitude", "turn", "why"),
+    [("euler", np.pi / 2, "pitch is 90 or -90 degrees"), ("mrp", 2 * np.pi, "a whole turn")],
 )
 def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
     craft = Spacecraft(f"tumbling_{attitude}", attitude=attitude, motion="attitude")

@@ -51,7 +51,7 @@ class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an err
         self.status, self.t, self.violated, self.x, self.t_stiff = status, t, violated, x, t_stiff
 
 
-def run(problem: Problem) -> Trajectory:
+def run(problem: Problem, _: Callable[[], None]) -> Trajectory:
     """Integrate a closed loop."""
     backend = PythonBackend(problem.model.manifest)
     loop = _Loop(problem, backend)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the laws of all packages share; each has a header of its own with its state, its parameters and its functions. */
+/* Definitions that the laws of all packages share; each has a header of its own with its state, its parameters and its functions. */
 #ifndef MEHVAR_LAW_H
 #define MEHVAR_LAW_H
 
