@@ -61,7 +61,7 @@ def build(system: System | Spacecraft, backend: BackendName | None = None) -> Mo
     """
     from mehvar.codegen.build import built_folder
 
-    if backend != "python":
+    if not (isinstance(backend, str) and backend == "python"):
         begin_native()  # seconds of a first start, beside those of the derivation
     return load(built_folder(system), backend)
 

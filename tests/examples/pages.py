@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The models that pages of the documentation write, generated in a folder of their own."""
+"""Models of the documentation, and of the tests with laws and scenarios of their own, each generated in a folder."""
 
 from __future__ import annotations
 
-import re
 import shutil
 from pathlib import Path
 
@@ -11,20 +10,11 @@ from mehvar.codegen.generate import generate
 from mehvar.codegen.workspace import Tree
 
 ROOT = Path(__file__).parents[2]
-_FILE = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 
 
-def model_of_page(page: str, name: str, folder: Path) -> Path:
-    """Write the files of a page and return the generated folder of the model in it."""
-    for path, text in _FILE.findall((ROOT / "docs" / page).read_text(encoding="utf-8")):
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
-    return generated(name, folder)
-
-
-def model_here(name: str, folder: Path) -> Path:
-    """Copy a model of docs/examples and return its generated folder."""
-    shutil.copytree(ROOT / "docs" / "examples" / "models" / name, folder / "models" / name)
+def model_here(name: str, folder: Path, of: str = "docs") -> Path:
+    """Copy a model of docs/examples or tests/examples and return its generated folder."""
+    shutil.copytree(ROOT / of / "examples" / "models" / name, folder / "models" / name)
     return generated(name, folder)
 
 

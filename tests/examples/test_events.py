@@ -22,7 +22,7 @@ from tests.models.edits import parameter
 from tests.models.written import written
 
 from . import checks
-from .pages import lines, model_here, model_of_page
+from .pages import lines, model_here
 
 METHODS = ("rk4", "dopri5", "dop853", "rock4", "rodas5p")
 NAMES = ("bounce", "thruster", "cubli")
@@ -31,10 +31,7 @@ NAMES = ("bounce", "thruster", "cubli")
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     places = {name: tmp_path_factory.mktemp(name) for name in NAMES}
-    return {
-        name: model_of_page("how-to/events.md", name, place) if name == "bounce" else model_here(name, place)
-        for name, place in places.items()
-    }
+    return {name: model_here(name, place, "tests" if name == "bounce" else "docs") for name, place in places.items()}
 
 
 @pytest.mark.parametrize("name", NAMES)

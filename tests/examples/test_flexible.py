@@ -11,16 +11,15 @@ import mehvar
 from mehvar.physics.gates import balance, gates
 from mehvar.physics.machine import Machine
 from tests.examples import checks
-from tests.examples.pages import lines, model_of_page
+from tests.examples.pages import lines, model_here
 
-PAGE = "how-to/matrices.md"
 INERTIA = np.array([[120, -4, 2.5], [-4, 90, 3], [2.5, 3, 100]])
 DELTA, OMEGA = np.array([[1, 0.2], [0.1, 3], [4, -0.5]]), np.array([2, 5.5])
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return model_of_page(PAGE, "flexible", tmp_path_factory.mktemp("flexible"))
+    return model_here("flexible", tmp_path_factory.mktemp("flexible"), "tests")
 
 
 def test_the_tensor_is_one_line_and_the_model_is_short(folder):

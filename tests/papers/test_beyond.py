@@ -65,7 +65,7 @@ def test_the_structure_is_that_of_the_words_and_larger_than_the_papers(model: st
 
 
 def test_the_page_that_is_named_exists(beyond: Beyond) -> None:
-    assert (Path(__file__).parents[3] / "docs" / "explanation" / f"{beyond.words.page}.md").is_file()
+    assert (Path(__file__).parents[2] / "docs" / "explanation" / f"{beyond.words.page}.md").is_file()
 
 
 def test_a_claim_without_a_function_is_refused(tmp_path: Path) -> None:

@@ -295,7 +295,8 @@ class Link:
         expected = self._layout
         if hello.real_size != 4:
             raise InputError(
-                f"{self._port.name}: the board computes in numbers of {hello.real_size} bytes, not of 4 (float)"
+                f"{self._port.name}: the board computes in numbers of {hello.real_size} bytes, not of 4 (float): "
+                "build and flash it"
             )
         if hello.hash == expected.hash and hello.sizes != expected.sizes:
             counts = f"{list(hello.sizes)} numbers in its vectors, not {list(expected.sizes)}"

