@@ -12,7 +12,7 @@ import mehvar
 from mehvar import runtime
 from mehvar.errors import InputError
 from mehvar.models.parts import Gyro, Hub, Spacecraft
-from mehvar.runtime.batch.repeat import plan_of
+from mehvar.runtime.batch.repeat import SESSION_LAWS, plan_of
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.own.law import LawError
 from mehvar.runtime.run.problem import Status
@@ -102,6 +102,8 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
     for change in ({"controller": other}, {"controller": p_sum, "memory": [2.0]}):
         with pytest.raises(InputError, match="was made with law = "):
             batch(pendulum, out=out, resume=True, **{**OWN, **change})
+    assert repeated(out, pendulum) is not None
+    SESSION_LAWS.clear()  # as in another session
     with pytest.raises(InputError, match="does not contain the law python:p_sum"):
         repeated(out, pendulum)
 
