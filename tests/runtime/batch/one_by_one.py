@@ -12,7 +12,7 @@ from mehvar import runtime
 from mehvar.names import identifier
 from mehvar.runtime.batch.kernel import Block, Kernel
 from mehvar.runtime.model.functions import CBackend
-from mehvar.runtime.run import compiled
+from mehvar.runtime.run import loop
 from mehvar.runtime.run.metrics import evaluate
 from mehvar.runtime.run.noise import normals
 from mehvar.runtime.run.problem import Problem, Status
@@ -51,7 +51,7 @@ def run_alone(
             kernel.options.rtol, kernel.options.atol, step, kernel.options.max_steps, None,
         )  # fmt: skip
         assert isinstance(model.evaluator, CBackend)
-        one = compiled.run(problem, model.evaluator)
+        one = loop.run(problem, lambda: None)
         command = [one.u_cmd] if kernel.loop.records_command else []
         series = np.concatenate([one.x, one.u, *command, one.y, one.z], axis=1)
         columns = dict(zip(kernel.variables, series.T, strict=True))
