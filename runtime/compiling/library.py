@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import platform
 import shlex
 import subprocess
@@ -126,6 +127,16 @@ def begin_native() -> None:
             thread = threading.Thread(target=begin)
             thread.start()
             _BESIDE.append(thread)
+
+
+def _free() -> None:
+    """Free the lock in the child of a fork, where the thread that held it is not."""
+    if _BEGINNING.locked():
+        _BEGINNING.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_free)
 
 
 @functools.cache
