@@ -71,6 +71,9 @@ def python() -> str:
     place, program = folder / "socket", folder / "python"
     program.write_text(CLIENT.format(python=COLD, place=str(place)), encoding="utf-8")
     program.chmod(0o700)
+    if all(name in sys.modules for name in LIBRARIES) and "mehvar" not in sys.modules:
+        _fork(place)
+        return str(program)
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     server = subprocess.Popen(
         [COLD, "-m", "tests.commands", place],
@@ -85,15 +88,34 @@ def python() -> str:
     return str(program)
 
 
+def _fork(place: Path) -> None:
+    """Serve from a fork of this process, which has imported what a server would; it ends with this process too."""
+    (its_input, held), (heard, its_output) = os.pipe(), os.pipe()
+    sys.stdout.flush()
+    if os.fork() == 0:
+        os.dup2(its_input, 0)
+        os.dup2(its_output, 1)
+        for file in (its_input, held, heard, its_output):
+            os.close(file)
+        main(str(place))
+    os.close(its_output)
+    assert os.read(heard, 5) == b"ready"
+
+
 def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
     server.communicate()
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def serve(place: str) -> list[str] | None:
-    """Fork a process for each command, in which this returns its arguments, until the standard input ends."""
+def load() -> None:
+    """Import the libraries."""
     for name in LIBRARIES:
         importlib.import_module(name)
+
+
+def serve(place: str) -> list[str] | None:
+    """Fork a process for each command, in which this returns its arguments, until the standard input ends."""
+    load()
     sys.executable = str(Path(place).with_name("python"))
     multiprocessing.spawn.set_executable(sys.executable)
     gc.freeze()  # what is shared is not copied for the sake of its counters
@@ -176,11 +198,16 @@ def _exit(code: object) -> NoReturn:
     os._exit(code & 0xFF if isinstance(code, int) else code is not None)
 
 
-if __name__ == "__main__":
-    call = serve(sys.argv[1])
+def main(place: str) -> NoReturn:
+    """Serve, and be a command in each fork."""
+    call = serve(place)
     if call is not None:
         try:
             run(call)
         except SystemExit as end:
             _exit(end.code)
-        _exit(0)
+    _exit(0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

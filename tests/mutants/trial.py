@@ -19,16 +19,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-_LIBRARIES = (
-    "numpy", "scipy.integrate", "scipy.stats", "xarray", "zarr", "h5netcdf", "pandas", "sympy", "casadi", "pydantic",
-    "hypothesis", "pytest",
-)  # fmt: skip
+from tests import commands
+
+_LIBRARIES = ("scipy.stats", "hypothesis", "pytest")
 _LIMIT = 10**6
 """Seconds of processor time when nothing is known of the tests."""
 _PATIENCE = 20.0
 """Seconds in which no process of a trial ran or wanted to: it waits for what will not come. The longest wait of a test
 is of 10 s; twice as long would only make a mutant that hangs dearer."""
-_POLL = 0.05
+_POLL = 0.3
+_TICK = os.sysconf("SC_CLK_TCK")
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ class Trial:
 
 def preload() -> None:
     """Load what all trials use."""
+    commands.load()
     for name in _LIBRARIES:
         importlib.import_module(name)
 
@@ -80,14 +81,14 @@ def run(
     rank : mapping, optional
         Tests run in the order of these numbers, up to the first that fails; by default all run.
     limit : float
-        Seconds of processor time.
+        Seconds of processor time, of all processes together.
     """
     log, before = work / "tests.jsonl", _processor_time()
     log.unlink(missing_ok=True)
     process = os.fork()
     if process == 0:
         _test(tree, tests, work, without, rank, limit)
-    outcome = _end(process)
+    outcome = _end(process, limit)
     lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
     return Trial(outcome, tuple(Test(**json.loads(line)) for line in lines), _processor_time() - before)
 
@@ -97,8 +98,8 @@ def _processor_time() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def _end(process: int) -> str:
-    """Wait for a process and say how it ended; kill it when it and its children wait for nothing."""
+def _end(process: int, limit: float) -> str:
+    """Wait for a process and say how it ended; kill it when its group has had its time, or waits for nothing."""
     active = time.monotonic()
     try:
         while True:
@@ -106,9 +107,10 @@ def _end(process: int) -> str:
             if done:
                 slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
                 return "timeout" if slow else "failed" if status else "passed"
-            if any(state != "S" for state in _states(process)):
+            group = list(_group(process))
+            if any(state != "S" for state, _ in group):
                 active = time.monotonic()
-            elif time.monotonic() - active > _PATIENCE:
+            if time.monotonic() - active > _PATIENCE or sum(seconds for _, seconds in group) > limit:
                 os.killpg(process, signal.SIGKILL)
             time.sleep(_POLL)
     finally:
@@ -116,13 +118,16 @@ def _end(process: int) -> str:
             os.killpg(process, signal.SIGKILL)
 
 
-def _states(group: int) -> Iterator[str]:
-    """Yield S for each process of a group that waits, another letter for one that runs or wants to."""
+def _group(group: int) -> Iterator[tuple[str, float]]:
+    """Yield of each process of a group S if it waits, another letter otherwise, and its processor time so far.
+
+    The time is its own and that of children that ended, as compilers.
+    """
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
-            state, _parent, its_group = path.read_text().rpartition(")")[2].split()[:3]
+            state, _parent, its_group, *rest = path.read_text().rpartition(")")[2].split()
             if int(its_group) == group:
-                yield state
+                yield state, sum(map(int, rest[8:12])) / _TICK
 
 
 class _Log:
@@ -174,11 +179,13 @@ def _test(
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         os.chdir(tree)
         sys.path.insert(0, str(tree))
+        sys.modules["tests"].__path__ = [str(tree / "tests")]
         silent = os.open(work / "output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(silent, 1)
         os.dup2(silent, 2)
         os.environ |= {"PYTHONPATH": str(tree), "MEHVAR_TEST_CACHE": str(work / "cache"), "OPENBLAS_NUM_THREADS": "1"}
         sys.dont_write_bytecode = True
+        commands.python()  # before anything of the tree is imported: from a fork, not from four seconds of imports
         arguments = ["-q", "--assert=plain", "-p", "no:cacheprovider", f"--basetemp={work / 'pytest'}", *tests]
         arguments += [f"--deselect={name}" if "::" in name else f"--ignore={name}" for name in without]
         arguments += [] if rank is None else ["-x"]

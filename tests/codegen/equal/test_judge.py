@@ -6,6 +6,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
+from mehvar.codegen.equal import field
 from mehvar.codegen.equal.judge import Judge, Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
@@ -18,10 +19,26 @@ NEVER = [sp.exp(x), x**2 + 1, m, m * sp.exp(x), (x**2 + 1) * m**3 / (2 + sp.cos(
 SOMETIMES = [x, x * sp.exp(y), sp.exp(x) - 1, (x**2 + 1) * y, m - 1, m * sp.sin(x), (x - y) ** 3 * m]
 
 
-@pytest.mark.parametrize(("whole", "never"), [*((w, True) for w in NEVER), *((w, False) for w in SOMETIMES)], ids=str)
-def test_what_is_proved_never_zero_is_never_zero(whole, never):
+def judged(whole):
+    """Return a judge and an expression."""
     pool = Pool()
     (node,) = Sides(pool).entries(whole)
     sampler = PointSampler({"x": WHOLE, "y": WHOLE, "m": (Fraction(0), None, None)}, frozenset())
-    judge = Judge(pool, lambda name: name == "m", sampler)
-    assert judge.never_zero((Meaning(pool, lambda _: None), node)) is never
+    return Judge(pool, lambda name: name == "m", sampler), (Meaning(pool, lambda _: None), node)
+
+
+@pytest.mark.parametrize(("whole", "never"), [*((w, True) for w in NEVER), *((w, False) for w in SOMETIMES)], ids=str)
+def test_what_is_proved_never_zero_is_never_zero(whole, never):
+    judge, expression = judged(whole)
+    assert judge.never_zero(expression) is never
+
+
+@pytest.mark.parametrize(
+    ("whole", "points"),
+    [(x + y, 3), (sp.sqrt(m), 3), (sp.cbrt(x**2 + y), 3), (sp.sqrt(x**2 + y), 32), (1 + sp.acos(sp.cos(x)), 32)],
+)
+def test_a_root_whose_sign_is_drawn_takes_more_points(whole, points):
+    """All of 3 points have one sign once in 8 times, all of 32 once in 2^32."""
+    judge, expression = judged(whole)
+    assert judge.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {judge.seed}"
+    assert judge.is_rooted(expression) is (points == 32)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from mehvar.runtime.board.emulator.machine import EmulatedBoard
+from mehvar.runtime.board.emulator.profile import _cost, disassemble
 from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources, write_sources
 from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.header import layout
@@ -161,6 +162,20 @@ def test_a_step_and_an_image_stay_within_their_budget(compiler):
     assert elf.doubles() == []
     for coverage in outcome.covered:
         assert coverage.run >= 0.95 * coverage.lines or coverage.function == "mv_app_step", coverage
+
+
+@pytest.mark.parametrize(
+    ("code", "cycles"),
+    [
+        ("90fbf1f0", 7), ("b0fbf1f0", 7), ("80ee200a", 14), ("b1eec00a", 14), ("a0ee200a", 3), ("00ee200a", 3),
+        ("0868", 2), ("0860", 2), ("0878", 2), ("90ed000a", 2), ("80ed000a", 2), ("f1ee10fa", 1), ("4018", 1),
+        ("30b5", 4), ("2ded020a", 3), ("0fc8", 5),
+    ],
+)  # fmt: skip
+def test_cycles_of_an_instruction_are_those_of_the_manual(code, cycles):
+    """Cortex-M4 Technical Reference Manual; a division takes 2 to 12, of which the middle counts."""
+    ((_, name, operands),) = disassemble(bytes.fromhex(code), 0)
+    assert _cost(name, operands) == cycles
 
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
