@@ -24,7 +24,7 @@ def test_the_place_of_an_edit_is_the_innermost_that_explains_it(old, new, path):
     assert edit.path == path
 
 
-@pytest.mark.parametrize("after", ["2", "3", "-1", "-2", "4", "-3", "1/2", "-1/2", "3/2"])
+@pytest.mark.parametrize("after", ["2", "1", "3", "-1", "-2", "4", "-3", "1/2", "-1/2", "3/2"])
 def test_another_exponent_is_an_edit_of_the_exponent(after):
     """Of a length, which is positive, so that its roots have values."""
     (edit,) = compare(document("f: x*l**5 + y"), document(f"f: x*l**({after}) + y"))["f"].edits

@@ -153,6 +153,12 @@ def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch
     assert seven() == 7
 
 
+@pytest.mark.parametrize("command", [("/opt/zig/zig", "cc"), (sys.executable, "-m", "ziglang", "cc"), ("gcc",)])
+def test_zig_is_told_to_behave_as_other_compilers(command: tuple[str, ...]) -> None:
+    more = () if command == ("gcc",) else ("-mcpu=baseline", "-fno-sanitize=undefined")
+    assert compiler.Compiler(command, "of this test", "$CC").flags == more
+
+
 def test_without_any_compiler_functions_are_evaluated_by_numpy(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: Path
 ) -> None:
