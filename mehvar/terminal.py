@@ -19,7 +19,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
-from mehvar.errors import printable
+from mehvar.base.errors import printable
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -241,7 +241,7 @@ def finite(value: object) -> object:
 
 def print_version() -> None:
     """Print the version, as `mehvar --version` does."""
-    from mehvar.versions import installed
+    from mehvar.base.versions import installed
 
     print(f"mehvar {installed('mehvar')['mehvar']}")
 

@@ -15,7 +15,7 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import MehvarError, shown
+from mehvar.base.errors import MehvarError, shown
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest, Quantity
+    from mehvar.base.manifest import Manifest, Quantity
 
 _LINES = ("-", "--", ":", "-.")
 _MOST_NAMED = 12

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mehvar.errors import InputError, printable
+from mehvar.base.errors import InputError, printable
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 

@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS
-from mehvar.units import dimension, has_radians
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS
+from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..system import Metric, System

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 
 from ..model.functions import BackendName, Real
 from ..model.parameters import number

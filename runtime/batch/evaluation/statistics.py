@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 
 from ...run.options import either
 from ...run.problem import COMPLETE
