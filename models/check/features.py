@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that every declared feature has an effect: one that nothing would use is refused by name."""
+"""Check that every declared feature has an effect, and that none excludes another; others are refused by name."""
 
 from __future__ import annotations
 
 import itertools
 import string
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import sympy as sp
 
+from mehvar.base import capabilities
+from mehvar.base.capabilities import Feature, Names
 from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
 
-from ..forms import algebraic_rows
-from ..quantities import Group, ModelError, Parameter
+from ..forms import algebraic_rows, has_rates
+from ..quantities import Group, Located, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
-from .beside import check_beside
 from .events import check_events
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
@@ -41,7 +42,7 @@ def check_features(system: System) -> None:
             "be one for each"
         )
     _check_mass(system)
-    check_beside(system)
+    _check_beside(system)
     _check_geometry(system)
     _check_messages(system)
 
@@ -58,6 +59,34 @@ def _check_mass(system: System) -> None:
         )
     if len(algebraic_rows(system)) == n:
         raise ModelError(f"{system.origin}: mass is zero: a system must have a state that has a rate")
+
+
+def _check_beside(system: System) -> None:
+    """Refuse features that cannot stand beside one another."""
+    present = {feature: (part.origin, feature.listed(names)) for feature, part, names in _features(system) if names}
+    for one, other, reason in capabilities.EXCLUSIONS:
+        if one in present and other in present:
+            origin, words = present[one]
+            raise ModelError(f"{origin}: {words} cannot stand beside {other.name}: {reason}")
+
+
+def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
+    """Yield features, the part of the system that declares each, and the names of what has it, if any."""
+    laws = system.controllers
+    events = [*system.events, *(event for law in laws for event in law.events)]
+    continuous, integrated = any(not law.period for law in laws), [law for law in laws if law.rates]
+    sensor, actuator, diffusion = system.sensor or system, system.actuator or system, system.diffusion or system
+    yield capabilities.MASS, system, system.mass is not None
+    yield capabilities.ALGEBRAIC, system, [system.states.quantities[k].name for k in algebraic_rows(system)]
+    yield capabilities.DERIVED_RATES, system, bool(system.residual or system.rates) and not has_rates(system)
+    yield capabilities.EVENTS, events[0] if events else system, [event.name for event in events]
+    yield capabilities.RESETS, system, [event.name for event in events if event.reset]
+    yield capabilities.PROCESS_NOISE, diffusion, system.diffusion is not None
+    yield capabilities.CHART, system.coordinates or system, system.coordinates is not None
+    yield capabilities.ACTUATOR, actuator, continuous and system.actuator is not None
+    yield capabilities.SEEN, sensor, continuous and system.seen is not system.states
+    yield capabilities.CHOICES, system, [choice.name for choice in system.choices]
+    yield capabilities.INTEGRATED, integrated[0] if integrated else system, [law.name for law in integrated]
 
 
 def _check_geometry(system: System) -> None:
