@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results answer for themselves: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`; batches too.
 
-Importing this module registers the accessor with xarray; `mehvar.simulate`, `batch` and `open_result` do.
+Importing this module registers the accessor with xarray. `mehvar.simulate`, `batch` and `open_result` import it, and so
+does xarray itself where it opens a file or a store: see `Engine` and `Registration`.
 """
 
 from __future__ import annotations
@@ -343,6 +344,15 @@ class Results:
         if not self._is_batch:
             raise unknown_name("dimension of this result", "run", map(str, self._dataset.dims))
         return Runs(self._dataset, success)
+
+
+class Registration:
+    """Entry of the group `xarray.chunkmanagers`, which offers no chunks: `xarray.open_zarr` loads the group's modules.
+
+    It opens a store with its own engine and loads no other engine, so that an entry there would not register us.
+    """
+
+    available = False
 
 
 def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -104,14 +104,16 @@ def test_a_run_of_a_batch_is_repeated(batch):
         changed.mehvar.again(17)
 
 
-def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only():
+def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch):
     batch = mehvar.batch("satellite", damp, 3, period=0.5, t_end=5.0, vary={"roll": "uniform(-0.1, 0.1)"})
     for law in ((), (damp,)):
         again = batch.mehvar.again(2, *law)
         np.testing.assert_array_equal(again.isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
     SESSION_LAWS.clear()
-    with pytest.raises(mehvar.InputError, match="give it again"):
+    with pytest.raises(mehvar.InputError, match="which this session does not define: define or import it"):
         batch.mehvar.again(2)
+    monkeypatch.setattr("__main__.damp", damp, raising=False)
+    assert batch.mehvar.again(2).attrs["controller"] == "python:damp"
     with pytest.raises(mehvar.InputError, match=r"another version of python:damp:\ndef damp"):
         batch.mehvar.again(2, lambda t, x: [0.0, 0.0, 0.0])
 
@@ -128,10 +130,11 @@ def test_a_run_without_a_law_is_repeated_with_its_inputs():
 def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
     mehvar.batch("triangle", "path", 2, out=tmp_path / "runs.zarr", t_end=1.0)
     assert repr(mehvar.open_result(tmp_path / "runs.zarr").mehvar).startswith("<mehvar: a batch of 2 runs")
-    opened = f"xarray.open_dataset({str(tmp_path / 'runs.zarr')!r}, engine='mehvar')"
-    text = f"import xarray; print({opened}.mehvar)"
-    fresh = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
-    assert fresh.stdout.startswith("<mehvar: a batch of 2 runs"), fresh.stderr
+    path = repr(str(tmp_path / "runs.zarr"))
+    for opened in (f"open_zarr({path})", f"open_dataset({path})"):
+        text = f"import xarray; print(xarray.{opened}.mehvar)"
+        fresh = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+        assert fresh.stdout.startswith("<mehvar: a batch of 2 runs"), fresh.stderr
 
 
 @pytest.mark.parametrize(
