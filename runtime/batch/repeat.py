@@ -137,7 +137,8 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
     given = {"controller": controller, "inputs": inputs}
     if needed is not None and given[needed] is None:
         if needed == "inputs":
-            raise InputError(f"{store.name} ran without a law: pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)")
+            how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
+            raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
             f"{store.name} ran under {law}, which this session does not define: define or import it, or pass it, as in "
             "runs.mehvar.again(17, controller=LAW); attribute 'law' of the batch has its source"

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, bad_value, either
 from mehvar.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.names import identifier
 
-from .options import EXPLICIT, IMPLICIT, INTEGRATORS, STIFF, STOCHASTIC, Integrator, Method, either
+from .options import EXPLICIT, IMPLICIT, INTEGRATORS, STIFF, STOCHASTIC, Integrator, Method
 
 _ARGUMENTS = {
     "reference": "t p s",

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, Origin, bad_value, unknown_name
+from mehvar.errors import InputError, Origin, bad_value, either, unknown_name
 from mehvar.manifest import Controller, Event, Manifest, Scenario
 from mehvar.names import identifier
 
@@ -28,7 +28,6 @@ from .options import (
     Method,
     RunOptions,
     check_effects,
-    either,
     first_integrator,
 )
 from .own.law import Law, OwnLaw
