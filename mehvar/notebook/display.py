@@ -74,7 +74,7 @@ class CellProgress:
             return
         from IPython.display import display
 
-        handle: Any = display(self._state(), raw=True, display_id=True)
+        handle: Any = display(self._state(), raw=True, display_id=True)  # type: ignore[no-untyped-call]
         while not self._ended.wait(_REFRESH):
             handle.update(self._state(), raw=True)
         handle.update({"text/plain": ""}, raw=True)

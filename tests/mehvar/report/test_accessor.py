@@ -17,6 +17,9 @@ from matplotlib import pyplot
 import mehvar
 from mehvar.cli import report as report_command
 from mehvar.pictures.batch import BINS, bin_edges
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.style import style
+from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.batch.repeat import SESSION_LAWS
 from tests.docs.formulas import faults
 
@@ -56,8 +59,17 @@ def test_metrics_are_a_table(run, batch):
     assert batch.mehvar.metrics().loc["travel", "mean"] == pytest.approx(float(batch["travel"].mean()))
 
 
+def test_plot_is_the_picture_that_the_command_saves(run):
+    saved, shown = run_picture(run, mehvar.load("triangle").manifest), run.mehvar.plot()
+    assert shown.get_suptitle() == saved.get_suptitle()
+    for ax, other in zip(saved.axes, shown.axes, strict=True):
+        for line, twin in zip(ax.lines, other.lines, strict=True):
+            np.testing.assert_array_equal(line.get_xydata(), twin.get_xydata())
+
+
 def test_a_run_is_drawn_with_its_settling_times(run):
-    axes = run.mehvar.plot()
+    with style():
+        axes = panels_picture(run, mehvar.load("triangle").manifest).axes
     texts = [text.get_text() for ax in axes for text in ax.texts]
     assert sorted(texts) == ["T_length", "T_rho", "T_theta"]
     marked = next(ax for ax in axes if "T_rho" in [text.get_text() for text in ax.texts])
@@ -66,7 +78,7 @@ def test_a_run_is_drawn_with_its_settling_times(run):
 
 def test_runs_are_counted_by_success(batch):
     wins = int(((batch["status"] == 0) & (batch["T_theta"] < 19.3)).sum())
-    histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)")
+    histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)").axes
     heights = [sum(bar.get_height() for bar in part) for part in histogram.containers]
     assert heights == [wins, 40 - wins]
     assert len(bands.collections) == 3
