@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from mehvar import cache
-from mehvar.errors import bad_value
-from mehvar.versions import installed
+from mehvar.base import cache
+from mehvar.base.errors import bad_value
+from mehvar.base.versions import installed
 
 from .generate import prepared, texts_of, write
 from .workspace import installed_tree

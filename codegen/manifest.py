@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from mehvar import manifest as numeric
-from mehvar.manifest import Manifest
+from mehvar.base import manifest as numeric
+from mehvar.base.manifest import Manifest
+from mehvar.base.versions import installed
 from mehvar.models.system import Condition, Controller, Event, Group, Output, Parameter, System, free_symbols
-from mehvar.versions import installed
 
 from .code.files import PrintedFunction, model_hash
 from .functions.readers import Reader, readers, readers_of

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
     from mehvar.runtime.batch.sampling import Design

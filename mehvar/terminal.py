@@ -20,8 +20,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
-from mehvar.errors import printable
-from mehvar.notebook.display import CellProgress, in_notebook
+from mehvar.base.display import CellProgress, in_notebook
+from mehvar.base.errors import printable
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -278,7 +278,7 @@ def finite(value: object) -> object:
 
 def print_version() -> None:
     """Print the version, as `mehvar --version` does."""
-    from mehvar.versions import installed
+    from mehvar.base.versions import installed
 
     print(f"mehvar {installed('mehvar')['mehvar']}")
 

@@ -15,8 +15,8 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import MehvarError, shown
-from mehvar.notebook.display import table
+from mehvar.base.display import table
+from mehvar.base.errors import MehvarError, shown
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -15,8 +15,8 @@ from itertools import chain
 
 import sympy as sp
 
-from mehvar.manifest import Choice, Metric, Scenario
-from mehvar.notebook.display import gathered, heading
+from mehvar.base.display import gathered, heading
+from mehvar.base.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
 from .events import Event, surfaces

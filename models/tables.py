@@ -14,10 +14,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from mehvar.errors import either
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
-from mehvar.schema import parse_toml
-from mehvar.units import dimension
+from mehvar.base.errors import either
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
+from mehvar.base.schema import parse_toml
+from mehvar.base.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong

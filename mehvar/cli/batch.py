@@ -13,9 +13,9 @@ from typing import Annotated, Any
 
 import typer
 
+from mehvar.base.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.store.stats import print_statistics
-from mehvar.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS

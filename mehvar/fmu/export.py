@@ -14,8 +14,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.errors import BuildError, bad_value
-from mehvar.names import identifier
+from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
 from mehvar.runtime.compiling.library import ENDING, FLAGS

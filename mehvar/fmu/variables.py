@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Function, Parameter, Quantity
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Controller, Function, Parameter, Quantity
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve

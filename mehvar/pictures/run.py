@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from mehvar.manifest import Manifest, Quantity
+    from mehvar.base.manifest import Manifest, Quantity
 
 _LINES = ("-", "--", ":", "-.")
 _MOST_NAMED = 12

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.run.problem import COMPLETE

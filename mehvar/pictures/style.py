@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import InputError, printable
+from mehvar.base.errors import InputError, printable
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
-from mehvar.manifest import FILE, Manifest, parse_manifest
-from mehvar.notebook.display import frame
+from mehvar.base.display import frame
+from mehvar.base.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
+from mehvar.base.manifest import FILE, Manifest, parse_manifest
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.run.metrics import metrics, metrics_of

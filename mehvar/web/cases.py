@@ -6,8 +6,8 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 
-from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Scenario
+from mehvar.base.errors import InputError, bad_value
+from mehvar.base.manifest import Controller, Scenario
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.simulate import Run, simulate

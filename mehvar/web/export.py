@@ -15,14 +15,14 @@ import numpy as np
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.manifest import Controller, Manifest, Parameter, Quantity, Shape
+from mehvar.base.manifest import Controller, Manifest, Parameter, Quantity, Shape
+from mehvar.base.schema import plain
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
-from mehvar.schema import plain
 
 from .cases import Case, cases_of
 from .module import compiled_module, zig_toolchain

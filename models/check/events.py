@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from mehvar.manifest import DIRECTIONS, ENDS
+from mehvar.base.manifest import DIRECTIONS, ENDS
 
 from ..events import Event
 from ..forms import algebraic_rows

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
+from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
 
 from ..forms import algebraic_rows, has_rates
 from ..quantities import Group, ModelError, Parameter

@@ -7,9 +7,9 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.errors import either
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS
-from mehvar.units import dimension, has_radians
+from mehvar.base.errors import either
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS
+from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..system import Metric, System

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import METRIC_KINDS
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import METRIC_KINDS
+from mehvar.base.names import identifier
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library

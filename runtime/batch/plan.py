@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Parameter, Quantity
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Parameter, Quantity
+from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..model.model import Model

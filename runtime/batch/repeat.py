@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
-from mehvar.manifest import OPEN_LOOP
+from mehvar.base.errors import InputError, bad_value
+from mehvar.base.manifest import OPEN_LOOP
 
 from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray

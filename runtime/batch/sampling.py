@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, either
+from mehvar.base.errors import InputError, bad_value, either
 
 from ..compiling.library import load_library, native_headers, native_sources
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import Controller, Manifest, Quantity
-from mehvar.names import identifier
-from mehvar.notebook.display import heading, table
+from mehvar.base.display import heading, table
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.manifest import Controller, Manifest, Quantity
+from mehvar.base.names import identifier
 
 from .functions import FloatArray, Functions, GeneratedFunction
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest, parameter_table
-from mehvar.notebook.display import gathered, heading, table
+from mehvar.base.display import gathered, heading, table
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Manifest, parameter_table
 
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler

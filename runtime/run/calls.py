@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.errors import InputError, bad_value, either
-from mehvar.manifest import Controller, Event, Function, Manifest, law_signature
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, either
+from mehvar.base.manifest import Controller, Event, Function, Manifest, law_signature
+from mehvar.base.names import identifier
 
 from .options import EXPLICIT, IMPLICIT, INTEGRATORS, STIFF, STOCHASTIC, Integrator, Method
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, MehvarError, bad_value, either
+from mehvar.base.errors import InputError, MehvarError, bad_value, either
 
 from ..files import write_atomic
 

@@ -13,7 +13,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
-from mehvar.errors import InputError, bad_value, either
+from mehvar.base.errors import InputError, bad_value, either
 
 from ..model.functions import BackendName, Real
 from ..model.parameters import number

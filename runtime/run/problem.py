@@ -11,9 +11,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, Origin, bad_value, either, unknown_name
-from mehvar.manifest import Controller, Event, Manifest, Scenario
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, Origin, bad_value, either, unknown_name
+from mehvar.base.manifest import Controller, Event, Manifest, Scenario
+from mehvar.base.names import identifier
 
 from ..model.functions import FloatArray, Real
 from ..model.model import Model

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.manifest import made_when_asked, manifest_text, read_manifest
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import (
     GenerateError,
@@ -23,7 +24,6 @@ from mehvar.codegen.generate import (
     write,
 )
 from mehvar.codegen.new_numbers import shapes
-from mehvar.manifest import made_when_asked, manifest_text, read_manifest
 from mehvar.models.quantities import ModelError
 from tests.derived import variant
 

@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 
 import mehvar
 from mehvar import runtime
+from mehvar.base.names import ARGUMENTS
+from mehvar.base.units import dimension, unit_text
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.lower import LoweringError
 from mehvar.codegen.functions.verify import check_counterparts
@@ -37,9 +39,7 @@ from mehvar.models.system import (
     System,
 )
 from mehvar.models.tables import read_scenarios
-from mehvar.names import ARGUMENTS
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.units import dimension, unit_text
 from tests.derived import system
 from tests.models.edits import cart, put, turner
 

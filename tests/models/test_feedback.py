@@ -9,7 +9,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.fmu.variables import subject
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError

@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.codegen.functions.verify import VerificationError, verify
-from mehvar.errors import InputError
 from mehvar.models.check import check
 from mehvar.models.forms import with_mass
 from mehvar.models.forms.elimination import SingularError, factors

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.fmu.variables import subject
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, either
+from mehvar.base.errors import InputError, bad_value, either
 
 from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT

@@ -16,9 +16,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from mehvar import cache
-from mehvar.errors import BuildError, bad_value
-from mehvar.manifest import Controller, Scenario
+from mehvar.base import cache
+from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.manifest import Controller, Scenario
 
 from ...compiling.compiler import environment
 from ...compiling.library import native_headers

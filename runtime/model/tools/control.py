@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Manifest, Quantity
-from mehvar.names import identifier
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Controller, Manifest, Quantity
+from mehvar.base.names import identifier
 
 from ..functions import FloatArray, Functions
 from ..linear import LinearSystem

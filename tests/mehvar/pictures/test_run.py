@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.pictures.files import save
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style

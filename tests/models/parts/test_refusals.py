@@ -4,7 +4,7 @@
 import pytest
 import sympy as sp
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
     Aggregates,

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray, PythonBackend
 from mehvar.runtime.run.calls import check_method, jacobian_name
 from mehvar.runtime.run.options import FIXED, IMPLICIT, SMALLEST_RTOL

@@ -10,7 +10,7 @@ import pytest
 
 import mehvar
 from mehvar import runtime
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.models.parts import Gyro, Hub, Spacecraft
 from mehvar.runtime.batch.repeat import SESSION_LAWS, plan_of
 from mehvar.runtime.batch.store.store import open_store

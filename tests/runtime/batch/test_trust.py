@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import generated_digest

@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import dop853_coefficients
 
 from mehvar import runtime
-from mehvar.manifest import FILE, Output
+from mehvar.base.manifest import FILE, Output
 from mehvar.runtime import InputError, Model, Status, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.library import load_native

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Schema of manifest.json: the description of a generated model.
 
-Generation writes these classes and the runtime reads them, through `mehvar.schema`; neither depends on the other. A
-field that older manifests lack has a default, which stands for the older meaning when revisions are compared. A run
-refuses older manifests.
+Generation writes these classes and the runtime reads them, through `schema`; neither depends on the other. A field that
+older manifests lack has a default, which stands for the older meaning when revisions are compared. A run refuses older
+manifests.
 """
 
 import hashlib
@@ -16,10 +16,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal, NamedTuple, Self, get_args
 
-from mehvar.errors import InputError, unknown_name
-from mehvar.names import identifier
-from mehvar.notebook.display import heading, table
-from mehvar.schema import Lower, SchemaError, Upper, json_key, json_text, parse, plain, read
+from mehvar.base.display import heading, table
+from mehvar.base.errors import InputError, unknown_name
+from mehvar.base.names import identifier
+from mehvar.base.schema import Lower, SchemaError, Upper, json_key, json_text, parse, plain, read
 
 FILE = "manifest.json"
 SCHEMA = 1
