@@ -427,12 +427,10 @@ class Manifest:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
 
-    def refuse_events(self, what: str) -> None:
-        """Raise InputError if the system has events, which `what` does not support."""
-        events = [*self.events, *(event for law in self.controllers.values() for event in law.events)]
-        if events:
-            names = ", ".join(event.name for event in events)
-            raise InputError(f"{self.model} has events ({names}), and {what} has none: not built")
+    @property
+    def all_events(self) -> tuple[Event, ...]:
+        """The system's events, and the surfaces of its laws."""
+        return (*self.events, *(event for law in self.controllers.values() for event in law.events))
 
     def scenario(self, name: str | None) -> Scenario:
         """Return a scenario by name (the first one for None), or raise InputError with the known names."""
@@ -462,11 +460,6 @@ class Manifest:
         """The same without the functions that are parts of others: Python and CasADi's C have none of those."""
         functions = {name: f for name, f in self.functions.items() if not f.internal}
         return replace(self, functions=functions)
-
-    def check_rates(self, what: str) -> None:
-        """Refuse algebraic states for `what`, which needs a rate in every row of `rhs`."""
-        if self.algebraic:
-            raise InputError(f"{self.model} has algebraic states, which {what} cannot have")
 
 
 def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Manifest:
@@ -629,7 +622,7 @@ def _check_functions(manifest: Manifest) -> None:
         _check_sizes(manifest, "guards", ("x", "u", "p"), ("g",), sizes | {"g": len(manifest.events)})
     if any(event.resets for event in manifest.events):
         _check_sizes(manifest, "resets", ("x", "u", "p", "event"), ("x_next",), sizes | {"x_next": sizes["x"]})
-    for event in (*manifest.events, *(event for law in manifest.controllers.values() for event in law.events)):
+    for event in manifest.all_events:
         if event.direction not in DIRECTIONS:
             raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
         if event.ends not in ENDS:

@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from mehvar.base.capabilities import Place, withheld
 from mehvar.base.errors import InputError, bad_value, either
 from mehvar.base.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.base.names import identifier
 
-from .options import EXPLICIT, IMPLICIT, INTEGRATORS, STIFF, STOCHASTIC, Integrator, Method
+from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method
 
 _ARGUMENTS = {
     "reference": "t p s",
@@ -97,11 +98,38 @@ def loop_calls(
     }
 
 
-def check_method(manifest: Manifest, method: Method) -> None:
-    """Refuse an explicit method for a model with algebraic states, which have no rates to integrate."""
-    if manifest.algebraic and method not in IMPLICIT:
-        allowed = f"{either(IMPLICIT)}: {manifest.model} has algebraic states"
-        raise bad_value("method", method, allowed)
+def check_loop(
+    manifest: Manifest, law: Controller, method: Method, hold: float | None, sampled: bool, origin: str
+) -> None:
+    """Refuse a method, or a way to sample, that does not take a feature of the model or its law.
+
+    Parameters
+    ----------
+    manifest, law
+        The model and its law.
+    method : str
+        Integration method.
+    hold : float or None
+        The given hold time, s.
+    sampled : bool
+        True for a sampled law.
+    origin : str
+        Origin of the options in error messages.
+    """
+    if lacking := withheld(manifest, place_of(method)):
+        suitable = either(name for name in METHODS if not withheld(manifest, place_of(name)))
+        raise bad_value("method", method, f"{suitable}: {manifest.model} has {lacking}", f"{origin}, or the default")
+    if method in STOCHASTIC and not manifest.wiener:
+        raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
+    if not sampled and (lacking := withheld(manifest, Place.CONTINUOUS)):
+        raise bad_value("hold", None, f"given, or a sampled law: {manifest.model} has {lacking}", origin)
+    if hold is not None and (lacking := withheld(manifest, Place.HELD, law)):
+        raise bad_value("hold", hold, f"left out: {manifest.model} has {lacking}", origin)
+
+
+def place_of(method: Method) -> Place:
+    """Return the column of a method in the table of capabilities."""
+    return Place.IMPLICIT if method in IMPLICIT else Place.STOCHASTIC if method in STOCHASTIC else Place.EXPLICIT
 
 
 def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
