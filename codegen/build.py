@@ -49,7 +49,7 @@ def built_folder(system: System | Assembly) -> Path:
     ready = prepared(made)
     from .equations.graph import equations_json
 
-    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, ready.parameters, ready.scenario_parameters))
+    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, *ready.parameters, *ready.scenario_parameters))
     versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
     tool = installed_tree().sources("parts")
     digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))

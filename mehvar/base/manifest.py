@@ -239,7 +239,8 @@ class Metric:
     Parameters
     ----------
     name, kind, unit, description : str
-        `kind` is one of `METRIC_KINDS`.
+        `kind` is "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final" or
+        "events"; docs/reference/parameters-and-scenarios-toml.md says what each is.
     of : tuple of str
         Variables of the result, or differences of two as in "roll - ym_roll".
     band : float

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mehvar.base.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 from mehvar.base.names import WORK
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
@@ -20,7 +20,6 @@ from mehvar.comparison.sources import names_model
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, write_atomic
-from mehvar.runtime.run.options import either
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:

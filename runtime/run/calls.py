@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mehvar.base.capabilities import Place, withheld
-from mehvar.base.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 from mehvar.base.manifest import Controller, Event, Function, Manifest, law_signature
 from mehvar.base.names import identifier
 
-from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method, either
+from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method
 
 _ARGUMENTS = {
     "reference": "t p s",

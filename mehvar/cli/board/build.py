@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.base.errors import bad_value
+from mehvar.base.errors import bad_value, either
 from mehvar.cli.board.loop import (
     Board,
     Compiler,
@@ -28,7 +28,6 @@ from mehvar.runtime.board.image.build import Image, compile_commands, sources, w
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.files import check_folder, filling
-from mehvar.runtime.run.options import either
 from mehvar.terminal import print_table
 
 _TARGETS = ("sil", "unicorn")

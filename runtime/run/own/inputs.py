@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from mehvar.base.errors import InputError, bad_value, shown, unknown_name
+from mehvar.base.errors import InputError, bad_value, either, shown, unknown_name
 from mehvar.base.manifest import OPEN_LOOP, Manifest
 from mehvar.base.schema import parse
 
@@ -19,7 +19,6 @@ from ...arguments import check_arguments, check_units
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
-from ..options import either
 from ..ticks import fraction
 from .identity import told
 from .law import LawError, OwnLaw, describe
