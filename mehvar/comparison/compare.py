@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mehvar.codegen
-from mehvar import cache
+from mehvar.base import cache
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.names import WORK
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, EquationChange, Fate, ModelStatus
 from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.processes import in_processes
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.names import WORK
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import working
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Event, Manifest, Scenario, reads_memory
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value
+from mehvar.base.manifest import Controller, Event, Manifest, Scenario, reads_memory
+from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import mehvar
+from mehvar.base.errors import InputError, MehvarError
 from mehvar.cli import app
-from mehvar.errors import InputError, MehvarError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
