@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from mehvar import cache
-from mehvar.errors import bad_value
-from mehvar.versions import installed
+from mehvar.base import cache
+from mehvar.base.errors import bad_value
+from mehvar.base.versions import installed
 
 from .generate import prepared, texts_of, write
 from .workspace import installed_tree
@@ -49,7 +49,7 @@ def built_folder(system: System | Assembly) -> Path:
     ready = prepared(made)
     from .equations.graph import equations_json
 
-    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, ready.parameters, ready.scenario_parameters))
+    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, *ready.parameters, *ready.scenario_parameters))
     versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
     tool = installed_tree().sources("parts")
     digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))

@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from mehvar.errors import InputError, shown
-from mehvar.manifest import FILE, Manifest, made_when_asked, manifest_text, parse_manifest, read_manifest
-from mehvar.names import identifier
-from mehvar.versions import installed
+from mehvar.base.errors import InputError, shown
+from mehvar.base.manifest import FILE, Manifest, made_when_asked, manifest_text, parse_manifest, read_manifest
+from mehvar.base.names import identifier
+from mehvar.base.versions import installed
 
 from .loaded import tracing
 from .plants import kept_plant
@@ -108,7 +108,7 @@ def generate(
         Its name.
     out : Path, optional
         Folder to write instead of generated/MODEL. It gets every file; generated/MODEL lacks those that are made from
-        the sources beside it when they are first used (`mehvar.manifest.made_when_asked`).
+        the sources beside it when they are first used (`mehvar.base.manifest.made_when_asked`).
     structure : mapping, optional
         Structural choices that differ from the defaults.
     casadi : bool
@@ -272,7 +272,7 @@ def texts_of(
 
 def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
     """Refuse names that would be one in C: of two functions, or of two constants of the header."""
-    from mehvar.constants import constants
+    from mehvar.base.constants import constants
 
     names = [*map(identifier, functions), *(name for name, _ in constants(manifest))]
     twice = [name for name, count in Counter(names).items() if count > 1]

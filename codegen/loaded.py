@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.versions import installed
+from mehvar.base.versions import installed
 
 from .watch import is_copy, is_library, is_ours, is_written, watching
 

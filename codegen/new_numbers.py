@@ -16,11 +16,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mehvar.manifest import Manifest
-from mehvar.schema import parse_toml
+from mehvar.base.manifest import Manifest
+from mehvar.base.schema import parse_toml
 
 if TYPE_CHECKING:
-    from mehvar import manifest as numeric
+    from mehvar.base import manifest as numeric
     from mehvar.models.quantities import Group, Parameter
 
 _WORDS = frozenset(("title", "description"))

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mehvar import cache
-from mehvar.versions import installed
+from mehvar.base import cache
+from mehvar.base.versions import installed
 
 if TYPE_CHECKING:
     from mehvar.models.system import System

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from mehvar import cache
-from mehvar.versions import installed
+from mehvar.base import cache
+from mehvar.base.versions import installed
 
 from .generate import derive, write
 from .processes import in_processes

@@ -18,11 +18,11 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 
-from mehvar import errors
-from mehvar.errors import MehvarError, unknown_name
-from mehvar.manifest import FILE
-from mehvar.schema import parse_toml
-from mehvar.versions import project_root
+from mehvar.base import errors
+from mehvar.base.errors import MehvarError, unknown_name
+from mehvar.base.manifest import FILE
+from mehvar.base.schema import parse_toml
+from mehvar.base.versions import project_root
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
@@ -124,7 +124,7 @@ class Tree:
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: p.relative_to(plant[0].root).as_posix() for p in under if plant}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
-        names |= {p: "mehvar/" + p.name for p in _SHARED}
+        names |= {p: "mehvar/base/" + p.name for p in _SHARED}
         names = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
         return {name: sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
 

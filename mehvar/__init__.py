@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from mehvar.api import build as build
     from mehvar.api import open_result as open_result
     from mehvar.api import simulate as simulate
+    from mehvar.base.errors import InputError as InputError
+    from mehvar.base.errors import MehvarError as MehvarError
+    from mehvar.base.errors import MissingError as MissingError
     from mehvar.codegen.functions.lower import to_casadi as to_casadi
     from mehvar.comparison.compare import diff as diff
-    from mehvar.errors import InputError as InputError
-    from mehvar.errors import MehvarError as MehvarError
-    from mehvar.errors import MissingError as MissingError
     from mehvar.estimation.fit import Fit as Fit
     from mehvar.estimation.fit import fit as fit
     from mehvar.estimation.tune import Tuning as Tuning
@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "mehvar.api": ("batch", "build", "open_result", "simulate"),
     "mehvar.comparison.compare": ("diff",),
-    "mehvar.errors": ("InputError", "MehvarError", "MissingError"),
+    "mehvar.base.errors": ("InputError", "MehvarError", "MissingError"),
     "mehvar.estimation.fit": ("Fit", "fit"),
     "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),
@@ -104,7 +104,7 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(importlib.import_module(_HOME[name]), name)
     if name == "__version__":
-        return importlib.import_module("mehvar.versions").installed("mehvar")["mehvar"]
+        return importlib.import_module("mehvar.base.versions").installed("mehvar")["mehvar"]
     raise AttributeError(f"module 'mehvar' has no attribute {name!r}")
 
 

@@ -23,8 +23,8 @@ def main() -> None:
 
 
 def _run() -> None:
+    from mehvar.base.errors import MehvarError, is_shortage
     from mehvar.cli.app import app
-    from mehvar.errors import MehvarError, is_shortage
 
     try:
         app()
@@ -43,7 +43,7 @@ def _run() -> None:
 
 def _how_to_install(module: str) -> str:
     """Return the command that installs a package we depend on; a name of anyone else's could be anyone's package."""
-    from mehvar.versions import extra_of, required
+    from mehvar.base.versions import extra_of, required
 
     package = module.partition(".")[0]
     if extra := extra_of(_PACKAGES.get(package, package)):

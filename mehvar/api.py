@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
@@ -30,12 +30,13 @@ from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.runtime.units import distribution, setting_units
+from mehvar.terminal import BatchMeter, cell_progress
 
 if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
     from mehvar.runtime.batch.sampling import Design
@@ -63,7 +64,9 @@ def build(system: System | Spacecraft, backend: BackendName | None = None) -> Mo
 
     if not (isinstance(backend, str) and backend == "python"):
         begin_native()  # seconds of a first start, beside those of the derivation
-    return load(built_folder(system), backend)
+    with cell_progress("deriving"):
+        folder = built_folder(system)
+    return load(folder, backend)
 
 
 def simulate(
@@ -123,18 +126,19 @@ def simulate(
     LawError
         If a function fails, or returns an invalid input; the message has the instant and the value.
     """
-    run = simulate_run(
-        model,
-        controller,
-        scenario,
-        parameters,
-        initial,
-        inputs=inputs,
-        interpolation=interpolation,
-        period=period,
-        memory=memory,
-        **options,
-    )
+    with cell_progress("simulating") as advance:
+        run = simulate_run(
+            model,
+            controller,
+            scenario,
+            parameters,
+            initial,
+            inputs=inputs,
+            interpolation=interpolation,
+            period=period,
+            memory=memory,
+            **{"progress": advance, **options},
+        )
     return to_dataset(run)
 
 
@@ -331,7 +335,7 @@ def stored_batch(
             options=settings,
             save_every=save,
         )
-    with KeptInterrupts(), _connected(scheduler) as client:
+    with KeptInterrupts(), _connected(scheduler) as client, cell_progress("batch") as advance:
         return run_batch(
             source,
             campaign,
@@ -344,7 +348,7 @@ def stored_batch(
             strict=strict,
             threads=threads,
             client=client,
-            report=report,
+            report=report if report is not None or advance is None else BatchMeter(advance),
             own=own,
             origin=origin,
         )

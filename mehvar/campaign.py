@@ -10,13 +10,13 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from mehvar.errors import InputError, shown
+from mehvar.base.errors import InputError, either, shown
+from mehvar.base.schema import parse_toml
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import DESIGNS, Design
 from mehvar.runtime.model.catalogue import find_folder, find_model
-from mehvar.runtime.run.options import either, split_settings
+from mehvar.runtime.run.options import split_settings
 from mehvar.runtime.units import distribution, read_value, setting_units
-from mehvar.schema import parse_toml
 
 
 class _Table(BaseModel):

@@ -11,8 +11,8 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from mehvar.base.errors import printable
 from mehvar.codegen.equations.mathml import mathml
-from mehvar.errors import printable
 
 _TEMPLATES = Path(__file__).parent / "templates"
 

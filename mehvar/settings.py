@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import InputError, bad_value, together, unknown_name
-from mehvar.manifest import Manifest, Parameter, Quantity
+from mehvar.base.errors import InputError, bad_value, either, together, unknown_name
+from mehvar.base.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.arguments import number
 from mehvar.runtime.model.catalogue import find_model, list_models
-from mehvar.runtime.run.options import OPTIONS, either
+from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.units import read_value, setting_units
 
 

@@ -14,12 +14,14 @@ import re
 import shutil
 import sys
 import textwrap
+import time
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import closing, contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
-from mehvar.errors import printable
+from mehvar.base.display import CellProgress, in_notebook
+from mehvar.base.errors import printable
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -149,12 +151,47 @@ def html_text(lines: Iterable[Line]) -> str:
     return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
 
 
+class BatchMeter:
+    """Shows the reports of a batch: runs, rate since the first report, and runs that did not reach their end."""
+
+    def __init__(self, advance: Advance) -> None:
+        self._advance = advance
+        self._begun: tuple[float, int] | None = None
+        self.runs, self.seconds = 0, 0.0
+
+    def __call__(self, runs: int, total: int, failed: int) -> None:
+        """Show it."""
+        self._begun = self._begun or (time.perf_counter(), runs)
+        self.runs, self.seconds = runs - self._begun[1], time.perf_counter() - self._begun[0]
+        rate = f"{self.rate}, " if self.runs else ""
+        self._advance(runs, total, f"{runs}/{total} runs, {rate}{failed} not done")
+
+    @property
+    def rate(self) -> str:
+        """Runs per second."""
+        return f"{self.runs / self.seconds:.3g} runs/s"
+
+
+@contextmanager
+def cell_progress(title: str) -> Iterator[Advance | None]:
+    """Show a bar below a notebook's cell, and yield its function (done, total, what); elsewhere yield None."""
+    if not in_notebook():
+        yield None
+        return
+    with closing(CellProgress(title)) as bar:
+        yield bar.advance
+
+
 @contextmanager
 def progress(title: str) -> Iterator[Advance]:
-    """Show a bar on a terminal's standard error; call the yielded function with (done, total, what).
+    """Show a bar on a terminal's standard error, or below a notebook's cell; call the yielded (done, total, what).
 
     Until the first call the duration is unknown: the bar shows activity and the elapsed time.
     """
+    with cell_progress(title) as advance_cell:
+        if advance_cell is not None:
+            yield advance_cell
+            return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.text import Text
@@ -241,7 +278,7 @@ def finite(value: object) -> object:
 
 def print_version() -> None:
     """Print the version, as `mehvar --version` does."""
-    from mehvar.versions import installed
+    from mehvar.base.versions import installed
 
     print(f"mehvar {installed('mehvar')['mehvar']}")
 

@@ -13,7 +13,7 @@ from itertools import chain
 
 import sympy as sp
 
-from mehvar.names import CLOCK as CLOCK_NAME
+from mehvar.base.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
 from .quantities import TIME, Group, Quantity

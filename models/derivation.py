@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from mehvar.names import typeset
+from mehvar.base.names import typeset
 
 from .arguments import expression, instance
 from .quantities import Located, ModelError, Quantity, caller

@@ -52,7 +52,7 @@ class Event(Located):
 
     @property
     def outcome(self) -> str:
-        """Outcome of a run that the event ends, one of `mehvar.manifest.ENDS`."""
+        """Outcome of a run that the event ends, one of `mehvar.base.manifest.ENDS`."""
         return self.ends if isinstance(self.ends, str) else "run" if self.ends else ""
 
 

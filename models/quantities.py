@@ -15,7 +15,8 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import MehvarError, shown
+from mehvar.base.display import table
+from mehvar.base.errors import MehvarError, shown
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -237,7 +238,7 @@ class Parameter(Quantity):
             object.__setattr__(self, "positive", True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Group:
     """Quantities that travel together as one vector, such as the state or the plant's parameters.
 
@@ -253,6 +254,16 @@ class Group:
 
     name: str
     quantities: tuple[Quantity, ...]
+
+    def __repr__(self) -> str:
+        return f"<group {self.name}: {', '.join(f'{q.name} [{q.unit}]' for q in self.quantities)}>"
+
+    def _repr_html_(self) -> str:
+        columns = {"name": "name", "unit": "unit", "meaning": "description"}
+        if any(isinstance(q, Parameter) for q in self.quantities):
+            columns |= {"default": "default", "allowed": "bounds", "source": "source"}
+        rows = [[getattr(q, entry, "") for entry in columns.values()] for q in self.quantities]
+        return table(self.name, tuple(columns), rows)
 
     def __iter__(self) -> Iterator[Quantity]:
         return iter(self.quantities)

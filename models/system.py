@@ -15,8 +15,8 @@ from itertools import chain
 
 import sympy as sp
 
-from mehvar.manifest import Choice, Metric, Scenario
-from mehvar.notebook.display import gathered, heading, table
+from mehvar.base.display import gathered, heading
+from mehvar.base.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
 from .events import Event, surfaces
@@ -444,10 +444,7 @@ class System(Located):
         return gathered([rf"\dot{{{latex(q.symbol, names)}}} = {latex(rate, names)}" for q, rate in sides])
 
     def _repr_html_(self) -> str:
-        tables = (
-            table(group.name, ("name", "unit", "meaning"), [(q.name, q.unit, q.description) for q in group])
-            for group in self._groups
-        )
+        tables = (group._repr_html_() for group in self._groups)
         return "".join((heading(f"{self.name}: {self.title}"), *tables, self._repr_latex_()))
 
     @property

@@ -14,9 +14,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
-from mehvar.schema import parse_toml
-from mehvar.units import dimension
+from mehvar.base.errors import either
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
+from mehvar.base.schema import parse_toml
+from mehvar.base.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong
@@ -66,13 +67,20 @@ class _ParameterRow(_Strict):
 
 
 class _MetricRow(_Strict):
-    kind: str = Field(pattern=f"^({'|'.join(METRIC_KINDS)})$")
+    kind: str
     of: list[str]
     unit: str
     description: str
     band: float = 0.0
     since: float = 0.0
     until: float = float("inf")
+
+    @field_validator("kind")
+    @classmethod
+    def _kind(cls, value: str) -> str:
+        if value not in METRIC_KINDS:
+            raise ValueError(f"must be {either(METRIC_KINDS)}")
+        return value
 
 
 class _ScenarioRow(_Strict):

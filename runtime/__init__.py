@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiles generated models and runs them; needs NumPy and a C compiler."""
 
-from mehvar.errors import BuildError, InputError
-from mehvar.manifest import Manifest, read_manifest
+from mehvar.base.errors import BuildError, InputError
+from mehvar.base.manifest import Manifest, read_manifest
 
 from .model.catalogue import find_model, known_models, list_models
 from .model.model import Model, load

@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Literal
 
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 
 if TYPE_CHECKING:
     import xarray

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 
 
 @contextmanager

@@ -8,8 +8,8 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Manifest
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Manifest
 
 from .arguments import number
 from .run.options import OPTIONS

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, sealed
 
 
 def write_manifest(folder: Path, data: Mapping[str, Any]) -> None:

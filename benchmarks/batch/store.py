@@ -28,7 +28,7 @@ from typing import Any
 from unittest import mock
 
 from benchmarks.machine import RESULTS, command_line, machine, table, write
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.peers.equations import Equations, packed
+from mehvar.base.names import identifier
 from mehvar.codegen.code.files import PrintedFunction
 from mehvar.codegen.generate import generate, installed_tree
-from mehvar.names import identifier
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.run.options import RunOptions

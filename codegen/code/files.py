@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
-from mehvar.constants import vectors
-from mehvar.manifest import PREPARED, Array, Manifest, Part, file_of, result_shape
-from mehvar.names import identifier
+from mehvar.base.constants import vectors
+from mehvar.base.manifest import PREPARED, Array, Manifest, Part, file_of, result_shape
+from mehvar.base.names import identifier
 
 from ..functions.function import FunctionGraph
 from ..templates import text_environment

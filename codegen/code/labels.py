@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 
 from .tape import COMMUTATIVE, MASKS, Instruction, Tape, is_sum
 

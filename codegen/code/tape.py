@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 
 from ..functions.function import NamedSteps
 

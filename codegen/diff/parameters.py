@@ -7,8 +7,19 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from mehvar.manifest import Choice, Controller, Event, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
-from mehvar.schema import key_of
+from mehvar.base.manifest import (
+    Choice,
+    Controller,
+    Event,
+    Manifest,
+    Metric,
+    Output,
+    Parameter,
+    Quantity,
+    Scenario,
+    Shape,
+)
+from mehvar.base.schema import key_of
 
 from ..equations.document import Document, Symbol
 from .report import ParameterChange

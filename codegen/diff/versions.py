@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from mehvar.manifest import Manifest
+from mehvar.base.manifest import Manifest
 
 from ..equal.judge import Judge
 from ..equal.meaning import Expression, Meaning

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mehvar.errors import MehvarError
-from mehvar.manifest import FILE, Manifest, read_manifest
-from mehvar.schema import SchemaError, parse
+from mehvar.base.errors import MehvarError
+from mehvar.base.manifest import FILE, Manifest, read_manifest
+from mehvar.base.schema import SchemaError, parse
 
 from . import SCHEMA
 

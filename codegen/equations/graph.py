@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
+from mehvar.base.names import typeset
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
-from mehvar.names import typeset
 
 from . import SCHEMA
 

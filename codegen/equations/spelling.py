@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import ClassVar
 
-from mehvar.names import typeset
+from mehvar.base.names import typeset
 
 from .mathml import content
 

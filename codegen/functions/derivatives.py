@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from mehvar.manifest import Part
+from mehvar.base.manifest import Part
+from mehvar.base.names import identifier
 from mehvar.models.system import System
-from mehvar.names import identifier
 
 from .function import FunctionGraph
 from .plateaus import plateaus

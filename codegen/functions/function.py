@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
-from mehvar.manifest import Part
+from mehvar.base.manifest import Part
 
 Signature = tuple[tuple[str, int | None], ...]
 

@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 from sympy.functions.elementary.piecewise import ExprCondPair
 
-from mehvar.errors import MehvarError, shown
+from mehvar.base.errors import MehvarError, shown
 
 
 class LoweringError(MehvarError, ValueError):

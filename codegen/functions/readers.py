@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from mehvar.base.names import identifier
 from mehvar.models.check import formulas
 from mehvar.models.derivation import free_symbols
 from mehvar.models.system import Controller, Expr, Group, System
-from mehvar.names import identifier
 
 from .requests import Request, bindings, requests
 

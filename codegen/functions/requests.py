@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from mehvar.manifest import Part
+from mehvar.base.manifest import Part
+from mehvar.base.names import CLOCK, identifier
 from mehvar.models.check import formulas
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import (
@@ -24,7 +25,6 @@ from mehvar.models.system import (
     free_symbols,
     scalar,
 )
-from mehvar.names import CLOCK, identifier
 
 ROLES = ("u_cmd", "e", "dw", "v", "z", "q")
 """Names of vectors that requests form from the quantities of a system."""

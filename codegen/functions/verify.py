@@ -7,11 +7,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
+from mehvar.base.names import CLOCK
 from mehvar.models.check.entries import graph
 from mehvar.models.check.vectors import vectors
 from mehvar.models.system import TIME, Group, Parameter, System
-from mehvar.names import CLOCK
 
 from .lower import LoweringError, lack, to_casadi
 

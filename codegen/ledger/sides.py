@@ -10,7 +10,7 @@ from typing import TypeAlias
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixElement
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.paper import Cross, Side
 
 from ..equal.pool import Pool

@@ -6,7 +6,6 @@ from __future__ import annotations
 import logging
 import shlex
 import sys
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -14,9 +13,9 @@ from typing import Annotated, Any
 
 import typer
 
+from mehvar.base.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.store.stats import print_statistics
-from mehvar.errors import InputError, MehvarError, Origin, bad_value, together
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
@@ -36,7 +35,7 @@ from mehvar.settings import (
     required_law,
     whole,
 )
-from mehvar.terminal import Advance, progress
+from mehvar.terminal import BatchMeter, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
 """Options of a campaign with a flag of their own."""
@@ -112,7 +111,7 @@ def command(
         )
     try:
         with _client(scheduler) as client, progress(f"{manifest.model} {batch.controller}") as advance:
-            meter = _Meter(advance)
+            meter = BatchMeter(advance)
             store = run_batch(
                 batch.model,
                 batch.campaign(origin),
@@ -205,22 +204,3 @@ def _stopped(why: str, out: Path, status: int) -> int:
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
     typer.echo(f"mehvar: {why}; {extent}go on with: {again}", err=True)
     return status
-
-
-class _Meter:
-    """Shows the reports of a batch: runs, rate since the first report, and runs that did not reach their end."""
-
-    def __init__(self, advance: Advance) -> None:
-        self._advance = advance
-        self._begun: tuple[float, int] | None = None
-        self.runs, self.seconds = 0, 0.0
-
-    def __call__(self, runs: int, total: int, failed: int) -> None:
-        self._begun = self._begun or (time.perf_counter(), runs)
-        self.runs, self.seconds = runs - self._begun[1], time.perf_counter() - self._begun[0]
-        rate = f"{self.rate}, " if self.runs else ""
-        self._advance(runs, total, f"{runs}/{total} runs, {rate}{failed} not done")
-
-    @property
-    def rate(self) -> str:
-        return f"{self.runs / self.seconds:.3g} runs/s"

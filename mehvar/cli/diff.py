@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mehvar.base.errors import InputError, bad_value, either
+from mehvar.base.names import WORK
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
 from mehvar.comparison.result import Diff
 from mehvar.comparison.sources import names_model
-from mehvar.errors import InputError, bad_value
-from mehvar.names import WORK
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, write_atomic
-from mehvar.runtime.run.options import either
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:

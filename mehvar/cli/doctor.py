@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import typer
 
-from mehvar.cache import cache_folder
-from mehvar.errors import InputError
+from mehvar.base.cache import cache_folder
+from mehvar.base.errors import InputError
+from mehvar.base.versions import installed
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, print_table
-from mehvar.versions import installed
 
 _PACKAGES = {
     "numpy": "every run",

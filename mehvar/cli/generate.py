@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import FILE, read_manifest
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import FILE, read_manifest
 from mehvar.runtime.files import check_folder
 from mehvar.settings import read_settings
 from mehvar.terminal import working

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import typer
 
-from mehvar.manifest import Manifest, read_manifest
+from mehvar.base.manifest import Manifest, read_manifest
 from mehvar.runtime.model.catalogue import known_models, project_models, shipped_models
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, print_table

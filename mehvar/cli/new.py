@@ -13,16 +13,16 @@ from typing import Annotated
 
 import typer
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import OPEN_LOOP, Manifest
-from mehvar.names import WORK
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import OPEN_LOOP, Manifest
+from mehvar.base.names import WORK
+from mehvar.base.versions import project_root
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.compiling.library import NATIVE
 from mehvar.runtime.model.catalogue import find_model, known_models, project_models, shipped_models
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
-from mehvar.versions import project_root
 
 PARTS = "parts"
 """Argument of `--from` in place of a plant."""
@@ -147,7 +147,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 def _example(manifest: Manifest) -> dict[str, object]:
     """Return the parts of the example law on a plant: a gain on a state for each input, as long as there are states."""
-    from mehvar.units import dimension, product, unit_text
+    from mehvar.base.units import dimension, product, unit_text
 
     gains = []
     for i, u in enumerate(manifest.inputs):

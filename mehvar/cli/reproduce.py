@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mehvar.base.versions import installed
 from mehvar.pictures.style import require_matplotlib
 from mehvar.reproduction.claims import ClaimVerdict, tally, tally_text
 from mehvar.reproduction.judging import judged
@@ -20,12 +21,11 @@ from mehvar.reproduction.paper import paper_models, papers_tree
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
 from mehvar.terminal import Advance, progress
-from mehvar.versions import installed
 from mehvar.web.export import export_web
 from mehvar.web.module import zig_available
 
 if TYPE_CHECKING:
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
     from mehvar.report.content import PaperReport
     from mehvar.reproduction.claims import Claim
 

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from mehvar.manifest import Manifest, Parameter, Quantity
+from mehvar.base.manifest import Manifest, Parameter, Quantity
+from mehvar.base.schema import plain
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.schema import plain
 from mehvar.settings import AsJson, complete_models
 from mehvar.terminal import PAGE, pages, print_entries, print_json
 

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import InputError, Origin, bad_value, together, unknown_name
-from mehvar.manifest import OPEN_LOOP, Manifest
+from mehvar.base.errors import InputError, Origin, bad_value, together, unknown_name
+from mehvar.base.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mehvar.errors import InputError
-from mehvar.manifest import read_manifest
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import read_manifest
 from mehvar.runtime.model.functions import FloatArray, PythonBackend
 from mehvar.runtime.model.model import Model
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar.base.errors import InputError
 from mehvar.codegen.workspace import ROOMS
-from mehvar.errors import InputError
 
 
 @dataclass(frozen=True)

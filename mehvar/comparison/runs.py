@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.errors import InputError, MehvarError
-from mehvar.manifest import read_manifest
+from mehvar.base.errors import InputError, MehvarError
+from mehvar.base.manifest import read_manifest
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.model.functions import CBackend
 from mehvar.runtime.model.header import check_header

@@ -10,17 +10,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mehvar import cache
+from mehvar.base import cache
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import read_manifest
+from mehvar.base.names import WORK
+from mehvar.base.schema import SchemaError, parse
+from mehvar.base.versions import installed
 from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
-from mehvar.errors import InputError
-from mehvar.manifest import read_manifest
-from mehvar.names import WORK
 from mehvar.runtime.model.derived import last_line, run_python
 from mehvar.runtime.model.generated import check_unedited
-from mehvar.schema import SchemaError, parse
 from mehvar.terminal import working
-from mehvar.versions import installed
 
 from .git import Revision, find_revision, in_repository
 

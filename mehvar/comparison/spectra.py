@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mehvar.manifest import Controller
-from mehvar.names import identifier
+from mehvar.base.manifest import Controller
+from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import read_manifest
+from mehvar.base.schema import parse_toml
 from mehvar.codegen.generate import Tree, own_inputs
 from mehvar.codegen.structures import every_structure
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import read_manifest
 from mehvar.runtime.model.derived import run_python
-from mehvar.schema import parse_toml
 from mehvar.settings import read_settings
 from mehvar.terminal import working
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mehvar.api import simulate
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.own.law import LawFunction

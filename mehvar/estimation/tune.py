@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.api import stored_batch
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.evaluation.conditions import Number
 from mehvar.runtime.batch.evaluation.statistics import column, design_of, notes, scalars

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mehvar.manifest import Parameter
-from mehvar.names import identifier
+from mehvar.base.manifest import Parameter
+from mehvar.base.names import identifier
 
 from .variables import Subject
 

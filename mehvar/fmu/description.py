@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from mehvar.units import dimension
-from mehvar.versions import installed
+from mehvar.base.units import dimension
+from mehvar.base.versions import installed
 
 from .sources import UNITS
 from .variables import Subject, Variable

@@ -14,8 +14,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.errors import BuildError, bad_value
-from mehvar.names import identifier
+from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
 from mehvar.runtime.compiling.library import ENDING, FLAGS
@@ -75,7 +75,6 @@ def export_fmu(
         raise bad_value("out", out, "a file name that ends in .fmu")
     check_file(out)
     what = subject(model if isinstance(model, Model) else load(model), controller, scenario)
-    what.model.manifest.check_rates("a functional mock-up unit")
     name = identifier("_".join(filter(None, (what.model.name, controller))))
     draft = c_sources(what, fmi, "")
     digest = hashlib.sha256("".join(text for item in sorted(draft.items()) for text in item).encode()).hexdigest()

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from mehvar.manifest import file_of
-from mehvar.names import identifier
+from mehvar.base.manifest import file_of
+from mehvar.base.names import identifier
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields

@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Function, Parameter, Quantity
+from mehvar.base.capabilities import Place, refuse
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Controller, Function, Parameter, Quantity
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve
@@ -111,16 +112,9 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
         For an unknown law or scenario, or parameters that do not fit together.
     """
     manifest = model.manifest
-    if manifest.wiener or manifest.random_step or manifest.delays:
-        what = (
-            "a model without process noise and random steps, and without delays of its inputs, which an FMU leaves out"
-        )
-        raise bad_value("model", manifest.model, what)
-    manifest.refuse_events("a functional mock-up unit")
     law = None if controller is None else manifest.controller(controller)
+    refuse(manifest, Place.FMU, law)
     case = manifest.scenario(scenario)
-    if law is not None and law.period is None and law.memory:
-        raise bad_value("controller", law.name, "a law without states of its own that are integrated", "the call")
     kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
     some = law or next(iter(manifest.controllers.values()), None)
     if some is None:

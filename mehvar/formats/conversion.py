@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.formats import checked_format, open_result, save

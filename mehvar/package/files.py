@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib.metadata import version
 
+from mehvar.base.names import identifier
 from mehvar.codegen.templates import text_environment
-from mehvar.names import identifier
 from mehvar.runtime.board.image.build import Program, sources
 
 from .law import TEMPLATES, law_facts, law_files

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.manifest import Parameter, Quantity
+from mehvar.base.names import identifier
 from mehvar.codegen.templates import text_environment
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import Parameter, Quantity
-from mehvar.names import identifier
 from mehvar.runtime.board.image.build import FIRMWARE, Program, delay_of
 from mehvar.runtime.board.line.frames import crc32c
 from mehvar.runtime.compiling.library import native_headers

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from mehvar.base.names import identifier
 from mehvar.codegen.functions.requests import Request
-from mehvar.names import identifier
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 import numpy as np
 import sympy as sp
 
+from mehvar.base.units import dimension
 from mehvar.codegen.functions.requests import Request
 from mehvar.models.check import formulas
 from mehvar.models.system import Definition, Group, System
 from mehvar.physics.machine import Array, Machine, draw
-from mehvar.units import dimension
 
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9, "K": 2.3, "mol": 2.9, "cd": 3.1, "deg": 1.0}
 """Number of new units in an old one; no product of their small powers is 1, so no error cancels. A degree is a number

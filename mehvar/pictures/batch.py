@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 from mehvar.runtime.batch.evaluation.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.store.store import Store

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 from mehvar.runtime.files import write_atomic
 
 from .style import style

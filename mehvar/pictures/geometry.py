@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.manifest import Shape
-from mehvar.schema import plain
+from mehvar.base.manifest import Shape
+from mehvar.base.schema import plain
 
 from .run import Panel, panels
 from .scene import Scene, SceneLine, ScenePanel

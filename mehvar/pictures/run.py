@@ -4,24 +4,32 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
-from .style import COLORS, GREY, Canvas, headline, label, new_figure, pretty_unit
+import numpy as np
+
+from .style import COLORS, GREY, headline, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
-    from mehvar.manifest import Manifest, Quantity
+    from mehvar.base.manifest import Manifest, Quantity
 
 _LINES = ("-", "--", ":", "-.")
 _MOST_NAMED = 12
 """Entries of a legend: more do not fit beside a panel of this height."""
+_FLAT = 30
+"""A curve whose peak is below this share of its panel's looks like a line at zero: 2 mm of a panel."""
+_REFERENCE = re.compile(r"^ref_|_ref$")
+"""Names of references are those of their states, with this before or after."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +41,18 @@ class Panel:
     variables: tuple[tuple[str, Quantity], ...]
 
 
-def panels_picture(dataset: xr.Dataset, manifest: Manifest, canvas: Canvas = new_figure) -> Figure:
+def panels_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
     """Draw a run, with its settling times marked; call it in `mehvar.pictures.style.style`."""
-    groups = panels(manifest)
+    references = _references(manifest)
+    groups = [part for panel in panels(manifest, references.values()) for part in _by_magnitude(panel, dataset)]
     columns = 1 if len(groups) <= 4 else 2
     rows = -(-len(groups) // columns)
-    figure = canvas(7.0 * columns, 0.6 + 1.9 * rows)
+    figure = new_figure(7.0 * columns, 0.6 + 1.9 * rows)
     figure.suptitle(headline(dataset), fontsize=10, wrap=True)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     axes: list[Axes] = list(grid.T.flat)
     for panel, ax in zip(groups, axes, strict=False):
-        _draw(ax, dataset, panel)
+        _draw(ax, dataset, panel, references)
         _mark(ax, dataset, panel, manifest)
         ax.set_xlabel(label("t", "time", "s"))
         ax.tick_params(labelbottom=True)
@@ -52,12 +61,12 @@ def panels_picture(dataset: xr.Dataset, manifest: Manifest, canvas: Canvas = new
     return figure
 
 
-def panels(manifest: Manifest) -> list[Panel]:
+def panels(manifest: Manifest, without: Collection[Quantity] = ()) -> list[Panel]:
     """Return the variables of a run in panels, one for each kind and unit."""
     kinds: tuple[tuple[str, str, Sequence[Quantity]], ...] = (
         ("state", "", manifest.states),
         ("input", "u_", manifest.inputs),
-        ("output", "", manifest.outputs),
+        ("output", "", [q for q in manifest.outputs if q not in without]),
     )
     return [
         Panel(kind, unit, tuple((prefix + q.name, q) for q in quantities if q.unit == unit))
@@ -66,15 +75,40 @@ def panels(manifest: Manifest) -> list[Panel]:
     ]
 
 
-def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel) -> None:
+def _references(manifest: Manifest) -> dict[str, Quantity]:
+    """Return the references that are outputs, by the names of their states."""
+    states, outputs = {q.name for q in manifest.states}, {q.name: q for q in manifest.outputs}
+    names = {q.name: _REFERENCE.sub("", q.name) for q in manifest.references}
+    return {state: outputs[name] for name, state in names.items() if name in outputs and state in states}
+
+
+def _by_magnitude(panel: Panel, dataset: xr.Dataset) -> Iterator[Panel]:
+    """Yield parts of a panel in which every curve is seen, those of zero with the largest."""
+    peaks = {variable: _peak(dataset[variable].values) for variable, _ in panel.variables}
+    rest = panel.variables
+    while rest:
+        top = max(peaks[variable] for variable, _ in rest)
+        flat = {variable for variable, _ in rest if 0 < peaks[variable] * _FLAT < top}
+        yield replace(panel, variables=tuple(pair for pair in rest if pair[0] not in flat))
+        rest = tuple(pair for pair in rest if pair[0] in flat)
+
+
+def _peak(values: NDArray[np.float64]) -> float:
+    """Return the largest magnitude of the finite values; zero without any."""
+    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+
+
+def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel, references: Mapping[str, Quantity]) -> None:
     t = dataset["t"].values
     for number, (variable, quantity) in enumerate(panel.variables):
         line = next(islice(cycle(_LINES), number // len(COLORS), None))
-        text = textwrap.fill(f"{variable}: {quantity.description}", 34)
         named = number < _MOST_NAMED
-        ax.plot(t, dataset[variable].values, line, label=text if named else None)
+        (drawn,) = ax.plot(t, dataset[variable].values, line, label=_entry(variable, quantity) if named else None)
+        if (wanted := references.get(variable)) is not None:
+            text = _entry(wanted.name, wanted) if named else None
+            ax.plot(t, dataset[wanted.name].values, "--", color=drawn.get_color(), lw=1.0, label=text)
     ax.margins(x=0)
-    if len(panel.variables) == 1:
+    if len(panel.variables) == 1 and panel.variables[0][0] not in references:
         variable, quantity = panel.variables[0]
         ax.set_title(f"{panel.kind}: {quantity.description}")
         ax.set_ylabel(f"{variable} [{pretty_unit(panel.unit)}]")
@@ -84,6 +118,11 @@ def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel) -> None:
     hidden = len(panel.variables) - _MOST_NAMED
     title = f"the first {_MOST_NAMED} of {len(panel.variables)}" if hidden > 0 else None
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=title)
+
+
+def _entry(variable: str, quantity: Quantity) -> str:
+    """Return the text of a curve in a legend."""
+    return textwrap.fill(f"{variable}: {quantity.description}", 34)
 
 
 def _mark(ax: Axes, dataset: xr.Dataset, panel: Panel, manifest: Manifest) -> None:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, case_text, label, new_figure, pretty_unit
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,7 +110,7 @@ class Runs:
         )
 
 
-def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_figure) -> Figure:
+def metrics_picture(runs: Runs, names: Sequence[str] = ()) -> Figure:
     """Draw each metric as a histogram, and each stored series as quantile bands over time."""
     shown = list(names) or runs.metrics or runs.series or ["t_stop"]  # a model may have no metrics
     for name in shown:
@@ -118,7 +118,7 @@ def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_
             runs.column(name)
     columns = 1 if len(shown) <= 3 else 2
     rows = -(-len(shown) // columns)
-    figure = canvas(5.5 * columns, 0.6 + 2.1 * rows)
+    figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
     figure.suptitle(runs.headline, fontsize=10, wrap=True)
     axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
     for name, ax in zip(shown, axes, strict=False):
@@ -128,10 +128,10 @@ def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_
     return figure
 
 
-def scatter_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> Figure:
+def scatter_picture(runs: Runs, x: str, y: str) -> Figure:
     """Draw one number of each run against another; colours distinguish successful runs from the others."""
     across, up = runs.column(x), runs.column(y)
-    figure = canvas(6.5, 4.5)
+    figure = new_figure(6.5, 4.5)
     ax = figure.subplots()
     for chosen, color, marker, text in (
         (runs.successful, BLUE, "o", "succeeds"),
@@ -145,14 +145,14 @@ def scatter_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> 
     return figure
 
 
-def region_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> Figure:
+def region_picture(runs: Runs, x: str, y: str) -> Figure:
     """Draw the share of runs that succeed in each cell of a plane of two numbers, as the region of attraction is."""
     across, up = runs.column(x), runs.column(y)
     finite = np.isfinite(across) & np.isfinite(up)
     sides = [_edges(values[finite]) for values in (across, up)]
     count, wins = (np.histogram2d(across[part], up[part], sides)[0] for part in (finite, finite & runs.successful))
     share = np.ma.masked_array(wins / np.maximum(count, 1), mask=count == 0)
-    figure = canvas(6.5, 4.5)
+    figure = new_figure(6.5, 4.5)
     ax = figure.subplots()
     ax.grid(False)
     ax.set_facecolor(LIGHT)
@@ -171,11 +171,11 @@ def _edges(values: FloatArray) -> FloatArray:
     return np.linspace(*widened, 1 + max(_FEWEST_CELLS, math.isqrt(values.size // _PER_CELL)))
 
 
-def convergence_picture(runs: Runs, canvas: Canvas = new_figure) -> Figure:
+def convergence_picture(runs: Runs) -> Figure:
     """Draw the share of successful runs over the number of runs, with its exact 95 % interval if it has one."""
     counts = np.unique(np.linspace(1, runs.successful.size, _POINTS).astype(int))
     successes = np.cumsum(runs.successful)[counts - 1]
-    figure = canvas(6.5, 3.5)
+    figure = new_figure(6.5, 3.5)
     ax = figure.subplots()
     if design_of(runs.dataset.attrs) not in NO_INTERVAL:
         ends = np.array([interval(int(k), int(n)) for k, n in zip(successes, counts, strict=True)])

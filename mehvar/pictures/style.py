@@ -7,11 +7,12 @@ import functools
 import importlib.util
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeAlias
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import InputError, printable
+from mehvar.base.errors import InputError, printable
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 
@@ -31,8 +32,8 @@ _MOST_CHANGES = 4
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""
 
-Canvas: TypeAlias = "Callable[[float, float], Figure]"
-"""Returns an empty figure of a width and a height in inches."""
+_by_pyplot: ContextVar[bool] = ContextVar("_by_pyplot", default=False)
+"""New figures are made by pyplot, so that a notebook or a window shows them."""
 
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -92,8 +93,12 @@ def interactive_style() -> Iterator[None]:
     from matplotlib import pyplot
 
     pyplot.draw_if_interactive()  # type: ignore[no-untyped-call]
-    with style():
-        yield
+    token = _by_pyplot.set(True)
+    try:
+        with style():
+            yield
+    finally:
+        _by_pyplot.reset(token)
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -104,11 +109,8 @@ def new_figure(width: float, height: float) -> Figure:
     width, height : float
         Inches.
     """
-    return _figure_class()(figsize=(width, height), dpi=DPI, layout="constrained")
-
-
-def interactive(width: float, height: float) -> Figure:
-    """Return figure and axes of pyplot, which a notebook or a window shows."""
+    if not _by_pyplot.get():
+        return _figure_class()(figsize=(width, height), dpi=DPI, layout="constrained")
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained", FigureClass=_figure_class())
@@ -125,6 +127,14 @@ def _figure_class() -> type[Figure]:
         def draw(self, renderer: Any) -> None:
             _make_drawable(self)
             super().draw(renderer)
+
+        def _ipython_display_(self) -> None:
+            """Leave pyplot, whose inline backend would show the figure again at the end of the cell."""
+            from matplotlib import get_backend, pyplot
+
+            if "inline" in get_backend():
+                pyplot.close(self)
+            raise NotImplementedError  # IPython then shows it as any other figure
 
     return TextProof
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results answer for themselves: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`; batches too.
 
-Importing this module registers the accessor with xarray; `mehvar.simulate`, `batch` and `open_result` do.
+Importing this module registers the accessor with xarray. `mehvar.simulate`, `batch` and `open_result` import it, and so
+does xarray itself where it opens a file or a store: see `Engine` and `Registration`.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
-from mehvar.manifest import FILE, Manifest, parse_manifest
-from mehvar.notebook.display import frame
+from mehvar.base.display import frame
+from mehvar.base.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
+from mehvar.base.manifest import FILE, Manifest, parse_manifest
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.run.metrics import metrics, metrics_of
@@ -30,6 +31,7 @@ except ImportError as error:
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from mehvar.pictures.spread import Runs
@@ -87,8 +89,8 @@ class Results:
         methods = "plot scatter region convergence metrics again report" if self._is_batch else _OF_RUN
         return f"<mehvar: {what} of {about['model']} with {about['controller']}; methods: {methods.replace(' ', ', ')}>"
 
-    def plot(self, *names: str, success: str | None = None) -> list[Axes]:
-        """Draw a run: states, inputs and outputs, with its settling times. For a batch: histograms, or bands over time.
+    def plot(self, *names: str, success: str | None = None) -> Figure:
+        """Draw a run as `mehvar simulate --plot` does. For a batch: histograms of metrics, or bands over time.
 
         Parameters
         ----------
@@ -100,23 +102,24 @@ class Results:
 
         Returns
         -------
-        list of matplotlib.axes.Axes
+        matplotlib.figure.Figure
+            Of pyplot: a notebook shows it, `matplotlib.pyplot.show()` does elsewhere.
 
         Raises
         ------
         InputError
             If matplotlib is not installed, or for an unknown name.
         """
-        from mehvar.pictures.run import panels_picture
         from mehvar.pictures.spread import metrics_picture
-        from mehvar.pictures.style import interactive, interactive_style
+        from mehvar.pictures.style import interactive_style
+        from mehvar.reproduction.paper import run_picture
 
         with interactive_style():
             if self._is_batch:
-                return list(metrics_picture(self._runs(success), names, interactive).axes)
+                return metrics_picture(self._runs(success), names)
             if names or success is not None:
                 raise InputError("names and success are of a batch: a run is drawn whole")
-            return list(panels_picture(self._dataset, self._manifest, interactive).axes)
+            return run_picture(self._dataset, self._manifest)
 
     def scatter(self, x: str, y: str, success: str | None = None) -> Axes:
         """Draw one number of the runs of a batch against another, coloured by success.
@@ -129,10 +132,10 @@ class Results:
             As for `plot`.
         """
         from mehvar.pictures.spread import scatter_picture
-        from mehvar.pictures.style import interactive, interactive_style
+        from mehvar.pictures.style import interactive_style
 
         with interactive_style():
-            return scatter_picture(self._runs(success), x, y, interactive).axes[0]
+            return scatter_picture(self._runs(success), x, y).axes[0]
 
     def region(self, x: str, y: str, success: str | None = None) -> Axes:
         """Draw where the runs of a batch succeed: the share in each cell of a plane, as of a region of attraction.
@@ -145,18 +148,18 @@ class Results:
             As for `plot`.
         """
         from mehvar.pictures.spread import region_picture
-        from mehvar.pictures.style import interactive, interactive_style
+        from mehvar.pictures.style import interactive_style
 
         with interactive_style():
-            return region_picture(self._runs(success), x, y, interactive).axes[0]
+            return region_picture(self._runs(success), x, y).axes[0]
 
     def convergence(self, success: str | None = None) -> Axes:
         """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
         from mehvar.pictures.spread import convergence_picture
-        from mehvar.pictures.style import interactive, interactive_style
+        from mehvar.pictures.style import interactive_style
 
         with interactive_style():
-            return convergence_picture(self._runs(success), interactive).axes[0]
+            return convergence_picture(self._runs(success)).axes[0]
 
     def metrics(self) -> pandas.DataFrame:
         """Return the metrics as a table: value, unit and meaning; of a batch mean, deviation and quantiles."""
@@ -343,6 +346,15 @@ class Results:
         if not self._is_batch:
             raise unknown_name("dimension of this result", "run", map(str, self._dataset.dims))
         return Runs(self._dataset, success)
+
+
+class Registration:
+    """Entry of the group `xarray.chunkmanagers`, which offers no chunks: `xarray.open_zarr` loads the group's modules.
+
+    It opens a store with its own engine and loads no other engine, so that an entry there would not register us.
+    """
+
+    available = False
 
 
 def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

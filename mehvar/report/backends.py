@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.simulate import simulate
@@ -17,7 +17,7 @@ from mehvar.runtime.run.simulate import simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mehvar.manifest import Array, Function
+    from mehvar.base.manifest import Array, Function
     from mehvar.reproduction.runs import Runs
     from mehvar.runtime.model.model import Model
     from mehvar.runtime.run.simulate import Run

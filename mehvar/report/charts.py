@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import printable
+from mehvar.base.errors import printable
 from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
 
 from .series import encode, thin

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from PIL import Image
 
+from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
-from mehvar.errors import MissingError
 from mehvar.pictures.files import encoded
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
     from mehvar.reproduction.judging import Ledger
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance

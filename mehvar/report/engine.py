@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engine `mehvar` of xarray: results have `.mehvar` in a session that never imported mehvar.
 
-xarray imports it for `open_dataset` with this engine or with none. `open_zarr` knows its engine and imports no other.
+xarray imports it for `open_dataset` with this engine or with none; for `open_zarr` see `Registration` of the accessor.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from mehvar import html
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 from mehvar.pictures.scene import Scene
 from mehvar.runtime.files import write_atomic
 

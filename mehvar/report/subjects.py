@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from mehvar.base.manifest import Manifest, Parameter
 from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
 from mehvar.codegen.equations.spelling import MATHML
-from mehvar.manifest import Manifest, Parameter
 from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture

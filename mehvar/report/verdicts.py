@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mehvar.api import stored_batch
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT

@@ -12,8 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from mehvar.errors import InputError
-from mehvar.names import identifier
+from mehvar.base.errors import InputError
+from mehvar.base.names import identifier
 
 from .claims import Check, Checks, Claim, ClaimText, Expected, decide
 from .data import read_data
@@ -23,7 +23,7 @@ from .runs import Runs
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
 
 BothChecks: TypeAlias = Callable[[Runs, Runs, Expected], Sequence[Check]]
 """Runs the paper's model and the one beyond it, and returns the checks of a claim."""

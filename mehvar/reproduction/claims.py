@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TypeAlias
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from .runs import Runs, WatchedRuns
 

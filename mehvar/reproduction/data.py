@@ -9,8 +9,8 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from mehvar.errors import InputError
-from mehvar.schema import parse_toml
+from mehvar.base.errors import InputError
+from mehvar.base.schema import parse_toml
 
 Data = TypeVar("Data")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from .claims import AMPLITUDES, COUNTS, TIMES, Check, Claim
 
 if TYPE_CHECKING:
-    from mehvar.manifest import Manifest, Metric, Scenario
+    from mehvar.base.manifest import Manifest, Metric, Scenario
 
     from .runs import Runs
 

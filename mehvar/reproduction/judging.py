@@ -13,11 +13,11 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from mehvar import cache
+from mehvar.base import cache
+from mehvar.base.errors import InputError, unknown_name
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.codegen.processes import in_processes
 from mehvar.codegen.workspace import load_paper, own_text
-from mehvar.errors import InputError, unknown_name
 
 Ledger = dict[str, Any]
 """A ledger as plain data, as `mehvar.codegen.ledger.ledger.Ledger.to_json` returns it."""

@@ -25,9 +25,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeAlias
 
+from mehvar.base.errors import InputError
+from mehvar.base.names import identifier
 from mehvar.codegen.workspace import Tree, find_tree, installed_tree, load_paper
-from mehvar.errors import InputError
-from mehvar.names import identifier
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
 
     RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]
 

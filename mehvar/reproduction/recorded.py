@@ -22,7 +22,7 @@ from .paper import Reproduction, has_paper, load_reproduction
 if TYPE_CHECKING:
     import xarray as xr
 
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
 
 
 @dataclass(frozen=True)

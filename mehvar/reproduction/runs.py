@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import MissingError
+from mehvar.base.errors import MissingError
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import split_settings
 from mehvar.runtime.run.problem import Status

@@ -27,7 +27,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from .claims import Claim, ClaimVerdict
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 
-from mehvar.errors import InputError, bad_value
-from mehvar.manifest import Controller, Scenario
+from mehvar.base.errors import InputError, bad_value
+from mehvar.base.manifest import Controller, Scenario
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.simulate import Run, simulate
@@ -60,11 +60,6 @@ def cases_of(model: Model) -> list[Case]:
         If no law can run any scenario.
     """
     manifest = model.manifest
-    if manifest.wiener or manifest.random_step or manifest.delays:
-        allowed = (
-            "a model without process noise and random steps, and without delays of its inputs, which a page leaves out"
-        )
-        raise bad_value("model", manifest.model, allowed)
     pairs = [(law, scenario) for law in manifest.controllers.values() for scenario in manifest.scenarios.values()]
     cases = [case for pair in pairs if (case := _case(model, *pair))]
     if not cases:

@@ -15,14 +15,15 @@ import numpy as np
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.manifest import Controller, Manifest, Parameter, Quantity, Shape
+from mehvar.base.capabilities import Place, refuse
+from mehvar.base.manifest import Controller, Manifest, Parameter, Quantity, Shape
+from mehvar.base.schema import plain
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
-from mehvar.schema import plain
 
 from .cases import Case, cases_of
 from .module import compiled_module, zig_toolchain
@@ -61,8 +62,7 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
     check_arguments("path", "the call", out=out)
     check_folder(out)
     loaded = model if isinstance(model, Model) else load(model)
-    loaded.manifest.check_rates("a page")
-    loaded.manifest.refuse_events("a page")
+    refuse(loaded.manifest, Place.PAGE)
     zig_toolchain()  # before the runs, which take longer
     name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
     check_folder(out, maker, [name])

@@ -9,10 +9,10 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mehvar import cache
-from mehvar.errors import BuildError, MissingError
-from mehvar.manifest import Controller, Manifest, file_of
-from mehvar.names import identifier
+from mehvar.base import cache
+from mehvar.base.errors import BuildError, MissingError
+from mehvar.base.manifest import Controller, Manifest, file_of
+from mehvar.base.names import identifier
 from mehvar.runtime.board.image.toolchains import Toolchain, toolchain
 from mehvar.runtime.compiling.compiler import environment
 from mehvar.runtime.compiling.library import native_headers, native_sources

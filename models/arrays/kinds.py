@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from mehvar.names import typeset
+from mehvar.base.names import typeset
 
 from ..quantities import Group, ModelError, Parameter, ParameterArray
 

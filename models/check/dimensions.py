@@ -12,7 +12,7 @@ from fractions import Fraction
 import sympy as sp
 from sympy.core.relational import Relational
 
-from mehvar.units import Dimension, dimension, product, unit_text
+from mehvar.base.units import Dimension, dimension, product, unit_text
 
 from ..derivation import Definition
 from ..quantities import LARGEST, TIME, ModelError

@@ -6,10 +6,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from mehvar.manifest import DIRECTIONS, ENDS
+from mehvar.base.manifest import DIRECTIONS, ENDS
 
 from ..events import Event
-from ..forms import algebraic_rows
 from ..quantities import ModelError
 from ..system import System
 from ..tables import check_names
@@ -21,7 +20,6 @@ def check_events(system: System) -> None:
     """Refuse events that no run has, and resets of symbols that are no states."""
     for event in system.events:
         _check_reset(system, event)
-    _check_beside(system)
     for law in system.controllers:
         for event in law.events:
             where = f"{event.origin}: event {event.name!r} of law {law.name!r}"
@@ -41,22 +39,6 @@ def _check_reset(system: System, event: Event) -> None:
             raise ModelError(
                 f"{where}: reset of {symbol!r}: must be the symbol of a state: {', '.join(states.values())}"
             )
-    if event.reset and system.coordinates:
-        raise ModelError(f"{where}: resets in a system with regular coordinates are not built; surfaces are")
-
-
-def _check_beside(system: System) -> None:
-    """Refuse events together with features that do not support them."""
-    first = next(iter((*system.events, *(event for law in system.controllers for event in law.events))), None)
-    if first is None:
-        return
-    for present, what in (
-        (system.diffusion is not None, "process noise, whose paths cross a guard without end"),
-        (bool(algebraic_rows(system)), "algebraic states, which would have to jump with the others"),
-        (any(law.rates for law in system.controllers), "a continuous law that has states of its own"),
-    ):
-        if present:
-            raise ModelError(f"{first.origin}: event {first.name!r} cannot stand beside {what}")
 
 
 def _check_distinct(events: Iterable[Event]) -> None:

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that every declared feature has an effect: one that nothing would use is refused by name."""
+"""Check that every declared feature has an effect, and that none excludes another; others are refused by name."""
 
 from __future__ import annotations
 
 import itertools
 import string
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import sympy as sp
 
-from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
+from mehvar.base import capabilities
+from mehvar.base.capabilities import Feature, Names
+from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
 
 from ..forms import algebraic_rows, has_rates
-from ..quantities import Group, ModelError, Parameter
+from ..quantities import Group, Located, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
 from .events import check_events
@@ -31,7 +33,6 @@ def check_features(system: System) -> None:
         _check_times(system, law)
         _check_law(law)
     check_events(system)
-    _check_chart(system)
     _check_noise(system)
     _check_delays(system)
     _check_choices(system)
@@ -41,12 +42,13 @@ def check_features(system: System) -> None:
             "be one for each"
         )
     _check_mass(system)
+    _check_beside(system)
     _check_geometry(system)
     _check_messages(system)
 
 
 def _check_mass(system: System) -> None:
-    """Refuse a mass matrix without one row and column per state, and second declarations of the rates."""
+    """Refuse a mass matrix without one row and column per state, and one without rates."""
     if system.mass is None:
         return
     n = len(system.states)
@@ -55,31 +57,36 @@ def _check_mass(system: System) -> None:
             f"{system.origin}: mass has the shape {system.mass.shape}: must have a row and a column for each of the "
             f"{n} states"
         )
-    for what in ("coordinates", "variants", *(() if has_rates(system) else ("residual", "rates"))):
-        if getattr(system, what):
-            raise ModelError(
-                f"{system.origin}: {what} cannot stand beside mass, by which the rates are not those of rhs; solve for "
-                "the rates in rhs, or leave one of both out"
-            )
     if len(algebraic_rows(system)) == n:
         raise ModelError(f"{system.origin}: mass is zero: a system must have a state that has a rate")
-    if algebraic_rows(system):
-        _check_beside_algebraic(system)
 
 
-def _check_beside_algebraic(system: System) -> None:
-    """Refuse features that no method can integrate together with algebraic states."""
-    if system.diffusion:
-        raise ModelError(
-            f"{system.diffusion.origin}: diffusion cannot stand beside algebraic states, which the methods for "
-            "process noise do not solve for"
-        )
-    for law in system.controllers:
-        if law.rates:
-            raise ModelError(
-                f"{law.origin}: law {law.name!r} has states of its own, and mass has algebraic ones: a continuous law "
-                "of such a system must have no memory"
-            )
+def _check_beside(system: System) -> None:
+    """Refuse features that cannot stand beside one another."""
+    present = {feature: (part.origin, feature.listed(names)) for feature, part, names in _features(system) if names}
+    for one, other, reason in capabilities.EXCLUSIONS:
+        if one in present and other in present:
+            origin, words = present[one]
+            raise ModelError(f"{origin}: {words} cannot stand beside {other.name}: {reason}")
+
+
+def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
+    """Yield features, the part of the system that declares each, and the names of what has it, if any."""
+    laws = system.controllers
+    events = [*system.events, *(event for law in laws for event in law.events)]
+    continuous, integrated = any(not law.period for law in laws), [law for law in laws if law.rates]
+    sensor, actuator, diffusion = system.sensor or system, system.actuator or system, system.diffusion or system
+    yield capabilities.MASS, system, system.mass is not None
+    yield capabilities.ALGEBRAIC, system, [system.states.quantities[k].name for k in algebraic_rows(system)]
+    yield capabilities.DERIVED_RATES, system, bool(system.residual or system.rates) and not has_rates(system)
+    yield capabilities.EVENTS, events[0] if events else system, [event.name for event in events]
+    yield capabilities.RESETS, system, [event.name for event in events if event.reset]
+    yield capabilities.PROCESS_NOISE, diffusion, system.diffusion is not None
+    yield capabilities.CHART, system.coordinates or system, system.coordinates is not None
+    yield capabilities.ACTUATOR, actuator, continuous and system.actuator is not None
+    yield capabilities.SEEN, sensor, continuous and system.seen is not system.states
+    yield capabilities.CHOICES, system, [choice.name for choice in system.choices]
+    yield capabilities.INTEGRATED, integrated[0] if integrated else system, [law.name for law in integrated]
 
 
 def _check_geometry(system: System) -> None:
@@ -138,30 +145,10 @@ def _check_times(system: System, law: Controller) -> None:
         )
 
 
-def _check_chart(system: System) -> None:
-    continuous = [law.name for law in system.controllers if not law.period]
-    if system.coordinates and system.actuator and continuous:
-        raise ModelError(
-            f"{system.actuator.origin}: actuator would be ignored by law {continuous[0]!r}: with coordinates a "
-            "continuous law commands the inputs of the chart; leave out one of actuator and coordinates"
-        )
-    if system.coordinates and system.seen is not system.states and continuous:
-        assert system.sensor is not None
-        raise ModelError(
-            f"{system.sensor.origin}: seen of the sensor would be ignored by law {continuous[0]!r}: with coordinates a "
-            "continuous law is a function of the chart; leave out one of seen and coordinates"
-        )
-
-
 def _check_noise(system: System) -> None:
     """Refuse process noise that is zero, and random steps that never occur."""
     diffusion, step = system.diffusion, system.random_step
     if diffusion:
-        if system.coordinates:
-            raise ModelError(
-                f"{diffusion.origin}: diffusion would be ignored: with coordinates the chart is integrated; leave out "
-                "one of diffusion and coordinates"
-            )
         for q in diffusion.wiener:
             if q.unit != "s^(1/2)":
                 raise ModelError(

@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS
-from mehvar.units import dimension, has_radians
+from mehvar.base.errors import either
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS
+from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..system import Metric, System
@@ -27,7 +28,8 @@ def check_metrics(system: System, folder: Path | None = None) -> None:
     for metric in system.metrics:
         place = place_of(folder, "metrics", metric.name, system.origin)
         where = f"{place}: metric {metric.name!r} of {system.name}"
-        check_names([metric.kind], METRIC_KINDS, f"{where}: kind")
+        if metric.kind not in METRIC_KINDS:
+            raise ModelError(f"{where}: kind = {metric.kind!r}: must be {either(METRIC_KINDS)}")
         if metric.kind == "events":
             _check_events(metric, system, where)
         else:

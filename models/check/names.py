@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from mehvar.manifest import OPEN_LOOP
-from mehvar.names import ARGUMENTS, RESULT_NAMES, WORK, identifier
+from mehvar.base.manifest import OPEN_LOOP
+from mehvar.base.names import ARGUMENTS, RESULT_NAMES, WORK, identifier
 
 from ..clock import CLOCK, plant_of_time
 from ..quantities import TIME, Group, ModelError, Quantity

@@ -10,8 +10,8 @@ from typing import TypeVar
 
 import sympy as sp
 
-from mehvar.errors import shown
-from mehvar.manifest import Metric, Scenario
+from mehvar.base.errors import shown
+from mehvar.base.manifest import Metric, Scenario
 
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
 from ..quantities import TIME, Group, ModelError, Quantity

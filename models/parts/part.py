@@ -492,6 +492,21 @@ def _held(prescribed: Sequence[Expr | None], values: Sequence[Expr]) -> list[Exp
     return [v for v, given in zip(values, prescribed, strict=True) if given is not None]
 
 
+def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> None:
+    """Refuse an energy that is not quadratic in the speeds, and momenta that are not linear."""
+
+    def depends(slopes: sp.Matrix) -> bool:
+        return any(slope.has(*speeds) and sp.simplify(slope).has(*speeds) for slope in slopes)
+
+    if speeds and depends(sp.hessian(of.energy, speeds)):
+        raise ModelError(f"{name}.energy = {of.energy}: must be quadratic in the speeds {', '.join(map(str, speeds))}")
+    for what, momentum in (("momentum", of.momentum), ("angular", of.angular)):
+        if speeds and depends(momentum.jacobian(speeds)):
+            raise ModelError(
+                f"{name}.{what} = {tuple(momentum)}: must be linear in the speeds {', '.join(map(str, speeds))}"
+            )
+
+
 def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
     """Derive what a part adds to the equations of the hub from its aggregates."""
     frame, w = at.frame, at.frame.rate
@@ -505,6 +520,7 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         """Differentiate along the motion at constant speeds."""
         return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
 
+    _check_degrees(of, speeds, at.name)
     prescribed = of.prescribed or (None,) * len(speeds)
     drive = dict(pair for pair in zip(speeds, prescribed, strict=True) if pair[1] is not None)
     rows, held, swelling = [], [], ZERO

@@ -16,9 +16,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.errors import shown
-from mehvar.schema import parse_toml
-from mehvar.units import dimension, has_radians
+from mehvar.base.errors import shown
+from mehvar.base.schema import parse_toml
+from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..tables import place_in, suggestion

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 
 from ..system import LARGEST, Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator

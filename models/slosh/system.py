@@ -10,7 +10,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 
 from ..system import (
     Choice,

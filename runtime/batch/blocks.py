@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError
-from mehvar.manifest import Quantity
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import Quantity
 
 from ..run.metrics import undetermined
 from ..run.options import AUTO, EXPLICIT, STIFF

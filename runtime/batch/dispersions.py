@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value, unknown_name
 
 from ..arguments import literals_are_numbers
 from .sampling import FloatArray, exponential, normal_quantile

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, MehvarError, bad_value, is_shortage
+from mehvar.base.errors import InputError, MehvarError, bad_value, is_shortage
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import METRIC_KINDS
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import METRIC_KINDS
+from mehvar.base.names import identifier
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
@@ -26,11 +26,11 @@ from ..compiling.processor import vector_flags, widest
 from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
-from ..run.calls import jacobian_name
+from ..run.calls import check_loop, jacobian_name
 from ..run.metrics import COUNT, event_number
 from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integrator, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, check_hold, check_integrated, check_noise, input_delays, variant_suffix
+from ..run.problem import check_delay, check_hold, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -124,10 +124,8 @@ def compile_kernel(
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
-    if own is None:
-        check_integrated(options.hold, law, origin)
     check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
-    check_noise(model.manifest, options.method, sampled, origin)
+    check_loop(model.manifest, law, options.method, None if own else options.hold, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
     if options.method == AUTO:

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from mehvar.cache import key
-from mehvar.manifest import Manifest
+from mehvar.base.cache import key
+from mehvar.base.manifest import Manifest
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS, native_headers, native_sources

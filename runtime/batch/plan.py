@@ -12,14 +12,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Parameter, Quantity
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Parameter, Quantity
+from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
-from ..run.calls import check_method
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import check_sampled_parts, consistent, misses, of_scenario, sampled_parameters, variant_suffix
@@ -229,7 +228,6 @@ class Plan:
         }
         given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
         check_effects(given, self.options.method, self.sampled, self.noisy, self.origin)
-        check_method(self.model.manifest, self.options.method)
         if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
             raise bad_value(
                 "seed", campaign.seed, "left out unless something varies or the runs have noise", self.origin

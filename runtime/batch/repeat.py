@@ -6,16 +6,18 @@ from __future__ import annotations
 import json
 import math
 import os
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
-from mehvar.manifest import OPEN_LOOP
+from mehvar.base.errors import InputError, bad_value
+from mehvar.base.manifest import OPEN_LOOP
 
 from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray
@@ -80,19 +82,20 @@ def plan_of(
 ) -> Plan:
     """Return the plan of a store.
 
-    A model and a law in Python are code and a store is data, so a store never decides which code runs.
+    A model and a law in Python are code and a store is data, so a store never brings the code that runs.
 
     Parameters
     ----------
     store : Batch
         The store.
     model : Model, str or path, optional
-        The model, as `load` takes it. Unless given, the installed model of the same name, if the hash of its code is
-        the one recorded in the store.
+        The model, as `load` takes it; default: the model of the same name that is installed or of the project that one
+        stands in, if the hash of its code is the one recorded in the store.
     trust : bool
         Take the model that the store names, if the hash of its code is the one recorded in the store.
     controller : callable, optional
-        The law in Python of the batch. Unless given, the one with the recorded text that ran a batch in this session.
+        The law in Python of the batch; default: the one with the recorded text that ran a batch in this session, or the
+        function of that name in the program or notebook that runs.
     inputs, interpolation : optional
         The inputs of a batch without a law, as for `simulate`.
 
@@ -104,7 +107,7 @@ def plan_of(
         If only the store says where the model is, or the model has changed since.
     """
     if controller is None and inputs is None:
-        controller = SESSION_LAWS.get(str(store.attributes.get("law", "")))
+        controller = _session_law(store)
     _check_law(store, controller, inputs)  # before the model: trust in it would not bring the law back
     if model is None:
         model = _trusted_model(store, trust)
@@ -119,16 +122,26 @@ def plan_of(
     return plan
 
 
+def _session_law(store: Batch) -> LawFunction | None:
+    """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
+    ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
+    name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd
+    defined = getattr(sys.modules.get("__main__"), name, None) if name else None
+    return ran or (defined if isinstance(defined, FunctionType) else None)
+
+
 def _check_law(store: Batch, controller: object, inputs: object) -> None:
     """Refuse a batch whose law or inputs are missing, and arguments that it does not take."""
     law = str(store.attributes["controller"])
     needed = None if "law" not in store.attributes else "inputs" if law == OPEN_LOOP else "controller"
     given = {"controller": controller, "inputs": inputs}
     if needed is not None and given[needed] is None:
-        what = "inputs of its open loop" if law == OPEN_LOOP else f"law {law}"
+        if needed == "inputs":
+            how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
+            raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
-            f"{store.name} does not contain the {what}; give it again, as in "
-            f"runs.mehvar.again(17, {needed}={'INPUTS' if law == OPEN_LOOP else 'LAW'})"
+            f"{store.name} ran under {law}, which this session does not define: define or import it, or pass it, as in "
+            "runs.mehvar.again(17, controller=LAW); attribute 'law' of the batch has its source"
         )
     for name, value in given.items():
         if value is not None and name != needed:
@@ -164,25 +177,22 @@ def is_model_of(store: Batch, model: Model) -> bool:
 
 def _trusted_model(store: Batch, trust: bool) -> str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
-    installed = shipped_models().get(name)  # not one of the working folder, which may have come with the store
-    if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
-        return str(installed)
+    for folder in filter(None, (models.get(name) for models in (shipped_models(), project_models()))):
+        if generated_digest(find_model(folder)) == _recorded_digest(store):
+            return str(folder)
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
     if not (trust and there):
         raise TrustError(
-            f"{store.name} needs the model {name}, which is not installed in that version; "
-            f"{_way(store, name, source, there)}"
+            f"{store.name} needs the model {name}, which is neither installed nor in this project in that version; "
+            f"{_way(source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
         raise TrustError(f"{store.name} was made from another version of {source!r}: it cannot be repeated")
     return source
 
 
-def _way(store: Batch, name: str, source: str, there: bool) -> str:
-    """Return advice on the model to name for a store whose model is not installed."""
-    own = project_models().get(name)
-    if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
-        return f"the one in {own} matches: run mehvar simulate {name} --from STORE --run ID"
+def _way(source: str, there: bool) -> str:
+    """Return advice on the model to name for a store whose model is not found."""
     if not there:
         return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (

@@ -17,10 +17,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 
 from ..compiling.library import load_library, native_headers, native_sources
-from ..run.options import either
 
 FloatArray = NDArray[np.float64]
 WordArray = NDArray[np.uint64]

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mehvar.manifest import Controller, Event, Function, Manifest, Metric
-from mehvar.names import identifier
+from mehvar.base.manifest import Controller, Event, Function, Manifest, Metric
+from mehvar.base.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures

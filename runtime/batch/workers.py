@@ -19,9 +19,9 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mehvar import cache
-from mehvar.errors import InputError, MehvarError
-from mehvar.manifest import FILE
+from mehvar.base import cache
+from mehvar.base.errors import InputError, MehvarError
+from mehvar.base.manifest import FILE
 
 from ..compiling.compiler import require_compiler
 from ..model.generated import generated_text

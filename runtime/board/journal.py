@@ -19,7 +19,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from .image.header import Layout
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from ..model.functions import Real
 from ..model.model import Model
@@ -384,7 +384,7 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
 
 
 def _law_symbol(model: Model, request: BoardRequest) -> str:
-    from mehvar.names import identifier
+    from mehvar.base.names import identifier
 
     return f"{identifier(model.name)}_{identifier(request.controller)}"
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from ..model.parameters import Resolved
 from .image.header import Layout

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-from mehvar.errors import InputError, MissingError
+from mehvar.base.errors import InputError, MissingError
 
 from .image.build import Image
 from .image.elf import read_elf

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Controller, Manifest
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Controller, Manifest
 
 from ..model.functions import Real
 from ..model.model import Model

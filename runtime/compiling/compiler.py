@@ -13,8 +13,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from mehvar.cache import cache_folder
-from mehvar.errors import InputError, MissingError
+from mehvar.base.cache import cache_folder
+from mehvar.base.errors import InputError, MissingError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0

@@ -16,8 +16,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from mehvar import cache
-from mehvar.errors import BuildError, InputError
+from mehvar.base import cache
+from mehvar.base.errors import BuildError, InputError
 
 from .compiler import Compiler, environment, require_compiler
 

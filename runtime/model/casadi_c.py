@@ -7,8 +7,8 @@ import ctypes
 from collections.abc import Iterable
 from dataclasses import replace
 
-from mehvar.manifest import Function, Manifest
-from mehvar.names import identifier
+from mehvar.base.manifest import Function, Manifest
+from mehvar.base.names import identifier
 
 from ..compiling.library import load_library
 from .derived import holder

@@ -10,9 +10,9 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import FILE, Manifest, read_manifest
-from mehvar.versions import project_root
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.manifest import FILE, Manifest, read_manifest
+from mehvar.base.versions import project_root
 
 
 def shipped_models() -> dict[str, Path]:

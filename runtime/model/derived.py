@@ -13,14 +13,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-from mehvar import cache, errors
-from mehvar.errors import InputError
-from mehvar.manifest import Manifest, made_when_asked, read_manifest
-from mehvar.versions import installed
+from mehvar.base import cache, errors
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import Manifest, made_when_asked, read_manifest
+from mehvar.base.versions import installed
 
 from .catalogue import shipped_models
 
-_HERE = Path(errors.__file__).resolve().parents[1]
+_HERE = Path(errors.__file__).resolve().parents[2]
 _NEEDED = ("sympy", "casadi")
 
 

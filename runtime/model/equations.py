@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 
-from mehvar.manifest import Manifest
+from mehvar.base.manifest import Manifest
 
 from .generated import generated_text
 

@@ -11,10 +11,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import FunctionNameError, InputError, unknown_name
-from mehvar.manifest import Array, Function, Manifest
-from mehvar.names import identifier
-from mehvar.notebook.display import heading, table
+from mehvar.base.display import heading, table
+from mehvar.base.errors import FunctionNameError, InputError, unknown_name
+from mehvar.base.manifest import Array, Function, Manifest
+from mehvar.base.names import identifier
 
 from ..compiling.library import begin_native, load_library, load_native, native_headers
 from .derived import holder

@@ -6,8 +6,8 @@ from __future__ import annotations
 import hashlib
 import warnings
 
-from mehvar.errors import InputError
-from mehvar.manifest import Manifest
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import Manifest
 
 from .derived import holder
 

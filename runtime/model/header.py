@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 
-from mehvar.constants import constants, vectors
-from mehvar.errors import InputError
-from mehvar.manifest import FILE, Manifest
+from mehvar.base.constants import constants, vectors
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import FILE, Manifest
 
 from .generated import generated_text
 

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import Controller, Manifest, Quantity
-from mehvar.names import identifier
-from mehvar.notebook.display import heading, table
+from mehvar.base.capabilities import Place, refuse
+from mehvar.base.display import heading, table
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.manifest import Controller, Manifest, Quantity
+from mehvar.base.names import identifier
 
 from .functions import FloatArray, Functions, GeneratedFunction
 
@@ -218,7 +219,7 @@ def _plant(
     outputs: Sequence[str] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return A, B, C, D, and the derivative of the outputs with respect to the reference."""
-    manifest.check_rates("a linear system x' = A x + B u")
+    refuse(manifest, Place.LINEARIZE)
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
     A, B = functions["jac_x"](x, u, p), functions["jac_u"](x, u, p)
     C, D, E = (np.zeros((*A.shape[:-2], nx, size)) for size in (nx, nu, nr))

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest, parameter_table
-from mehvar.notebook.display import gathered, heading, table
+from mehvar.base.capabilities import Place, refuse
+from mehvar.base.display import gathered, heading, table
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Manifest, parameter_table
 
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
@@ -338,7 +339,7 @@ class Model:
         """
         from .tools.ivp import initial_value_problem
 
-        self.manifest.check_rates("an initial value problem of SciPy")
+        refuse(self.manifest, Place.IVP)
         case = self.manifest.scenario(scenario)
         settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
         rhs = self.functions["rhs"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 
 
 class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, together, unknown_name
-from mehvar.manifest import Controller, Manifest, Parameter, Scenario
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, bad_value, together, unknown_name
+from mehvar.base.manifest import Controller, Manifest, Parameter, Scenario
+from mehvar.base.names import identifier
 
 from .functions import FloatArray, Functions
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.manifest import Function
+from mehvar.base.manifest import Function
 
 _DOUBLE = np.dtype(np.float64)
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import MehvarError, bad_value, unknown_name
-from mehvar.names import CLOCK
+from mehvar.base.errors import MehvarError, bad_value, unknown_name
+from mehvar.base.names import CLOCK
 
 from ..arguments import check_arguments
 from .functions import FloatArray

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.manifest import Function
+from mehvar.base.manifest import Function
 
 from ..model.functions import CBackend, FloatArray
 from .calls import loop_calls, model_fields

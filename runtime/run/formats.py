@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, MehvarError, bad_value
+from mehvar.base.errors import InputError, MehvarError, bad_value, either
 
 from ..files import write_atomic
-from .options import either
 
 if TYPE_CHECKING:
     import xarray

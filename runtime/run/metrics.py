@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, unknown_name
-from mehvar.manifest import OF_SECONDS, Event, Manifest, Metric
+from mehvar.base.errors import InputError, unknown_name
+from mehvar.base.manifest import OF_SECONDS, Event, Manifest, Metric
 
 from ..model.functions import FloatArray
 from .problem import Status

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import operator
 import sys
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 
 from ..model.functions import BackendName, Real
 from ..model.parameters import number
@@ -393,9 +393,3 @@ def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str
 def first_integrator(method: Method) -> Integrator:
     """Return the integrator that a run starts with."""
     return EXPLICIT if method == "auto" else method
-
-
-def either(words: Iterable[str]) -> str:
-    """Return words joined as in "a, b or c"."""
-    *others, last = words
-    return f"{', '.join(others)} or {last}" if others else last

@@ -11,24 +11,21 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, Origin, bad_value, unknown_name
-from mehvar.manifest import Controller, Event, Manifest, Scenario
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, Origin, bad_value, unknown_name
+from mehvar.base.manifest import Controller, Event, Manifest, Scenario
+from mehvar.base.names import identifier
 
 from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
-from .calls import check_method, events_of, jacobian_name
+from .calls import check_loop, events_of, jacobian_name
 from .noise import normals
 from .options import (
     AUTO,
     OPTIONS,
-    STOCHASTIC,
     Integrator,
-    Method,
     RunOptions,
     check_effects,
-    either,
     first_integrator,
 )
 from .own.law import Law, OwnLaw
@@ -212,15 +209,13 @@ def pose(
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
-    check_integrated(options.hold, law, origin)
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_sampled_parts(model.manifest, resolved.values, hold, origin)
     check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
-    check_noise(model.manifest, options.method, hold is not None, origin)
+    check_loop(model.manifest, law, options.method, options.hold, hold is not None, origin)
     if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
-    check_method(model.manifest, options.method)
     if options.method == AUTO and (own is None or hold is not None):
         jacobian_name(model.manifest, law, suffix, hold is not None, AUTO)
     if model.manifest.algebraic and hold is None:
@@ -314,31 +309,16 @@ def sampled_parameters(manifest: Manifest) -> dict[str, str]:
     return {name: " and ".join(functions) for name, functions in readers.items() if functions}
 
 
-def check_noise(manifest: Manifest, method: Method, sampled: bool, origin: str) -> None:
-    """Refuse a method that does not suit the process noise of a model, and random steps that never happen."""
-    if manifest.wiener and method not in STOCHASTIC:
-        allowed = f"{either(STOCHASTIC)}: {manifest.model} has process noise"
-        raise bad_value("method", method, allowed, f"{origin}, or the default")
-    if not manifest.wiener and method in STOCHASTIC:
-        raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
-    if manifest.random_step and not sampled:
-        allowed = f"given, or a sampled law: the random steps of {manifest.model} come at samples"
-        raise bad_value("hold", None, allowed, origin)
-
-
 def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
     """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
 
     Raises
     ------
     InputError
-        For a loop without samples, and for a delay after which an input never acts.
+        For a delay after which an input never acts.
     """
-    if not manifest.delays:
+    if not manifest.delays or hold_every is None:
         return ()
-    if hold_every is None:
-        allowed = f"given, or a sampled law: the inputs of {manifest.model} are delayed by samples"
-        raise bad_value("hold", None, allowed, origin)
     names, rows = [q.name for q in manifest.parameters], np.atleast_2d(p)
     greatest = {name: int(rows[:, names.index(name)].max()) for name in manifest.delays.values()}
     periods = -(-(ticks - 1) // hold_every)
@@ -346,13 +326,6 @@ def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int 
         if delay and delay >= periods:
             raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
     return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
-
-
-def check_integrated(hold: float | None, law: Controller, origin: str) -> None:
-    """Refuse to sample a continuous law whose own states are integrated with those of the plant."""
-    if hold is not None and law.period is None and law.memory:
-        allowed = f"left out: the states of the continuous law {law.name} are integrated"
-        raise bad_value("hold", hold, allowed, origin)
 
 
 def evaluations_of(ticks: int, hold_every: int | None) -> int:

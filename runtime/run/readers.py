@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from functools import partial
 
-from mehvar.errors import bad_value, together
-from mehvar.manifest import OPEN_LOOP, Controller, Manifest
-from mehvar.names import identifier
+from mehvar.base.errors import bad_value, together
+from mehvar.base.manifest import OPEN_LOOP, Controller, Manifest
+from mehvar.base.names import identifier
 
 from .calls import loop_calls
 

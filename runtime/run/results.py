@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.errors import InputError
-from mehvar.manifest import Controller, Manifest, Metric
-from mehvar.versions import installed
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import Controller, Manifest, Metric
+from mehvar.base.versions import installed
 
 from .metrics import cut_of, evaluate, metrics_of, undetermined
 from .options import AUTO

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, whence
+from mehvar.base.errors import InputError, bad_value, whence
 
 from ..model.functions import FloatArray
 

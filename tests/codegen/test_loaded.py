@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.manifest import manifest_text, read_manifest, sealed
 from mehvar.codegen.generate import Tree, check, installed_tree
-from mehvar.manifest import manifest_text, read_manifest, sealed
 from tests import commands
 
 ROOT = installed_tree().root

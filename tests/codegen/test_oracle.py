@@ -13,11 +13,11 @@ import mpmath
 import numpy as np
 import pytest
 
+from mehvar.base.manifest import file_of
 from mehvar.codegen.code.casadi_c import casadi_c
 from mehvar.codegen.functions.function import FunctionGraph, Part
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.requests import Request, bindings, requests
-from mehvar.manifest import file_of
 from mehvar.models.system import System
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.compiling.processor import widest

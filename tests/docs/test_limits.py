@@ -15,9 +15,9 @@ import pytest
 import xarray
 
 import mehvar
+from mehvar.base.errors import MehvarError
+from mehvar.base.manifest import SHAPE_KINDS
 from mehvar.cli.new import scaffold
-from mehvar.errors import MehvarError
-from mehvar.manifest import SHAPE_KINDS
 from mehvar.runtime.model.model import load
 from tests.fuzz.campaign import in_process
 

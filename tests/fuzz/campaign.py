@@ -24,8 +24,8 @@ import numpy as np
 
 import mehvar
 from mehvar.__main__ import _run, main
+from mehvar.base.errors import InputError
 from mehvar.campaign import read_campaign
-from mehvar.errors import InputError
 from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import StopRule

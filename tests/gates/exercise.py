@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mehvar.manifest import Controller
+from mehvar.base.manifest import Controller
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.processor import widest

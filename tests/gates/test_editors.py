@@ -15,7 +15,7 @@ IMPORTS = {
     "mehvar.codegen.generate": ("check", "codegen/generate.py"),
     "mehvar.runtime.model.model": ("Model", "runtime/model/model.py"),
     "mehvar.generated.triangle.triangle": ("rhs", "generated/triangle/triangle.py"),
-    "mehvar.errors": ("MehvarError", "mehvar/errors.py"),
+    "mehvar.base.errors": ("MehvarError", "mehvar/base/errors.py"),
 }
 """One definition of each room, and its file."""
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar import cache
+from mehvar.base import cache
 from mehvar.runtime import load
 from mehvar.runtime.model.derived import holder
 

@@ -23,9 +23,9 @@ import xarray
 
 import mehvar
 from mehvar import runtime
+from mehvar.base.errors import InputError
 from mehvar.cli import app
 from mehvar.cli.board import evidence, flash, report
-from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.board.run import BoardRequest

@@ -12,7 +12,7 @@ import pytest
 
 import mehvar
 from mehvar.__main__ import _how_to_install
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.batch.workers import connect
 from mehvar.runtime.board.targets import SerialPort

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.manifest import Array, result_shape
-from mehvar.names import identifier
+from mehvar.base.manifest import Array, result_shape
+from mehvar.base.names import identifier
 from mehvar.runtime.model.linear import jacobians
 from mehvar.runtime.model.parameters import vector
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.model.catalogue import find_model, list_models
 from mehvar.runtime.units import distribution, read_value, setting_units
 from mehvar.settings import read_values

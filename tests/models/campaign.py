@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
+from mehvar.base.manifest import FILE, manifest_text
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, check_counterparts, verify
 from mehvar.codegen.manifest import manifest_of
-from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.forms import with_mass

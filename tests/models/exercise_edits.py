@@ -12,7 +12,7 @@ import warnings
 
 import numpy as np
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.runtime import Model, load, simulate
 from tests.gates.exercise import functions
 

@@ -10,11 +10,11 @@ import sympy as sp
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.codegen.diff import compare
 from mehvar.codegen.equations.document import Document
 from mehvar.codegen.equations.graph import equations_json
 from mehvar.codegen.workspace import ROOMS, installed_tree
-from mehvar.errors import InputError
 from mehvar.models.arrays.constraints import with_arrays
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Function, Group, Interval, System

@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 
 import mehvar
 from mehvar import runtime
+from mehvar.base.names import ARGUMENTS
+from mehvar.base.units import dimension, unit_text
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.lower import LoweringError
 from mehvar.codegen.functions.verify import check_counterparts
@@ -37,9 +39,7 @@ from mehvar.models.system import (
     System,
 )
 from mehvar.models.tables import read_scenarios
-from mehvar.names import ARGUMENTS
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.units import dimension, unit_text
 from tests.derived import system
 from tests.models.edits import cart, put, turner
 
@@ -246,7 +246,7 @@ REFUSED = [
      r"update of law 'late' would be ignored: the law is without memory"),
     ("shown of a limit", CART, ("limits", 0, "shown"), lambda v: (STATE.symbol,), r"shown would be ignored"),
     ("message", CART, ("limits", 0, "message"), lambda v: "{speedy}", r"limits '\{speedy\}' cannot be filled in"),
-    ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"actuator would be ignored by law"),
+    ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"cannot stand beside a regular"),
     ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
      r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
     ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol,

@@ -9,7 +9,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.fmu.variables import subject
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
@@ -108,12 +108,12 @@ def test_a_law_of_ones_own_sees_what_is_measured(folder):
 
 
 def test_what_cannot_be_run_is_refused(folder):
-    for allowed, settings in (("integrated", {"hold": 0.02}), ("whole number", {"every": 2.5})):
+    for allowed, settings in (("states of its own", {"hold": 0.02}), ("whole number", {"every": 2.5})):
         with pytest.raises(InputError, match=allowed):
             simulate(folder, "slow" if "every" in settings else "lead", **settings)
-    with pytest.raises(InputError, match="integrated"):
+    with pytest.raises(InputError, match="states of its own"):
         mehvar.batch(folder, "lead", n=2, hold=0.02)
-    with pytest.raises(InputError, match="integrated"):
+    with pytest.raises(InputError, match="states of its own"):
         subject(load(folder), "lead", None)
 
 
@@ -146,7 +146,9 @@ def test_what_would_be_ignored_is_refused():
             check(part)
         assert "tests/models/" in str(refusal.value)
     seen = dataclasses.replace(system.sensor, measured=turner().states.symbols[:1])
-    with pytest.raises(ModelError, match="leave out one of seen and coordinates"):
+    with pytest.raises(
+        ModelError, match="measured quantities under a continuous law cannot stand beside a regular chart"
+    ):
         check(dataclasses.replace(turner(), sensor=seen))
 
 

@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.codegen.functions.verify import VerificationError, verify
-from mehvar.errors import InputError
 from mehvar.models.check import check
 from mehvar.models.forms import with_mass
 from mehvar.models.forms.elimination import SingularError, factors
@@ -268,10 +268,13 @@ def test_what_is_refused_of_a_mass(mass, message):
 
 def test_rates_that_are_said_twice_are_refused():
     system = motor()
-    refused(dataclasses.replace(cart(), mass=sp.eye(2)), "variants cannot stand beside mass")
-    refused(dataclasses.replace(turner(), mass=sp.eye(2)), "coordinates cannot stand beside mass")
+    refused(dataclasses.replace(cart(), mass=sp.eye(2)), r"choices \(.*\) cannot stand beside a mass matrix")
+    refused(dataclasses.replace(turner(), mass=sp.eye(2)), "a regular chart cannot stand beside a mass matrix")
     rate = sp.Symbol("w_rate", real=True)
-    refused(dataclasses.replace(system, rates={"w": rate}, residual=(rate,)), "residual cannot stand beside mass")
+    refused(
+        dataclasses.replace(system, rates={"w": rate}, residual=(rate,)),
+        "rates and residual cannot stand beside a mass matrix",
+    )
 
 
 def test_a_pivot_that_is_zero_is_found_in_numbers():

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.fmu.variables import subject
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
@@ -19,7 +19,7 @@ from mehvar.models.system import Coordinates, Diffusion, Group
 from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.web.cases import cases_of
+from mehvar.web.export import export_web
 from tests.models.edits import quantity, turner
 from tests.models.noisy import noisy, walker
 from tests.models.written import written
@@ -141,21 +141,21 @@ def test_random_steps_in_lanes_and_of_a_law_of_ones_own(steps, tmp_path):
     np.testing.assert_allclose(held.x, walked(4), atol=1e-10)
 
 
-def test_what_cannot_be_run_is_refused(folder, steps):
+def test_what_cannot_be_run_is_refused(folder, steps, tmp_path):
     for path, law, settings, allowed in (
         (folder, "brake", {}, "must be euler or platen: noisy has process noise"),
         (steps, "steps", {"method": "platen", "step": 0.1}, "walker has no process noise"),
-        (steps, "smooth", {}, "the random steps of walker come at samples"),
+        (steps, "smooth", {}, "given, or a sampled law: walker has random steps"),
     ):
         with pytest.raises(InputError, match=allowed):
             simulate(path, law, **settings)
         with pytest.raises(InputError, match=allowed):
             mehvar.batch(path, law, n=2, **settings)
     for path in (folder, steps):
-        with pytest.raises(InputError, match="without process noise and random steps"):
+        with pytest.raises(InputError, match=r"has (process noise|random steps) \(.*, which .* unit cannot have"):
             subject(load(path), None, None)
-        with pytest.raises(InputError, match="without process noise and random steps"):
-            cases_of(load(path))
+        with pytest.raises(InputError, match=r"has (process noise|random steps) \(.*, which a page cannot have"):
+            export_web(path, tmp_path / "page")
 
 
 def test_what_is_no_noise_is_refused():
@@ -176,7 +176,7 @@ def test_what_is_no_noise_is_refused():
     own = Group("w", (quantity("W", "s^(1/2)"),))
     radial = Diffusion(own, (chart.states.radius * own.W, sp.S.Zero))
     assert isinstance(chart.coordinates, Coordinates)
-    with pytest.raises(ModelError, match="leave out one of diffusion and coordinates"):
+    with pytest.raises(ModelError, match="process noise cannot stand beside a regular chart"):
         check(dataclasses.replace(chart, diffusion=radial))
     walk = walker()
     with pytest.raises(ModelError, match="no law has a period"):

@@ -3,11 +3,11 @@
 
 from pathlib import Path
 
+from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.casadi_c import casadi_c
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
-from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.forms import with_samples

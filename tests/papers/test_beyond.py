@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from mehvar.base.errors import InputError
 from mehvar.codegen.generate import installed_tree
-from mehvar.errors import InputError
 from mehvar.reproduction.beyond import Beyond, differences, load_beyond, read_beyond
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.runs import Runs

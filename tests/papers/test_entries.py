@@ -8,7 +8,7 @@ from collections import Counter
 
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.models.paper import Paper
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import deviations, table_claims

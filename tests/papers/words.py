@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mehvar.manifest import Manifest
+    from mehvar.base.manifest import Manifest
     from mehvar.reproduction.claims import Claim, ClaimText
     from mehvar.reproduction.paper import Reproduction
     from mehvar.reproduction.runs import Runs

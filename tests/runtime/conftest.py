@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mehvar import runtime
-from mehvar.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, sealed
 
 PENDULUM = Path(__file__).parent / "pendulum"
 

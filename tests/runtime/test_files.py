@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.files import check_file, check_folder, filling, replacing, write_atomic
 
 

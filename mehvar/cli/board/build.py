@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import bad_value, either
 from mehvar.cli.board.loop import (
     Board,
     Compiler,
@@ -23,12 +24,10 @@ from mehvar.cli.board.loop import (
     compiled,
     tunable_of,
 )
-from mehvar.errors import bad_value
 from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.files import check_folder, filling
-from mehvar.runtime.run.options import either
 from mehvar.terminal import print_table
 
 _TARGETS = ("sil", "unicorn")

@@ -13,9 +13,9 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.manifest import Manifest
 from mehvar.cli.board.loop import Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import Manifest
 from mehvar.package.files import FRAMEWORKS, KINDS, package
 from mehvar.runtime.board.image.build import program, write_sources
 from mehvar.runtime.files import check_folder, filling

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.names import identifier
 from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
-from mehvar.errors import bad_value, unknown_name
-from mehvar.names import identifier
 from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence, write_inspection
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.foreign import inspect

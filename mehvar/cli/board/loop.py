@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 from mehvar.runtime.board.image.processors import PROCESSORS
 from mehvar.runtime.board.image.toolchains import BOARDS
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board

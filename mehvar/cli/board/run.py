@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import bad_value, either
 from mehvar.cli.board.loop import (
     Board,
     Compiler,
@@ -27,11 +28,9 @@ from mehvar.cli.board.loop import (
     tunable_of,
     with_settings,
 )
-from mehvar.errors import bad_value
 from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import TARGETS, BoardRequest, BoardRun
 from mehvar.runtime.files import check_file
-from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts, whole
 from mehvar.terminal import print_table
 

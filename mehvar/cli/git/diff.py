@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import InputError
 from mehvar.comparison.compare import compare_documents, read_equations
-from mehvar.errors import InputError
 from mehvar.terminal import print_lines
 
 _NOWHERE = "/dev/null"

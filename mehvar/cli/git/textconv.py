@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import InputError
 from mehvar.codegen.equations.document import Row, Symbol
 from mehvar.codegen.equations.formula import Printer
 from mehvar.comparison.compare import read_equations
-from mehvar.errors import InputError
 
 
 def command(file: Annotated[Path, typer.Argument(help="An equations.json.")]) -> None:

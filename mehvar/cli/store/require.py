@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import InputError, bad_value
 from mehvar.campaign import read_campaign
-from mehvar.errors import InputError, bad_value
 from mehvar.report.verdicts import Verdicts
 from mehvar.runtime.batch.evaluation.requirements import DECIDED, checked_confidence
 from mehvar.runtime.batch.fill import run_batch

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
 from mehvar.runtime.batch.evaluation.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, Statistics, summarise

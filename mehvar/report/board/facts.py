@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.base.versions import installed
 from mehvar.runtime.board.run import TARGETS, BoardRun, Difference
 from mehvar.runtime.run.simulate import Run
-from mehvar.versions import installed
 
 _PACKAGES = ("mehvar", "numpy", "unicorn", "ziglang", "python")
 

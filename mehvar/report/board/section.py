@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import MissingError
+from mehvar.base.errors import MissingError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

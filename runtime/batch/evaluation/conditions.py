@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value, shown, unknown_name
-from mehvar.units import Dimension, dimension, has_radians, product, unit_text
+from mehvar.base.errors import InputError, bad_value, shown, unknown_name
+from mehvar.base.units import Dimension, dimension, has_radians, product, unit_text
 
 from ...arguments import literals_are_numbers
 from ...run.problem import COMPLETE, Status

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 
 from ...run.options import Option
 from ...run.problem import COMPLETE

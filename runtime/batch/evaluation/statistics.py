@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 
-from ...run.options import either
 from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT
 from ..dispersions import read_dispersions

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from mehvar.schema import SchemaError, parse, read
+from mehvar.base.schema import SchemaError, parse, read
 
 from .records import FORMAT, digest
 

@@ -8,7 +8,7 @@ import platform
 import time
 from pathlib import Path
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from .places import make_place
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from .places import is_plain, make_place
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, MehvarError
+from mehvar.base.errors import InputError, MehvarError
 
 from .attributes import NAMES, check_attributes, check_batch, check_variables
 from .layout import STATUS, Layout, Variable, consolidate

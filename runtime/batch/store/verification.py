@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from mehvar.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value
 
 from .attributes import check_attributes, check_batch
 from .lock import FILE as LOCK

@@ -14,7 +14,7 @@ from typing import Any
 import unicorn
 from unicorn import arm_const
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 from ..image.elf import Elf
 from ..image.toolchains import Board

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 
 from ...model.model import Model
 from ..emulator.profile import STEP, line_table

@@ -10,7 +10,7 @@ from pathlib import Path
 from elftools.common.exceptions import ELFError
 from elftools.elf.elffile import ELFFile
 
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 
 from ..emulator.profile import STEP
 from ..image.elf import Elf, read_elf

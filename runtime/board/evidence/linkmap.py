@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from mehvar.errors import bad_value
+from mehvar.base.errors import bad_value
 
 _HEAD = "Linker script and memory map"
 _PIECE = re.compile(r"^ (?:\.\S+|COMMON)\s+0x([0-9a-f]+)\s+0x([0-9a-f]+) (\S.*)$", re.MULTILINE)

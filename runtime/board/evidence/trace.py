@@ -14,7 +14,7 @@ from typing import Any
 from elftools.dwarf.descriptions import describe_form_class
 from elftools.elf.elffile import ELFFile
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 
 from ...model.generated import generated_text
 from ...model.model import Model

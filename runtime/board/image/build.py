@@ -16,9 +16,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from mehvar import cache
-from mehvar.errors import BuildError, bad_value
-from mehvar.manifest import Controller, Scenario
+from mehvar.base import cache
+from mehvar.base.capabilities import Place, refuse
+from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.manifest import Controller, Scenario
 
 from ...compiling.compiler import environment
 from ...compiling.library import native_headers
@@ -129,8 +130,8 @@ def program(
     resolved : Resolved, optional
         Parameters other than the scenario's.
     """
-    model.manifest.check_rates("a board's self-test")
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
+    refuse(model.manifest, Place.BOARD, controller)
     if raw and model.manifest.measured and controller.memory:
         allowed = f"left out: the memory of {law} starts from the state, and bare packets hold what is measured"
         raise bad_value("raw", raw, allowed)

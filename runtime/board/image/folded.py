@@ -13,8 +13,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mehvar.manifest import Controller, Manifest
-from mehvar.names import identifier
+from mehvar.base.manifest import Controller, Manifest
+from mehvar.base.names import identifier
 
 _INCLUDE = re.compile(r"^#include .*$", re.MULTILINE)
 _CONTINUED = re.compile(r"\n {8,}")

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import unknown_name
-from mehvar.manifest import Controller, Manifest
-from mehvar.names import identifier
+from mehvar.base.errors import unknown_name
+from mehvar.base.manifest import Controller, Manifest
+from mehvar.base.names import identifier
 
 from ...model.parameters import Resolved
 

@@ -11,7 +11,7 @@ from typing import Any
 import capstone
 from capstone import arm_const
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 
 from .elf import Elf
 

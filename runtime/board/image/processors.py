@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 
-from mehvar.errors import MissingError, unknown_name
+from mehvar.base.errors import MissingError, unknown_name
 
 from .toolchains import Toolchain, host_toolchain, toolchain
 

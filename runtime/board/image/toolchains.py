@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mehvar.errors import MissingError, bad_value, unknown_name
+from mehvar.base.errors import MissingError, bad_value, unknown_name
 
 from ...compiling.compiler import require_compiler
 

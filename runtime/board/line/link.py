@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, MehvarError
+from mehvar.base.errors import InputError, MehvarError
 
 from ..image.header import Layout
 from .frames import Decoder, Frame, encode

@@ -8,7 +8,7 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 
 from ...model.functions import CBackend, Real
 from ...model.parameters import Resolved

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any
 
-from mehvar.manifest import Array, Function
+from mehvar.base.manifest import Array, Function
 
 from .rebound import library, rebound
 

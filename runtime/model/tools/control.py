@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Manifest, Quantity
-from mehvar.names import identifier
+from mehvar.base.capabilities import INTEGRATED, Place, refuse
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Controller, Manifest, Quantity
+from mehvar.base.names import identifier
 
 from ..functions import FloatArray, Functions
 from ..linear import LinearSystem
@@ -40,6 +41,7 @@ def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]
 
 def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any:
     """Return the plant as `control.NonlinearIOSystem`: inputs u, outputs x."""
+    refuse(manifest, Place.NLSYS)
     rhs = functions["rhs"]
 
     def update(_t: float, x: FloatArray, u: FloatArray, _more: Mapping[str, object]) -> Any:
@@ -50,7 +52,7 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
     """Return a law: inputs x and r, and before them v, the input of the sample before, where it has a memory z."""
-    _refuse_integrated(law)
+    INTEGRATED.refuse(manifest, Place.NLSYS, law)
     call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
     inputs = (*manifest.seen, *manifest.references)
     if not law.memory:
@@ -88,7 +90,7 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
         raise bad_value(
             "controller", law.name, "a continuous law; to_nlsys(part='law') has the sampled one, simulate runs the loop"
         )
-    _refuse_integrated(law)
+    refuse(manifest, Place.NLSYS, law)
     rhs, call, actuate = functions["rhs"], functions[identifier(law.name)], functions.get("actuate")
     measure, quiet = functions["measure"] if manifest.measured else None, np.zeros(len(manifest.noise))
 
@@ -98,11 +100,6 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
 
     name = f"{manifest.model} under {law.name}"
     return _system(name, update, None, manifest.states, manifest.references, manifest.states)
-
-
-def _refuse_integrated(law: Controller) -> None:
-    if law.memory and law.period is None:
-        raise bad_value("controller", law.name, "a law without states of its own that are integrated")
 
 
 class _Named:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
 
-from mehvar.manifest import Manifest
+from mehvar.base.manifest import Manifest
 
 from .rebound import Translation, library, rebound
 

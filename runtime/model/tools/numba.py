@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.manifest import Manifest
+from mehvar.base.manifest import Manifest
 
 from .rebound import Translation, library
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from types import FunctionType, ModuleType
 from typing import Any
 
-from mehvar.errors import InputError, unknown_name
-from mehvar.manifest import Manifest
-from mehvar.names import identifier
+from mehvar.base.errors import InputError, unknown_name
+from mehvar.base.manifest import Manifest
+from mehvar.base.names import identifier
 
 from ..functions import PythonBackend
 

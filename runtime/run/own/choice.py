@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from mehvar.errors import bad_value
-from mehvar.manifest import Controller, Manifest
+from mehvar.base.errors import bad_value
+from mehvar.base.manifest import Controller, Manifest
 
 from ..options import OPTIONS
 from .inputs import open_loop

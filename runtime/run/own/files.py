@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Manifest
 
 from ...arguments import number
 from ...model.functions import FloatArray

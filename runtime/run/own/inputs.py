@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, shown, unknown_name
-from mehvar.manifest import OPEN_LOOP, Manifest
-from mehvar.schema import parse
+from mehvar.base.errors import InputError, bad_value, either, shown, unknown_name
+from mehvar.base.manifest import OPEN_LOOP, Manifest
+from mehvar.base.schema import parse
 
 from ...arguments import check_arguments, check_units
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
-from ..options import either
 from ..ticks import fraction
 from .identity import told
 from .law import LawError, OwnLaw, describe

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import MehvarError, bad_value, shown
-from mehvar.manifest import Controller, Manifest, Quantity
+from mehvar.base.errors import MehvarError, bad_value, shown
+from mehvar.base.manifest import Controller, Manifest, Quantity
 
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.errors import unknown_name
+from mehvar.base.errors import unknown_name
 
 from ...model.functions import FloatArray
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import sympy as sp
 
+from mehvar.base.manifest import Advice, Choice, Manifest, Output, Quantity, read_manifest
 from mehvar.codegen.diff import Document
-from mehvar.manifest import Advice, Choice, Manifest, Output, Quantity, read_manifest
 from tests.codegen.diff import mixed, places, windows
 from tests.codegen.diff.documents import document
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.manifest import read_manifest
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Fate, Kind, handle, label
-from mehvar.manifest import read_manifest
 from tests.codegen.diff.documents import document
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"

@@ -7,9 +7,20 @@ from typing import get_args
 
 import pytest
 
+from mehvar.base.manifest import (
+    Choice,
+    Controller,
+    Event,
+    Manifest,
+    Metric,
+    Output,
+    Parameter,
+    Quantity,
+    Scenario,
+    Shape,
+)
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.parameters import EXEMPT
-from mehvar.manifest import Choice, Controller, Event, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
 from mehvar.models import system
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import manifest

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, verify
 from mehvar.codegen.manifest import manifest_of
-from mehvar.errors import InputError
-from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.system import (  # fmt: skip
     Actuator,

@@ -10,10 +10,10 @@ import pytest
 
 import mehvar
 from mehvar import runtime
+from mehvar.base.errors import InputError
 from mehvar.cli.new import scaffold_law
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import GenerateError, Tree, generate
-from mehvar.errors import InputError
 from mehvar.runtime.model.catalogue import project_models
 from mehvar.settings import complete_models
 

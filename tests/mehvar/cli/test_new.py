@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.errors import InputError
 from mehvar.cli.new import scaffold
 from mehvar.codegen.generate import Tree, check
-from mehvar.errors import InputError
 from tests import commands
 
 ROOT = Path(__file__).parents[3]

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.cli.simulate import command
-from mehvar.errors import InputError
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios
 
 

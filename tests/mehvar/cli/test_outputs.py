@@ -11,8 +11,8 @@ from typing import NoReturn
 
 import pytest
 
+from mehvar.base.errors import InputError
 from mehvar.cli import app
-from mehvar.errors import InputError
 from tests.fuzz.campaign import in_process
 from tests.mehvar.test_effects import (
     BOARD,

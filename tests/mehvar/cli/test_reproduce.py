@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from mehvar.base.errors import InputError
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
-from mehvar.errors import InputError
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from mehvar.base.errors import InputError
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
-from mehvar.errors import InputError
 from tests import commands
 
 ROOT = Path(__file__).parents[3]

@@ -17,9 +17,9 @@ import pytest
 from typer.testing import CliRunner
 
 import mehvar
+from mehvar.base.manifest import sealed
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
-from mehvar.manifest import sealed
 from tests import commands
 from tests.mehvar.browser import chromium
 from tests.mehvar.comparison.projects import CART, ROOT, Project

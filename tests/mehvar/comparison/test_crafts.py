@@ -4,7 +4,7 @@
 import pytest
 
 import mehvar
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.parts import Hub, PointMass, Spacecraft, Torquer, Wheel
 
 

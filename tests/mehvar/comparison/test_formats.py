@@ -8,6 +8,7 @@ import re
 
 import pytest
 
+from mehvar.base.manifest import read_manifest
 from mehvar.codegen.diff.report import Fate, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
@@ -18,7 +19,6 @@ from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop
 from mehvar.comparison.text import example, margin_text, number
-from mehvar.manifest import read_manifest
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import PENDULUM
 

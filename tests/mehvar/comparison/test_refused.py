@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import FILE, sealed
 from mehvar.cli.diff import command
 from mehvar.comparison.runs import runs
 from mehvar.comparison.text import run_lines
-from mehvar.errors import InputError
-from mehvar.manifest import FILE, sealed
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 

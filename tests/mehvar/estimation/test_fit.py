@@ -10,7 +10,7 @@ from scipy.optimize import curve_fit
 from scipy.stats import binom
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from tests.runtime.batch.test_damage import PENDULUM
 
 NOISE = 1e-3

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 COST = "final(theta) * final(theta) + 0.3 * max_rate"
 RUNS = {"vary": {"theta_0": "uniform(0.8, 1.2)"}, "n": 16, "t_end": 5.0}

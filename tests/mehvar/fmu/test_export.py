@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.parts import Hub, Spacecraft
 
 

@@ -13,9 +13,9 @@ from pyarrow import parquet
 from scipy.io import loadmat
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
+from mehvar.base.units import UNITS
 from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
-from mehvar.units import UNITS
 
 
 @pytest.fixture(scope="module")

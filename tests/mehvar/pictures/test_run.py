@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.pictures.files import save
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
@@ -60,6 +60,20 @@ def test_variables_of_one_unit_share_a_panel_and_are_told_apart(turn):
         "l1", "l2", "l3", "length_error",
     ]  # fmt: skip
     assert len({line.get_color() for line in panel.lines}) == 4
+
+
+def test_a_reference_is_drawn_over_its_state_and_magnitudes_are_not_mixed():
+    """Wheels turn 10^5 times as fast as the body: in one panel the rates of the body would be a line at zero."""
+    model = load("satellite")
+    dataset = to_dataset(simulate(model, "pd", "paper", t_end=50.0))
+    with style():
+        figure = panels_picture(dataset, model.manifest)
+    drawn = [[line.get_label().split(":")[0] for line in ax.lines] for ax in figure.axes]
+    assert ["roll", "ref_roll", "pitch", "ref_pitch", "yaw", "ref_yaw", "latitude"] in drawn
+    assert ["wheel_x", "wheel_y", "wheel_z"] in drawn
+    assert ["rate_x", "rate_y", "rate_z"] in drawn
+    state, reference = figure.axes[0].lines[:2]
+    assert (reference.get_color(), reference.get_linestyle()) == (state.get_color(), "--")
 
 
 def test_a_paper_module_draws_its_own_picture(turn):

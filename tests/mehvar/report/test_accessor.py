@@ -17,6 +17,9 @@ from matplotlib import pyplot
 import mehvar
 from mehvar.cli import report as report_command
 from mehvar.pictures.batch import BINS, bin_edges
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.style import style
+from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.batch.repeat import SESSION_LAWS
 from tests.docs.formulas import faults
 
@@ -56,8 +59,17 @@ def test_metrics_are_a_table(run, batch):
     assert batch.mehvar.metrics().loc["travel", "mean"] == pytest.approx(float(batch["travel"].mean()))
 
 
+def test_plot_is_the_picture_that_the_command_saves(run):
+    saved, shown = run_picture(run, mehvar.load("triangle").manifest), run.mehvar.plot()
+    assert shown.get_suptitle() == saved.get_suptitle()
+    for ax, other in zip(saved.axes, shown.axes, strict=True):
+        for line, twin in zip(ax.lines, other.lines, strict=True):
+            np.testing.assert_array_equal(line.get_xydata(), twin.get_xydata())
+
+
 def test_a_run_is_drawn_with_its_settling_times(run):
-    axes = run.mehvar.plot()
+    with style():
+        axes = panels_picture(run, mehvar.load("triangle").manifest).axes
     texts = [text.get_text() for ax in axes for text in ax.texts]
     assert sorted(texts) == ["T_length", "T_rho", "T_theta"]
     marked = next(ax for ax in axes if "T_rho" in [text.get_text() for text in ax.texts])
@@ -66,7 +78,7 @@ def test_a_run_is_drawn_with_its_settling_times(run):
 
 def test_runs_are_counted_by_success(batch):
     wins = int(((batch["status"] == 0) & (batch["T_theta"] < 19.3)).sum())
-    histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)")
+    histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)").axes
     heights = [sum(bar.get_height() for bar in part) for part in histogram.containers]
     assert heights == [wins, 40 - wins]
     assert len(bands.collections) == 3
@@ -104,14 +116,16 @@ def test_a_run_of_a_batch_is_repeated(batch):
         changed.mehvar.again(17)
 
 
-def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only():
+def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch):
     batch = mehvar.batch("satellite", damp, 3, period=0.5, t_end=5.0, vary={"roll": "uniform(-0.1, 0.1)"})
     for law in ((), (damp,)):
         again = batch.mehvar.again(2, *law)
         np.testing.assert_array_equal(again.isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
     SESSION_LAWS.clear()
-    with pytest.raises(mehvar.InputError, match="give it again"):
+    with pytest.raises(mehvar.InputError, match="which this session does not define: define or import it"):
         batch.mehvar.again(2)
+    monkeypatch.setattr("__main__.damp", damp, raising=False)
+    assert batch.mehvar.again(2).attrs["controller"] == "python:damp"
     with pytest.raises(mehvar.InputError, match=r"another version of python:damp:\ndef damp"):
         batch.mehvar.again(2, lambda t, x: [0.0, 0.0, 0.0])
 
@@ -128,10 +142,11 @@ def test_a_run_without_a_law_is_repeated_with_its_inputs():
 def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
     mehvar.batch("triangle", "path", 2, out=tmp_path / "runs.zarr", t_end=1.0)
     assert repr(mehvar.open_result(tmp_path / "runs.zarr").mehvar).startswith("<mehvar: a batch of 2 runs")
-    opened = f"xarray.open_dataset({str(tmp_path / 'runs.zarr')!r}, engine='mehvar')"
-    text = f"import xarray; print({opened}.mehvar)"
-    fresh = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
-    assert fresh.stdout.startswith("<mehvar: a batch of 2 runs"), fresh.stderr
+    path = repr(str(tmp_path / "runs.zarr"))
+    for opened in (f"open_zarr({path})", f"open_dataset({path})"):
+        text = f"import xarray; print(xarray.{opened}.mehvar)"
+        fresh = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+        assert fresh.stdout.startswith("<mehvar: a batch of 2 runs"), fresh.stderr
 
 
 @pytest.mark.parametrize(

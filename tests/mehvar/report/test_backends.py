@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from mehvar.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, sealed
 from mehvar.report.backends import POINTS, TOLERANCE, compare
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from mehvar.errors import MissingError
+from mehvar.base.errors import MissingError
 from mehvar.report.board.page import inputs_figure, metric_values
 from mehvar.report.board.section import run_boards
 from mehvar.reproduction.runs import Runs

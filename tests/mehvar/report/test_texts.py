@@ -9,13 +9,13 @@ import pytest
 import xarray as xr
 
 import mehvar
-from mehvar.errors import printable
+from mehvar.base.errors import printable
+from mehvar.base.schema import SchemaError, parse
 from mehvar.pictures.files import encoded
 from mehvar.pictures.style import new_figure
 from mehvar.report.accessor import Results
 from mehvar.report.charts import text
 from mehvar.report.page import page_text
-from mehvar.schema import SchemaError, parse
 from tests.fuzz.inputs import PENDULUM
 
 TEXTS = [

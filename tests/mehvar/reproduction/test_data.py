@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.reproduction.claims import ClaimText
 from mehvar.reproduction.data import read_data
 from mehvar.reproduction.paper import Captions, read_reproduction

@@ -3,7 +3,7 @@ import builtins
 
 import pytest
 
-from mehvar.errors import MissingError
+from mehvar.base.errors import MissingError
 from mehvar.report import content
 from mehvar.reproduction.claims import ClaimText, ReadingText, below, decide
 from mehvar.reproduction.paper import PaperFigure

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.reproduction.claims import Check, Claim
 from mehvar.reproduction.statements import (
     PrintedCounts,

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mehvar.base.errors import InputError, MissingError
 from mehvar.cli.new import scaffold
-from mehvar.errors import InputError, MissingError
 from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.run.simulate import simulate

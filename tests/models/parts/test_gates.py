@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from mehvar.base.units import dimension
 from mehvar.models.parts import (
     Aggregates,
     Bob,
@@ -33,7 +34,6 @@ from mehvar.models.parts import (
 )
 from mehvar.models.parts.values import Number, kinds, scalar
 from mehvar.models.system import Quantity
-from mehvar.units import dimension
 
 from .balances import Balances, assembled
 from .table import BEAM, BODY, HUB, JOINT, LOSSY, PARTS, PUSH, TURN

@@ -2,18 +2,22 @@
 """Wrong assemblies are refused in the words of parts."""
 
 import pytest
+import sympy as sp
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
+    Aggregates,
     Bob,
     Chain,
     ControlMomentGyro,
+    Coordinate,
     Hinge,
     Hub,
     Instrument,
     Joint,
     Link,
+    Part,
     Pendulum,
     Slider,
     Spacecraft,
@@ -22,7 +26,7 @@ from mehvar.models.parts import (
     Value,
     Wheel,
 )
-from mehvar.models.quantities import ModelError
+from mehvar.models.quantities import ModelError, Quantity
 
 BALL = (1.0, 1.0, 1.0)
 
@@ -116,6 +120,31 @@ def test_the_derivation_has_a_section_for_each_part():
 
 def test_hinge_and_slider_are_joints():
     assert all(isinstance(kind("j", 1.0, BALL, axis=(1, 0, 0)), Joint) for kind in (Hinge, Slider))
+
+
+class Sprung(Part):
+    """A mass on a spring, with an energy and a momentum in any power of its speed."""
+
+    def __init__(self, energy, momentum):
+        object.__setattr__(self, "name", "spring")
+        object.__setattr__(self, "powers", (energy, momentum))
+
+    def coordinates(self):
+        return (Coordinate(Quantity("spring_v", "m/s", "speed"), Quantity("spring_x", "m", "place")),)
+
+    def aggregates(self, at):
+        (c,), (energy, momentum) = self.coordinates(), self.powers
+        v = c.speed.symbol
+        return Aggregates(sp.S.One, momentum=sp.Matrix([v**momentum, 0, 0]), energy=v**energy / 2)
+
+
+@pytest.mark.parametrize(
+    ("powers", "words"),
+    [((4, 1), r"spring.energy = spring_v\*\*4/2: must be quadratic in"), ((2, 2), "spring.momentum = .*linear in")],
+)
+def test_a_part_whose_energy_is_not_kinetic_is_refused(powers, words):
+    with pytest.raises(ModelError, match=words):
+        assembled(Hub("hub", mass=1.0, inertia=BALL), Sprung(*powers))
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 
 import pytest
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.parts import Hub, Mode, Modes, Spacecraft, Wheel
 
 HUB = """

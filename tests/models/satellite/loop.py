@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mehvar.base.manifest import Controller, Manifest, Parameter, read_manifest
 from mehvar.codegen.generate import write
-from mehvar.manifest import Controller, Manifest, Parameter, read_manifest
 from tests.derived import generated, variant
 
 Array = NDArray[np.float64]

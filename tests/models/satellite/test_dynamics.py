@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import simulate
 from tests.models.satellite.loop import satellite

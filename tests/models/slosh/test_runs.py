@@ -61,7 +61,7 @@ def runs(folder):
 
 
 def metrics(folder: Path, run) -> dict[str, float]:
-    from mehvar.manifest import read_manifest
+    from mehvar.base.manifest import read_manifest
     from mehvar.runtime.run.metrics import metrics as evaluate
 
     return evaluate(run, read_manifest(folder))

@@ -4,7 +4,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.pictures.files import save
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray, PythonBackend
-from mehvar.runtime.run.calls import check_method, jacobian_name
+from mehvar.runtime.run.calls import jacobian_name
 from mehvar.runtime.run.options import FIXED, IMPLICIT, SMALLEST_RTOL
 from mehvar.runtime.run.problem import Problem, Status, Trajectory
 
@@ -103,7 +103,6 @@ class _Loop:
         )
         self._project = project if charted or "to_coordinates" not in manifest.functions else None
         self._of_manifold = (problem.p,) if manifest.projects_by_parameters else ()
-        check_method(manifest, problem.method)
         self.mass = raw("mass_diagonal")(problem.p) if manifest.algebraic else None
         self._loop = raw(f"{law}_loop{problem.suffix}") if charted else None
         self._observe = raw(f"{law}_observe") if charted else None

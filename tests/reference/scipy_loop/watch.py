@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.manifest import Event
+from mehvar.base.manifest import Event
 from mehvar.runtime.compiling.structures import numbers
 from mehvar.runtime.model.functions import FloatArray
 

@@ -9,7 +9,7 @@ from collections import Counter
 import numpy as np
 
 from mehvar import runtime
-from mehvar.names import identifier
+from mehvar.base.names import identifier
 from mehvar.runtime.batch.kernel import Block, Kernel
 from mehvar.runtime.model.functions import CBackend
 from mehvar.runtime.run import loop

@@ -14,7 +14,7 @@ from scipy import stats
 from scipy.special import ndtri
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.dispersions import read_dispersions, split
 from mehvar.runtime.batch.repeat import plan_of, repeat_run
 from mehvar.runtime.batch.sampling import DESIGNS, Sampler, exponential, normal_quantile, permuted, stream, uniforms

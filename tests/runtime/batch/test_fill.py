@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.errors import InputError
-from mehvar.manifest import sealed
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import sealed
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
 from mehvar.runtime.batch.evaluation.statistics import Success

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from mehvar.errors import InputError, MehvarError
+from mehvar.base.errors import InputError, MehvarError
 from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch

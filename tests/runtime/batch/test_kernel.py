@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.manifest import METRIC_KINDS
+from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
 from mehvar.runtime.batch import kernel as kernel_module
 from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mehvar import runtime
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch import blocks, numerics, workers
 from mehvar.runtime.batch.blocks import Blocks
 from mehvar.runtime.batch.fill import run_batch

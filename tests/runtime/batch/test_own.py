@@ -10,7 +10,7 @@ import pytest
 
 import mehvar
 from mehvar import runtime
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.models.parts import Gyro, Hub, Spacecraft
 from mehvar.runtime.batch.repeat import SESSION_LAWS, plan_of
 from mehvar.runtime.batch.store.store import open_store
@@ -104,7 +104,7 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
             batch(pendulum, out=out, resume=True, **{**OWN, **change})
     assert repeated(out, pendulum) is not None
     SESSION_LAWS.clear()  # as in another session
-    with pytest.raises(InputError, match="does not contain the law python:p_sum"):
+    with pytest.raises(InputError, match="ran under python:p_sum, which this session does not define"):
         repeated(out, pendulum)
 
 

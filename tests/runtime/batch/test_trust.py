@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import generated_digest
@@ -137,8 +137,8 @@ def test_a_model_of_ones_own_is_named_or_trusted(made: Path, command: Command) -
     assert not is_model_of(open_store(made / "runs.zarr"), mehvar.load(PENDULUM))
 
 
-def test_a_store_says_which_model_to_name(made: Path, tmp_path: Path, command: Command) -> None:
-    """Moved: the folder that the store names is gone; then the project that one stands in has the same text."""
+def test_a_store_finds_the_model_of_its_project(made: Path, tmp_path: Path, command: Command) -> None:
+    """Moved: the folder that the store names is gone; the project that one stands in has the same text, or another."""
     again = ("simulate", "--from", "runs.zarr", "--run", "1")
     project = tmp_path / "project"
     shutil.copytree(made, project)
@@ -152,9 +152,13 @@ def test_a_store_says_which_model_to_name(made: Path, tmp_path: Path, command: C
     (project / "models" / "pendulum").mkdir(parents=True)
     (project / "models" / "pendulum" / "parameters.toml").touch()
     status, said = command(*again, cwd=project)
-    assert status == 2
-    assert "matches: run mehvar simulate pendulum --from STORE" in said
-    assert command("simulate", "pendulum", *again[1:], cwd=project)[0] == 0
+    assert status == 0, said
+    assert "the same as in the store, bit for bit" in said
+    source = project / "generated" / "pendulum" / "pendulum.c"
+    source.write_text(source.read_text() + TRIPWIRE)
+    status, said = command(*again, cwd=project)
+    assert status == 2, "another text is neither run nor loaded"
+    assert "neither installed nor in this project" in said
 
 
 def test_an_installed_model_is_taken_when_its_text_made_the_store(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from distributed import Client
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch import workers
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from mehvar import runtime
+from mehvar.base.errors import MissingError
 from mehvar.cli.new import scaffold
-from mehvar.errors import MissingError
 from mehvar.runtime.board.image.build import compile_commands, program, sources
 from mehvar.runtime.board.image.processors import process_toolchain
 from mehvar.runtime.board.image.toolchains import board as board_named

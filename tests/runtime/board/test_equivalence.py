@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link, LinkError

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.errors import MissingError
+from mehvar.base.errors import MissingError
 from tests.runtime.board.everywhere import OWN, PAGE, TARGETS, Cell, Target, cell, laws, page, short
 
 SAMPLES = 30

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.build import build, program
 from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
 from mehvar.runtime.board.journal import Journal

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.board.image.header import Layout
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.header import layout
 from mehvar.runtime.board.journal import Journal, read_journal
 from mehvar.runtime.board.line.link import Link

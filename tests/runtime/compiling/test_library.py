@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar import cache as cache_folder
 from mehvar import runtime
+from mehvar.base import cache as cache_folder
 from mehvar.runtime import BuildError, InputError
 from mehvar.runtime.compiling import compiler
 from mehvar.runtime.compiling import library as build

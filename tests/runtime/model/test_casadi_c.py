@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
-from mehvar.names import identifier
+from mehvar.base.errors import InputError
+from mehvar.base.names import identifier
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.model import load

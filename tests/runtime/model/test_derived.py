@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import made_when_asked, read_manifest
 from mehvar.codegen.generate import installed_tree
-from mehvar.errors import InputError
-from mehvar.manifest import made_when_asked, read_manifest
 from mehvar.runtime.model import derived
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.derived import holder
@@ -113,7 +113,7 @@ def test_two_processes_at_once_and_a_folder_that_cannot_be_written(tree, tmp_pat
     for path in (tree, *tree.iterdir()):
         path.chmod(0o555)
     code = (
-        "import sys; from mehvar.manifest import read_manifest; from mehvar.runtime.model.derived import holder\n"
+        "import sys; from mehvar.base.manifest import read_manifest; from mehvar.runtime.model.derived import holder\n"
         "print(holder(read_manifest(sys.argv[1]), 'triangle_loops_jac.c').folder)"
     )
     (tmp_path / "cache").mkdir(mode=0o700)

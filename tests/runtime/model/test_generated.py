@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import mehvar
-from mehvar.manifest import read_manifest
+from mehvar.base.manifest import read_manifest
 from mehvar.runtime import InputError, load
 from mehvar.runtime.batch.source import generated_sources
 from mehvar.runtime.board.image.build import program, sources

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.models.system import Actuator, Controller, Group, Scenario
 from mehvar.runtime import Model, load
 from mehvar.runtime.model.linear import cut_loop

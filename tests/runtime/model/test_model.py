@@ -17,8 +17,8 @@ import pytest
 
 import mehvar
 from mehvar import runtime
-from mehvar.errors import MehvarError
-from mehvar.manifest import FILE, read_manifest
+from mehvar.base.errors import MehvarError
+from mehvar.base.manifest import FILE, read_manifest
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.functions import BackendName

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.manifest import FILE
+from mehvar.base.manifest import FILE
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.model.parameters import Resolved, elements, resolve, say
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
-from mehvar.manifest import sealed
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import sealed
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import shared_model
 

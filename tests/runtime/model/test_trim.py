@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.parts import Hub, Spacecraft, Wheel
 
 

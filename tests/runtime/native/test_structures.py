@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from mehvar.manifest import METRIC_KINDS
+from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime.compiling.library import NATIVE, load_library, native_sources
 from mehvar.runtime.compiling.structures import structures
 from mehvar.runtime.run.options import INTEGRATORS

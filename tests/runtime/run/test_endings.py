@@ -7,8 +7,8 @@ import math
 import pytest
 
 import mehvar
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS
 from mehvar.cli.store.stats import print_statistics
-from mehvar.manifest import METRIC_KINDS, OF_SECONDS
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Controller, Event, Group, Metric, Scenario

@@ -9,12 +9,12 @@ import pytest
 import sympy as sp
 
 import mehvar
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
-from mehvar.errors import InputError
 from mehvar.fmu.export import export_fmu
-from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.quantities import ModelError
@@ -228,5 +228,7 @@ def test_a_sampled_law_has_no_surfaces():
 
 
 def test_a_unit_refuses_events_by_name(folder, tmp_path):
-    with pytest.raises(InputError, match=r"turning has events \(up, down, .*a functional mock-up unit has none"):
+    with pytest.raises(
+        InputError, match=r"turning has events \(up, down, .*, which a functional mock-up unit cannot have"
+    ):
         export_fmu(folder, tmp_path / "turning.fmu", controller="free")

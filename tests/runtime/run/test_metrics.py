@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from mehvar import runtime
-from mehvar.manifest import Metric
+from mehvar.base.manifest import Metric
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.run.metrics import evaluate, undetermined
 

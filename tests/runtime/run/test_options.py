@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mehvar.errors import InputError
-from mehvar.manifest import METRIC_KINDS
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.sampling import DESIGNS, OPEN_DESIGNS
 from mehvar.runtime.model.catalogue import find_model

@@ -15,9 +15,9 @@ import pytest
 
 import mehvar
 from mehvar import runtime
-from mehvar.errors import InputError
-from mehvar.manifest import OPEN_LOOP, Controller, Manifest
-from mehvar.names import identifier
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import OPEN_LOOP, Controller, Manifest
+from mehvar.base.names import identifier
 from mehvar.runtime.run import simulate
 from mehvar.runtime.run.own.law import describe
 from mehvar.runtime.run.readers import check_read

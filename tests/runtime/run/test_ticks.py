@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.run.ticks import fraction, rows_of, ticks_of, times_in
 
 DECIMALS = st.builds(lambda digits, places: Fraction(digits, 10**places), st.integers(1, 10**5), st.integers(0, 6))

@@ -1,6 +1,6 @@
 """A dual-spin craft: a despun platform, a rotor whose momentum holds it, and a ball in a tube that damps nutation."""
 
-from mehvar.manifest import Metric, Scenario
+from mehvar.base.manifest import Metric, Scenario
 from mehvar.parts import Hub, Slider, Spacecraft, Value, Wheel
 
 STRUCTURE = {}

@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 import mehvar
+from mehvar.base.errors import MehvarError
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import Bob, Gyro, Hub, Spacecraft, StarTracker, Thruster, Torquer, Wheel
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import brentq
 
 import mehvar
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.parts import Drag, GravityGradient, Hub, Orbit, Spacecraft
 
 MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3

@@ -7,7 +7,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 import mehvar
-from mehvar.errors import MehvarError
+from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
     Bob,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 
 NUMBERS = st.sampled_from(("T_x", "abs(T_x)", "-T_x + 1", "0.5", "1", "2", "3"))

@@ -16,7 +16,7 @@ from scipy.special import xlogy
 from scipy.stats import binomtest
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.report.verdicts import Verdicts
 from mehvar.runtime.batch.evaluation.requirements import (
     DecisionRule,

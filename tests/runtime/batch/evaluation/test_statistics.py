@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from scipy.stats import binom, binomtest, sobol_indices, t
 
 import mehvar
-from mehvar.errors import InputError
-from mehvar.manifest import FILE
+from mehvar.base.errors import InputError
+from mehvar.base.manifest import FILE
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.sensitivity import UNDETERMINED, Share, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import (

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import mehvar
+from mehvar.base.errors import InputError, MehvarError
 from mehvar.cli import app
-from mehvar.errors import InputError, MehvarError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
@@ -153,7 +153,7 @@ def test_what_is_not_whole_while_somebody_writes_is_not_called_damaged(
         assert verification.writer
         status, said = in_process("verify", str(store))
         assert status == 1
-        assert "not whole now: block 1" in said
+        assert "being written: block 1" in said
         assert "being written by process" in said
         assert "damaged" not in said
         assert "--resume" not in said

@@ -16,7 +16,7 @@ import pytest
 import xarray
 import zarr.storage._local
 
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Coordinate, Layout, Variable

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.manifest import Function
+from mehvar.base.manifest import Function
 from mehvar.runtime.model.functions import FloatArray
 from tests import commands
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.errors import InputError
-from mehvar.names import identifier
+from mehvar.base.errors import InputError
+from mehvar.base.names import identifier
 
 from .conftest import LONGEST, close, point
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mehvar
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 
 
 def test_an_input_of_time_drives_the_plant():

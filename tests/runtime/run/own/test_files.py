@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.run.own.files import read_inputs
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.errors import InputError
+from mehvar.base.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.run.own.identity import told

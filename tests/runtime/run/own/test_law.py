@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.errors import InputError, MehvarError
+from mehvar.base.errors import InputError, MehvarError
 from mehvar.runtime.run.own.law import LawError
 from mehvar.runtime.run.own.state import state_type
 

@@ -96,6 +96,12 @@ def bad_value(field: str, value: object, allowed: str, origin: str = "") -> Inpu
     return InputError(f"{field} = {shown(value)}{whence(origin, field)}: must be {allowed}")
 
 
+def either(words: Iterable[str]) -> str:
+    """Return words joined as in "a, b or c"."""
+    *others, last = words
+    return f"{', '.join(others)} or {last}" if others else last
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
     """Return the error for a name that does not exist, with the nearest ones that do.
 

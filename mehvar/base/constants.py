@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mehvar.manifest import Manifest, Parameter, Quantity
-from mehvar.names import identifier
+from mehvar.base.manifest import Manifest, Parameter, Quantity
+from mehvar.base.names import identifier
 
 
 @dataclass(frozen=True)

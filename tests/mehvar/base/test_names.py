@@ -3,7 +3,7 @@
 
 import pytest
 
-from mehvar.names import typeset
+from mehvar.base.names import typeset
 
 
 @pytest.mark.parametrize(

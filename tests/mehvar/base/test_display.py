@@ -13,7 +13,7 @@ import sympy as sp
 
 import mehvar
 from mehvar.codegen.equations.mathml import mathml
-from mehvar.models.system import Controller, Function, Group, Quantity
+from mehvar.models.system import Controller, Function, Group, Parameter, Quantity
 from mehvar.runtime.model.equations import rates
 from tests.docs.formulas import faults
 
@@ -53,6 +53,29 @@ def test_laws_scenarios_and_functions_are_tables():
 def test_texts_are_escaped():
     scenario = mehvar.load("triangle", "python").manifest.scenarios["paper"]
     assert "<b>" not in replace(scenario, title="<b>&")._repr_html_()
+
+
+def test_a_group_shows_its_quantities():
+    group = Group("p", (Quantity("l", "m", "length & more"), Parameter("k", "N", "gain", default=2.0, bounds="(0, 9]")))
+    assert repr(group) == "<group p: l [m], k [N]>"
+    assert "<td>length &amp; more</td>" in group._repr_html_()
+    assert "<td>2.0</td><td>(0, 9]</td>" in group._repr_html_()
+
+
+def test_vectors_and_linear_systems_show_their_names():
+    model = mehvar.load("satellite", "python")
+    assert repr(model.state(roll=0.5)).startswith("NamedVector(roll=0.5, pitch=0, ")
+    system = model.linearize(model.state())
+    assert repr(system).startswith("<linear system, continuous: states roll, pitch, ")
+    assert "<caption>B</caption><thead><tr><th></th><th>Tx</th>" in system._repr_html_()
+
+
+def test_a_number_in_a_name_is_an_index():
+    """I_1 is I with the index 1."""
+    quantity = Quantity("I_1", "kg m^2", "inertia")
+    law = Controller("law", "a law", Group("p", (quantity,)), (2 * quantity.symbol,))
+    assert law._repr_latex_() == r"$$\begin{gathered} u_{1} = 2 I_{1} \end{gathered}$$"
+    assert "<msub><mi>I</mi><mn>1</mn></msub>" in re.sub(r"</?mrow>", "", mathml("I_{1}"))
 
 
 def test_symbolic_functions_and_laws_are_formulas():

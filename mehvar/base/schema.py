@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
-from mehvar.errors import MehvarError, printable
+from mehvar.base.errors import MehvarError, printable
 
 Upper = Annotated[float, math.inf]
 Lower = Annotated[float, -math.inf]

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mehvar import cache
-from mehvar.errors import BuildError, InputError
+from mehvar.base import cache
+from mehvar.base.errors import BuildError, InputError
 
 
 @pytest.fixture(autouse=True)
@@ -121,7 +121,7 @@ def test_who_is_second_takes_what_the_first_has_made() -> None:
 
 def test_many_processes_at_once() -> None:
     code = (
-        "from mehvar import cache\n"
+        "from mehvar.base import cache\n"
         "for k in range(60): cache.entry('kind', str(k), lambda f: (f / 'text').write_text('whole' * 1000))"
     )
     processes = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(3)]
@@ -173,7 +173,7 @@ def test_no_cache_has_a_name_that_others_can_guess(tmp_path: Path, planted: str)
     trap = tmp_path / planted.format(uid=os.getuid())
     trap.mkdir()
     code = (
-        "import pathlib, sys; from mehvar import cache\n"
+        "import pathlib, sys; from mehvar.base import cache\n"
         "def homeless(): raise RuntimeError\n"
         "pathlib.Path.home = homeless\n"
         "first = cache.entry('kind', 'name', lambda f: (f / 'text').write_text('whole'))\n"

@@ -17,7 +17,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from mehvar.errors import BuildError, InputError
+from mehvar.base.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Table of capabilities: the features of a model, the places that do not take them, and features that exclude others.
+
+Every refusal of a feature by name follows this table, and `python -m docs.site.capabilities` writes its page. A place
+takes what no row withholds.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from .errors import InputError
+from .manifest import Controller, Manifest
+
+Names = Iterable[str] | bool
+"""Names of the parts of a model that are or have a feature; True or False where they have none."""
+
+
+class Place(Enum):
+    """Place for a model: its words in a message, and its name in the page's table."""
+
+    EXPLICIT = "an explicit method", "`dop853`, `dopri5`, `rk4`, `rock4`, `auto`"
+    IMPLICIT = "a linearly implicit method", "`rodas5p`"
+    STOCHASTIC = "a method for process noise", "`euler`, `platen`"
+    CONTINUOUS = "a continuous loop", "a continuous loop"
+    HELD = "a law that is sampled by hold", "`hold` of a continuous law"
+    BOARD = "a board", "`board`"
+    FMU = "a functional mock-up unit", "`export fmu`"
+    PAGE = "a page", "`export web`"
+    LINEARIZE = "a linear system x' = A x + B u", "`linearize`"
+    IVP = "an initial value problem of SciPy", "`as_solve_ivp`"
+    NLSYS = "a nonlinear system of python-control", "`to_nlsys`"
+
+
+@dataclass(frozen=True, eq=False)
+class Feature:
+    """A row of the table.
+
+    Attributes
+    ----------
+    name : str
+        As in "has process noise".
+    fields : tuple of str
+        Fields of `System` and `Controller` that declare it.
+    names : callable
+        From a manifest, and a law or none, what of it has the feature.
+    refused : tuple of Place
+        Places that refuse it by name.
+    limited : mapping of Place to str
+        Places that take a part of it, and which.
+    """
+
+    name: str
+    fields: tuple[str, ...]
+    names: Callable[[Manifest, Controller | None], Names] = lambda _manifest, _law: False
+    refused: tuple[Place, ...] = ()
+    limited: Mapping[Place, str] = field(default_factory=dict)
+
+    def listed(self, names: Names) -> str:
+        """Return the name, followed by those of the parts; an empty text where nothing has the feature."""
+        texts = ", ".join(names) if not isinstance(names, bool) else ""
+        return f"{self.name} ({texts})" if texts else self.name if names is True else ""
+
+    def refuse(self, manifest: Manifest, place: Place, law: Controller | None = None) -> None:
+        """Raise InputError if the model, or its law, has the feature and the place refuses it."""
+        if place in self.refused and (present := self.listed(self.names(manifest, law))):
+            raise InputError(f"{manifest.model} has {present}, which {place.value[0]} cannot have")
+
+
+_ELSEWHERE = (Place.FMU, Place.PAGE)
+_LEFT_OUT = {Place.BOARD: "not in the self-test"} | dict.fromkeys((Place.LINEARIZE, Place.IVP, Place.NLSYS), "left out")
+
+MASS = Feature("a mass matrix", ("mass",))
+ALGEBRAIC = Feature(
+    "algebraic states",
+    ("mass",),
+    lambda manifest, _: manifest.algebraic,
+    (Place.EXPLICIT, Place.STOCHASTIC, Place.BOARD, *_ELSEWHERE, Place.LINEARIZE, Place.IVP, Place.NLSYS),
+)
+DERIVED_RATES = Feature("rates and residual", ("rates", "residual"))
+EVENTS = Feature(
+    "events",
+    ("events",),
+    lambda manifest, _: (event.name for event in manifest.all_events),
+    _ELSEWHERE,
+    _LEFT_OUT,
+)
+RESETS = Feature("events with resets", ("events",))
+PROCESS_NOISE = Feature(
+    "process noise",
+    ("diffusion",),
+    lambda manifest, _: (q.name for q in manifest.wiener),
+    (Place.EXPLICIT, Place.IMPLICIT, *_ELSEWHERE),
+    _LEFT_OUT,
+)
+RANDOM_STEPS = Feature(
+    "random steps",
+    ("random_step",),
+    lambda manifest, _: (q.name for q in manifest.random_step),
+    (Place.CONTINUOUS, *_ELSEWHERE),
+    _LEFT_OUT,
+)
+DELAYS = Feature(
+    "delayed inputs",
+    ("delays",),
+    lambda manifest, _: manifest.delays,
+    (Place.CONTINUOUS, *_ELSEWHERE),
+    _LEFT_OUT,
+)
+CHART = Feature("a regular chart", ("coordinates",))
+ACTUATOR = Feature("an actuator under a continuous law", ("actuator",))
+SEEN = Feature("measured quantities under a continuous law", ("sensor",))
+CHOICES = Feature(
+    "choices",
+    ("choices", "variants"),
+    limited=dict.fromkeys((Place.IMPLICIT, *_ELSEWHERE, Place.LINEARIZE, Place.IVP, Place.NLSYS), "the default"),
+)
+INTEGRATED = Feature(
+    "a continuous law with states of its own",
+    ("memory", "rates", "start"),
+    lambda _, law: (q.name for q in law.memory) if law and law.period is None else False,
+    (Place.HELD, Place.BOARD, Place.FMU, Place.NLSYS),
+)
+FEATURES = (
+    MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, SEEN,
+    CHOICES, INTEGRATED,
+)  # fmt: skip
+"""Features that a place or another feature excludes, or takes in part; every place takes the others."""
+
+EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
+    (CHART, MASS, "the chart's rates are given by its own rhs"),
+    (CHOICES, MASS, "a variant gives the rates"),
+    (DERIVED_RATES, MASS, "by it the rates are not those of rhs; solve for the rates in rhs"),
+    (PROCESS_NOISE, ALGEBRAIC, "the methods for process noise do not solve for them"),
+    (INTEGRATED, ALGEBRAIC, "a continuous law of such a system must have no memory"),
+    (EVENTS, PROCESS_NOISE, "its paths cross a guard without end"),
+    (EVENTS, ALGEBRAIC, "they would have to jump with the others"),
+    (EVENTS, INTEGRATED, "its states would have to be located with the others"),
+    (RESETS, CHART, "surfaces can"),
+    (PROCESS_NOISE, CHART, "the chart is integrated, and would ignore it"),
+    (ACTUATOR, CHART, "such a law commands the inputs of the chart, and would ignore it"),
+    (SEEN, CHART, "such a law is a function of the chart, and would ignore them"),
+)
+"""Features of which a system has one at most, and why."""
+
+
+def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:
+    """Return the first feature of a model that a place refuses, in words; empty where it takes all."""
+    present = (f.listed(f.names(manifest, law)) for f in FEATURES if place in f.refused)
+    return next(filter(None, present), "")
+
+
+def refuse(manifest: Manifest, place: Place, law: Controller | None = None) -> None:
+    """Refuse a model with a feature that a place does not take.
+
+    Raises
+    ------
+    InputError
+        Naming the model, the feature with the parts that have it, and the place.
+    """
+    for feature in FEATURES:
+        feature.refuse(manifest, place, law)
