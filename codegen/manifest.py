@@ -104,7 +104,7 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         memory=_quantities(law.memory),
         period=law.period or None,
         delay=law.delay or None,
-        bears_loss=law.bears_loss,
+        tolerates_loss=law.tolerates_loss,
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
         outputs=tuple(_output(output) for output in law.outputs),

@@ -168,7 +168,7 @@ class Controller:
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
         The law's own parameter that is the delay of the loop, in samples; None for a law that is not designed for one.
-    bears_loss : bool
+    tolerates_loss : bool
         Whether a sampled law keeps its memory finite when a measurement is not, and commands zero.
     parameters : tuple of Parameter
         The vector c.
@@ -185,7 +185,7 @@ class Controller:
     memory: tuple[Quantity, ...]
     period: str | None
     delay: str | None = None
-    bears_loss: bool = False
+    tolerates_loss: bool = False
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     outputs: tuple[Output, ...] = ()

@@ -55,7 +55,7 @@ COMPARED = {
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",
         "period": "manifest", "delay": "manifest", "applied": "applied", "memory": "memory", "start": "memory at start",
-        "update": "memory update", "outputs": "law output", "bears_loss": "manifest", "title": WORDS,
+        "update": "memory update", "outputs": "law output", "tolerates_loss": "manifest", "title": WORDS,
         "events": "guard", "in_numbers": "a check of dimensions, of which no number depends",
         "rates": "memory rate", "every": "manifest",
     },
