@@ -9,6 +9,7 @@ no cost, so such requests are refused.
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import os
 import sys
@@ -193,9 +194,16 @@ def _reader(requests: Requests) -> FrameType | None:
             return None
         if file.startswith("<frozen importlib"):  # an import, whose file belongs to a module
             return None
-        if file.startswith(root) and not (is_ours(path := Path(file)) or is_copy(path, root) or is_library(path)):
+        if file.startswith(root) and _is_of_model(file, root):
             return frame
     return None
+
+
+@functools.cache
+def _is_of_model(file: str, root: str) -> bool:
+    """Return True for a text below `root` of a model: a derivation tests for the same few texts thousands of times."""
+    path = Path(file)
+    return not (is_ours(path) or is_copy(path, root) or is_library(path))
 
 
 def is_library(path: Path) -> bool:

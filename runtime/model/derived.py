@@ -20,7 +20,7 @@ from mehvar.base.versions import installed
 
 from .catalogue import shipped_models
 
-_HERE = Path(errors.__file__).resolve().parents[1]
+_HERE = Path(errors.__file__).resolve().parents[2]
 _NEEDED = ("sympy", "casadi")
 
 

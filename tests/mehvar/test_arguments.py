@@ -77,7 +77,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     ),
     "tune": (
         mehvar.tune,
-        {"model": PENDULUM, "controller": "pd", "free": ["k_p"], "cost": "final(angle)", "n": 2, "seed": 1,
+        {"model": PENDULUM, "controller": "pd", "free": ["k_p"], "cost": "0 * final(angle)", "n": 2, "seed": 1,
          "vary": {"m": "normal(1, 0.1)"}, "parameters": {"l": 1.1}, "t_end": 0.05},
     ),
     "load": (mehvar.load, {"model": PENDULUM, "backend": "python"}),

@@ -439,13 +439,20 @@ def test_a_law_with_memory_and_no_period_is_refused(edited: Edit) -> None:
 def test_functions_of_another_signature_are_refused(edited: Edit, slow_pendulum: Model) -> None:
     observe = '"pd_observe": {"description": "", "args": [["%s", 2], '
     copy = edited(FILE, observe % "q", observe % "w")
-    with pytest.raises(InputError, match="PENDULUM_PD_OBSERVE_NW is nothing"):
+    with pytest.raises(InputError, match=r"functions.pd_observe.args = \[\['w', 2\].*: must be \[\['q', 2\]"):
+        runtime.load(copy)
+    edited(FILE, observe % "w", observe % "q")
+    copy = edited(
+        FILE, '"outputs_jac": {"description": "", "args": [["x"', '"outputs_jac": {"description": "", "args": [["w"'
+    )
+    with pytest.raises(InputError, match="PENDULUM_OUTPUTS_JAC_NW is nothing"):
         simulate(runtime.load(copy, backend="c"), "pd")
-    with pytest.raises(InputError, match=r"SIZES\['pd_observe'\] is"):
+    copy = edited(FILE, '"swing": {"description": "", "args": [["l"', '"swing": {"description": "", "args": [["w"')
+    with pytest.raises(InputError, match=r"SIZES\['swing'\] is"):
         simulate(runtime.load(copy, backend="python"), "pd")
     manifest = slow_pendulum.manifest
     other = {name: function for name, function in manifest.functions.items() if name != "pd_observe"}
-    with pytest.raises(InputError, match=r"lacks the function pd_observe\(q, r, p, c\); generate the model again"):
+    with pytest.raises(InputError, match=r"lacks the function pd_observe; generate the model again"):
         loop_calls(replace(manifest, functions=other), manifest.controllers["pd"], "", sampled=False)
 
 
