@@ -96,10 +96,6 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         memory=_quantities(law.memory),
         period=law.period or None,
         delay=law.delay or None,
-<<<<<<< HEAD
-        tolerates_loss=law.tolerates_loss,
-=======
->>>>>>> main
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
         outputs=tuple(_as(numeric.Output, output.quantity, at_most=output.at_most) for output in law.outputs),
