@@ -348,16 +348,16 @@ def _start(
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
         x0[model.state_names.index(name)] = value
+    given = ", ".join([*values, *(name for name, place in resolved.origins.items() if place == origin)])
+    place = f"scenario {scenario.name}" + (f" with {given} from {origin}" if given else "")
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
-            place = f"scenario {scenario.name}"
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
     if not model.manifest.limits:
         return x0
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
     for message, margin in zip(model.manifest.limits, margins, strict=True):
         if not margin > 0:
-            place = f"{origin}, initial" if values else f"scenario {scenario.name}"
             text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
             raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
     return x0

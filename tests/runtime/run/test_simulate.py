@@ -368,9 +368,15 @@ def test_initial_state(model: Model) -> None:
     [
         ({"initial": {"angel": 1.0}}, r"unknown state .* 'angel' \(from --set\): did you mean angle"),
         ({"initial": {"angle": float("nan")}}, r"angle = nan \(from --set\): must be a finite number"),
-        ({"initial": {"rate": 60.0}}, r"initial state \(from --set, initial\) is outside the limits: the rate 60"),
-        ({"torque_max": -1.0}, r"initial state \(from scenario swing\) is outside the limits: the torque reached -1"),
-        ({"rate_0": 60.0}, r"initial state \(from scenario swing\) is outside the limits"),
+        (
+            {"initial": {"rate": 60.0}},
+            r"initial state \(from scenario swing with rate from --set\) is outside the limits: the rate 60",
+        ),
+        (
+            {"torque_max": -1.0},
+            r"\(from scenario swing with torque_max from --set\) is outside the limits: the torque reached -1",
+        ),
+        ({"rate_0": 60.0}, r"initial state \(from scenario swing with rate_0 from --set\) is outside the limits"),
         ({"scenario": "swingg"}, "unknown scenario of pendulum 'swingg': did you mean swing"),
         ({"t_end": 0.0}, r"t_end = 0.0 \(from --set\): must be a number > 0"),
         ({"t_end": float("inf")}, "t_end = inf .*: must be a finite number"),
