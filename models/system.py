@@ -160,13 +160,14 @@ class Output:
         Its name in a result.
     value : Expr
         A function of state, reference, p, c and the law's memory before the update.
-    at_most : float
-        Limit: the result reports when and by how much the run exceeds it.
+    at_least, at_most : float
+        Limits: the result reports when and by how much the run exceeds them.
     """
 
     quantity: Quantity
     value: Expr
     at_most: float = float("inf")
+    at_least: float = -float("inf")
 
 
 @dataclass(frozen=True)

@@ -133,9 +133,10 @@ class Advice:
 
 @dataclass(frozen=True)
 class Output(Quantity):
-    """A report of a law along a run; above `at_most` it needs attention."""
+    """A report of a law along a run; above `at_most` and below `at_least` it needs attention."""
 
     at_most: Upper
+    at_least: Lower = -math.inf
 
 
 @dataclass(frozen=True)

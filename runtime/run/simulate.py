@@ -154,14 +154,15 @@ class Run:
         """Return for each report of the law that exceeds its bound when, how long and by how much."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
-            above = np.flatnonzero(series > report.at_most)
-            if above.size:
-                worst = above[np.argmax(series[above])]
-                texts.append(
-                    f"{report.description} is above {report.at_most:g} {report.unit} at {above.size} of {len(self.t)} "
-                    f"samples from t = {self.t[above[0]]:.6g} s to {self.t[above[-1]]:.6g} s, "
-                    f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
-                )
+            for word, bound, sign in (("above", report.at_most, 1), ("below", report.at_least, -1)):
+                beyond = np.flatnonzero(sign * series > sign * bound)
+                if beyond.size:
+                    worst = beyond[np.argmax(sign * series[beyond])]
+                    texts.append(
+                        f"{report.description} is {word} {bound:g} {report.unit} at {beyond.size} of {len(self.t)} "
+                        f"samples from t = {self.t[beyond[0]]:.6g} s to {self.t[beyond[-1]]:.6g} s, "
+                        f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
+                    )
         return texts
 
 

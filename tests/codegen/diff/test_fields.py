@@ -65,7 +65,7 @@ COMPARED = {
     "Event": {
         "name": "guard", "guard": "guard", "direction": "guard", "reset": "reset", "ends": "guard", "title": WORDS,
     },
-    "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest"},
+    "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest", "at_least": "manifest"},
     "Actuator": {"commanded": "commanded", "applied": "actuator"},
     "Sensor": {"noise": "noise", "measured": "sensor", "seen": "measured"},
     "Variant": {"values": "variant", "rhs": "variant", "loops": "variant"},
