@@ -98,7 +98,7 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
         delay=law.delay or None,
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
-        outputs=tuple(_as(numeric.Output, output.quantity, at_most=output.at_most) for output in law.outputs),
+        outputs=tuple(_as(numeric.Output, o, **vars(_as(numeric.Quantity, o.quantity))) for o in law.outputs),
         events=_events(law.events),
         warnings=tuple(_as(numeric.Advice, w, shown=len(w.shown)) for w in law.warnings),
     )

@@ -133,9 +133,10 @@ class Advice:
 
 @dataclass(frozen=True)
 class Output(Quantity):
-    """A report of a law along a run; above `at_most` it needs attention."""
+    """A report of a law along a run; above `at_most` and below `at_least` it needs attention."""
 
     at_most: Upper
+    at_least: Lower = -math.inf
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ class Controller:
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
         The law's own parameter that is the delay of the loop, in samples; None for a law that is not designed for one.
-    bears_loss : bool
+    tolerates_loss : bool
         Whether a sampled law keeps its memory finite when a measurement is not, and commands zero.
     parameters : tuple of Parameter
         The vector c.
@@ -185,7 +186,7 @@ class Controller:
     memory: tuple[Quantity, ...]
     period: str | None
     delay: str | None = None
-    bears_loss: bool = False
+    tolerates_loss: bool = False
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     outputs: tuple[Output, ...] = ()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import signal
 import threading
@@ -49,6 +50,9 @@ def test_what_a_law_reports_above_its_most_is_told_from_the_first_sample_to_the_
             f"most at t = {last:.6g} s: {2 + len(above)} N"
         ]
         assert run.options["t_end"] == run.t[-1]
+        low = replace(run.controller, outputs=(replace(report, at_most=math.inf, at_least=-2.0),))
+        mirrored = [text.replace("above 2", "below -2").replace("s: ", "s: -") for text in texts]
+        assert replace(run, controller=low, w=-strain).exceeded() == mirrored
 
 
 @pytest.fixture(params=["c", "python"])
