@@ -69,11 +69,11 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
 
     builtins.__import__ = imported
     try:
-        with watching(root) as questions:
+        with watching(root) as requests:
             yield Trace(
-                lambda: _files(root, (set(sys.modules) - before) | _closure(package), questions.opened),
+                lambda: _files(root, (set(sys.modules) - before) | _closure(package), requests.opened),
                 lambda: _libraries(root, _closure(package)),
-                questions.answers,
+                requests.answers,
             )
     finally:
         builtins.__import__ = original

@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any, TypeVar, cast
 
 from mehvar.base import manifest as numeric
 from mehvar.base.manifest import Manifest
 from mehvar.base.versions import installed
-from mehvar.models.system import Condition, Controller, Event, Group, Output, Parameter, System, free_symbols
+from mehvar.models.system import Condition, Controller, Event, Group, Parameter, System, free_symbols
 
 from .code.files import PrintedFunction, model_hash
 from .functions.readers import Reader, readers, readers_of
 from .functions.requests import reference_moves
+
+_T = TypeVar("_T")
 
 
 def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str]) -> Manifest:
@@ -29,16 +32,14 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         SHA-256 of every source file it depends on.
     """
     listing = readers(system)
-    manifest = Manifest(
+    sensor, diffusion, random_step = system.sensor, system.diffusion, system.random_step
+    manifest = _as(
+        Manifest,
+        system,
         model=system.name,
-        title=system.title,
-        source=system.source,
         structure=dict(system.structure),
         hash="",
-        states=_quantities(system.states),
-        inputs=_quantities(system.inputs),
-        references=_quantities(system.references),
-        outputs=_quantities(system.outputs),
+        **{name: _quantities(getattr(system, name)) for name in ("states", "inputs", "references", "outputs")},
         coordinates=_quantities(system.coordinates.states) if system.coordinates else (),
         parameters=_parameters(system.parameters, listing),
         scenario_parameters=_parameters(system.scenario_parameters, listing),
@@ -47,17 +48,13 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         limits_of_state=_of_state(system),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
-        choices={choice.name: choice for choice in system.choices},
-        noise=_quantities(system.sensor.noise) if system.sensor else (),
-        measured=_quantities(system.sensor.seen) if system.sensor else (),
+        noise=_quantities(sensor.noise) if sensor else (),
+        measured=_quantities(sensor.seen) if sensor else (),
         delays=dict(system.delays),
-        wiener=_quantities(system.diffusion.wiener) if system.diffusion else (),
-        random_step=_quantities(system.random_step.noise) if system.random_step else (),
-        scenarios={scenario.name: scenario for scenario in system.scenarios},
-        metrics={metric.name: metric for metric in system.metrics},
-        geometry=tuple(
-            numeric.Shape(shape.name, shape.kind, len(shape.points), shape.color) for shape in system.geometry
-        ),
+        wiener=_quantities(diffusion.wiener) if diffusion else (),
+        random_step=_quantities(random_step.noise) if random_step else (),
+        **{name: {part.name: part for part in getattr(system, name)} for name in ("choices", "scenarios", "metrics")},
+        geometry=tuple(_as(numeric.Shape, shape, points=len(shape.points)) for shape in system.geometry),
         events=_events(system.events),
         functions={f.name: _function(system.name, f) for f in functions},
         versions=installed("casadi", "sympy"),
@@ -72,8 +69,14 @@ def _of_state(system: System) -> bool:
     return bool(system.limits) and system.coordinates is None and used.isdisjoint(system.inputs.symbols)
 
 
+def _as(kind: type[_T], part: object, **others: object) -> _T:
+    """Return a part of a system as the manifest has it: fields of the same name, and the others."""
+    names = (f.name for f in fields(cast(Any, kind)) if f.name not in others and hasattr(part, f.name))
+    return kind(**{name: getattr(part, name) for name in names}, **others)
+
+
 def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:
-    return tuple(numeric.Quantity(q.name, q.unit, q.description) for q in group)
+    return tuple(_as(numeric.Quantity, q) for q in group)
 
 
 def _parameters(group: Group, listing: Sequence[Reader], law: str = "") -> tuple[numeric.Parameter, ...]:
@@ -82,44 +85,27 @@ def _parameters(group: Group, listing: Sequence[Reader], law: str = "") -> tuple
 
 
 def _parameter(q: Parameter, names: tuple[str, ...]) -> numeric.Parameter:
-    return numeric.Parameter(
-        name=q.name,
-        unit=q.unit,
-        default=None if isinstance(q.default, str) else q.default,
-        formula=q.default if isinstance(q.default, str) else None,
-        lower=q.bounds.lower,
-        upper=q.bounds.upper,
-        lower_open=q.bounds.lower_open,
-        upper_open=q.bounds.upper_open,
-        source=q.source,
-        description=q.description,
-        readers=names,
-    )
+    value = {"formula": q.default, "default": None} if isinstance(q.default, str) else {"formula": None}
+    return _as(numeric.Parameter, q, readers=names, **value, **vars(q.bounds))
 
 
 def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controller:
-    return numeric.Controller(
-        name=law.name,
-        title=law.title,
+    return _as(
+        numeric.Controller,
+        law,
         memory=_quantities(law.memory),
         period=law.period or None,
         delay=law.delay or None,
-        bears_loss=law.bears_loss,
         parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
-        outputs=tuple(_output(output) for output in law.outputs),
+        outputs=tuple(_as(numeric.Output, o, **vars(_as(numeric.Quantity, o.quantity))) for o in law.outputs),
         events=_events(law.events),
-        warnings=tuple(numeric.Advice(w.message, len(w.shown)) for w in law.warnings),
+        warnings=tuple(_as(numeric.Advice, w, shown=len(w.shown)) for w in law.warnings),
     )
 
 
-def _output(output: Output) -> numeric.Output:
-    q = output.quantity
-    return numeric.Output(q.name, q.unit, q.description, output.at_most)
-
-
 def _events(events: Sequence[Event]) -> tuple[numeric.Event, ...]:
-    return tuple(numeric.Event(e.name, e.direction, bool(e.reset), e.outcome, e.title) for e in events)
+    return tuple(_as(numeric.Event, e, resets=bool(e.reset), ends=e.outcome) for e in events)
 
 
 def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:
@@ -128,4 +114,4 @@ def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:
 
 def _function(model: str, f: PrintedFunction) -> numeric.Function:
     arguments, results = (tuple(numeric.Array(*pair) for pair in pairs) for pairs in (f.arguments, f.results))
-    return numeric.Function(f.name, f.description, arguments, results, f.operations, numeric.file_of(model, f.part))
+    return _as(numeric.Function, f, arguments=arguments, results=results, file=numeric.file_of(model, f.part))

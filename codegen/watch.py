@@ -35,7 +35,7 @@ _INSTALLED = {"site-packages", "dist-packages"}
 
 
 @dataclass(frozen=True)
-class Questions:
+class Requests:
     """Requests so far: absolute paths, and names of variables.
 
     Attributes
@@ -72,7 +72,7 @@ class Questions:
 
 
 OURS = Path(__file__).resolve().parents[1]
-_questions: Questions | None = None
+_requests: Requests | None = None
 
 
 def answer(root: Path, name: str) -> str | None:
@@ -105,7 +105,7 @@ def _relative(root: Path, name: str) -> str:
 
 
 @contextlib.contextmanager
-def watching(root: Path) -> Iterator[Questions]:
+def watching(root: Path) -> Iterator[Requests]:
     """Record the requests of texts below a folder, except those of this program itself.
 
     Raises
@@ -113,16 +113,16 @@ def watching(root: Path) -> Iterator[Questions]:
     ModelError
         Inside the context, when such a text starts a program or contacts another machine.
     """
-    global _questions
+    global _requests
     _hook()
     stat, variable = os.stat, type(os.environ).__getitem__
-    _questions = Questions(f"{root.resolve()}{os.sep}", frozenset(_stack()))
+    _requests = Requests(f"{root.resolve()}{os.sep}", frozenset(_stack()))
     os.stat, type(os.environ).__getitem__ = _noting_files(stat), _noting_variables(variable)  # type: ignore[method-assign]
     try:
-        yield _questions
+        yield _requests
     finally:
         os.stat, type(os.environ).__getitem__ = stat, variable  # type: ignore[method-assign]
-        _questions = None
+        _requests = None
 
 
 def _stack() -> Iterator[FrameType]:
@@ -136,8 +136,8 @@ def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_
     """Return an `os.stat`, which tests for existence, that records its paths."""
 
     def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
-        if _questions is not None and isinstance(path, str | os.PathLike) and _reader(_questions):
-            _questions.note(_absolute(path))
+        if _requests is not None and isinstance(path, str | os.PathLike) and _reader(_requests):
+            _requests.note(_absolute(path))
         return stat(path, *arguments, **keywords)
 
     return noting
@@ -145,8 +145,8 @@ def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_
 
 def _noting_variables(get: Callable[[Any, str], str]) -> Callable[[Any, str], str]:
     def noting(environment: Any, name: str) -> str:
-        if _questions is not None and _reader(_questions):
-            _questions.variables.add(name)
+        if _requests is not None and _reader(_requests):
+            _requests.variables.add(name)
         return get(environment, name)
 
     return noting
@@ -160,19 +160,19 @@ def _hook() -> None:
 
 
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
-    if _questions is None:
+    if _requests is None:
         return
     if event == "open" and isinstance(arguments[0], str):
         name = _absolute(arguments[0])
-        if name.startswith(_questions.root):
-            _questions.opened.add(name)
-        if _reader(_questions):
-            _questions.note(name)
+        if name.startswith(_requests.root):
+            _requests.opened.add(name)
+        if _reader(_requests):
+            _requests.note(name)
     elif event in ("os.listdir", "os.scandir") and not isinstance(arguments[0], int | bytes):
         name = _absolute(arguments[0] or ".")
-        if not name.startswith(_SYSTEM) and _reader(_questions):
-            _questions.listed.add(name)
-    elif event in _REFUSED and (frame := _reader(_questions)):
+        if not name.startswith(_SYSTEM) and _reader(_requests):
+            _requests.listed.add(name)
+    elif event in _REFUSED and (frame := _reader(_requests)):
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
@@ -185,12 +185,12 @@ def _absolute(name: str | os.PathLike[str]) -> str:
     return os.path.abspath(name)  # noqa: PTH100, called for each file that is opened
 
 
-def _reader(questions: Questions) -> FrameType | None:
+def _reader(requests: Requests) -> FrameType | None:
     """Return the frame of a model's text that makes the current request, directly or through a library."""
-    root = questions.root
+    root = requests.root
     for frame in _stack():
         file = frame.f_code.co_filename
-        if frame in questions.callers:
+        if frame in requests.callers:
             return None
         if file.startswith("<frozen importlib"):  # an import, whose file belongs to a module
             return None

@@ -93,7 +93,7 @@ def simulate(
         an array with named elements, as in `x.roll`, and named references; it is the sensor's measurement where the
         model has a sensor and there is a period. None for an open loop.
     scenario : str, optional
-        The model's first scenario unless given.
+        Default: the model's first scenario.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name; an array for a vector or a matrix of parameters.
     initial : mapping, optional
@@ -102,7 +102,7 @@ def simulate(
         For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t, zero unless
         named; or the result of an earlier run, whose commands are given again.
     interpolation : {"hold", "linear"}, optional
-        What an array means between its instants; "hold" unless given.
+        What an array means between its instants; default: "hold".
     period : float, optional
         Time in s between evaluations of a function of state or time, whose result is held in between. Without it, a
         function is continuous: it is evaluated for every slope.
@@ -182,7 +182,7 @@ def batch(
         `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function serves for both
         if it computes with NumPy and branches by `numpy.where`. A run ends when its input is not finite.
     scenario : str, optional
-        The model's first scenario unless given.
+        Default: the model's first scenario.
     parameters, initial : mapping, optional
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
@@ -191,13 +191,13 @@ def batch(
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`; or to a list of values, one for each run, which also says how many runs there are.
     seed : int, optional
-        Seed of all random numbers; 0 unless given. Run i of a seed is the same run wherever and however it is computed.
+        Seed of all random numbers; default: 0. Run i of a seed is the same run wherever and however it is computed.
     sampling : str, optional
-        Design of the drawn points: "random" unless given, "latin", "sobol" or "saltelli".
+        Design of the drawn points: "random", "latin", "sobol" or "saltelli"; default: "random".
     save : float, optional
         Store series too, one sample every `save` seconds.
     out : path, optional
-        The store, a new folder; in memory unless given.
+        The store, a new folder; default: in memory.
     resume : bool
         Continue the store `out`.
     success, until : str, optional
@@ -208,7 +208,7 @@ def batch(
     strict : bool
         Stop at a run whose drawn values are not allowed, instead of marking it `impossible`.
     threads : int, optional
-        All processors unless given.
+        Default: all processors.
     scheduler : str or distributed.Client, optional
         A dask cluster that computes the runs.
     report : callable, optional

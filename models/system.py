@@ -160,13 +160,14 @@ class Output:
         Its name in a result.
     value : Expr
         A function of state, reference, p, c and the law's memory before the update.
-    at_most : float
-        Limit: the result reports when and by how much the run exceeds it.
+    at_least, at_most : float
+        Limits: the result reports when and by how much the run exceeds them.
     """
 
     quantity: Quantity
     value: Expr
     at_most: float = float("inf")
+    at_least: float = -float("inf")
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,7 @@ class Controller(Located):
         Quantities that the law reports in addition to its command.
     events : tuple of Event
         Switching surfaces of a continuous law, as a function of state, reference, plant parameters and law parameters.
-    bears_loss : bool
+    tolerates_loss : bool
         True if a sampled law accepts measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
         True if the law computes with the numbers of its quantities in SI units, as an estimator does whose covariance
@@ -229,7 +230,7 @@ class Controller(Located):
     rates: tuple[Expr, ...] = field(default=(), kw_only=True)
     outputs: tuple[Output, ...] = ()
     events: tuple[Event, ...] = field(default=(), kw_only=True)
-    bears_loss: bool = False
+    tolerates_loss: bool = False
     in_numbers: bool = field(default=False, kw_only=True)
 
     def _repr_latex_(self) -> str:
@@ -332,7 +333,7 @@ _DEFAULT = Scenario("default", "from the defaults", 100.0, 0.1)
 class System(Located):
     """Mechanical system with its laws and scenarios, ready for code generation.
 
-    Name, states and their rates are required; all else is empty unless given. Numbers may replace expressions.
+    Name, states and their rates are required, all else is empty by default. Numbers may replace expressions.
 
     Parameters
     ----------

@@ -133,9 +133,10 @@ class Advice:
 
 @dataclass(frozen=True)
 class Output(Quantity):
-    """A report of a law along a run; above `at_most` it needs attention."""
+    """A report of a law along a run; above `at_most` and below `at_least` it needs attention."""
 
     at_most: Upper
+    at_least: Lower = -math.inf
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ class Controller:
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
         The law's own parameter that is the delay of the loop, in samples; None for a law that is not designed for one.
-    bears_loss : bool
+    tolerates_loss : bool
         Whether a sampled law keeps its memory finite when a measurement is not, and commands zero.
     parameters : tuple of Parameter
         The vector c.
@@ -185,7 +186,7 @@ class Controller:
     memory: tuple[Quantity, ...]
     period: str | None
     delay: str | None = None
-    bears_loss: bool = False
+    tolerates_loss: bool = False
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     outputs: tuple[Output, ...] = ()
@@ -585,64 +586,77 @@ def _check_vectors(manifest: Manifest) -> None:
             raise SchemaError(f": {twice!r} is defined twice", place)
 
 
+_SIGNATURES: Mapping[str, str] = {
+    "rhs": "x u p -> dx",
+    "outputs": "x u r p -> y",
+    "limits": "x u p -> margin",
+    "initial": "p s -> x",
+    "reference": "t p s -> r",
+    "constraints": "p s -> margin",
+    "to_coordinates": "x -> q",
+    "from_coordinates": "q -> x",
+    "project": "q -> q_next",
+    "actuate": "x u_cmd p -> u",
+    "measure": "x e p -> x_seen",
+    "mass_diagonal": "p -> m",
+    "diffuse": "x dw p -> x_step",
+    "jump": "x e p -> x_after",
+    "input_delays": "p -> d",
+    "guards": "x u p -> g",
+    "resets": "x u p event -> x_next",
+    "geometry": "x u r p -> points",
+    "jac_x": "x u p -> J",
+    "jac_u": "x u p -> J",
+}
+"""Arguments and results of the functions of a plant, of which a run calls those that its features need."""
+_NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
+"""Functions of every plant."""
+
+
 def _check_functions(manifest: Manifest) -> None:
     """Refuse functions of other sizes than the vectors that they take and return."""
-    sizes = {
-        "x": len(manifest.states), "u": len(manifest.inputs), "r": len(manifest.references),
-        "p": len(manifest.parameters), "y": len(manifest.outputs), "s": len(manifest.scenario_parameters),
-        "dx": len(manifest.states),
-        "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
-        "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
-        "m": len(manifest.states),
-        "seen": len(manifest.measured), "dw": len(manifest.wiener), "x_step": len(manifest.states),
-    }  # fmt: skip
-    _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
-    _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
-    _check_sizes(manifest, "limits", ("x", "u", "p"), ("margin",), sizes | {"margin": len(manifest.limits)})
-    _check_sizes(manifest, "initial", ("p", "s"), ("x",), sizes)
-    _check_sizes(manifest, "reference", ("t", "p", "s"), ("r",), sizes)
-    _check_sizes(manifest, "constraints", ("p", "s"), ("margin",), sizes | {"margin": len(manifest.constraints)})
-    optional = {
-        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"),
-        "project": ("q p" if manifest.projects_by_parameters else "q", "q_next"),
-        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "seen" if manifest.measured else "x_seen"),
-        "mass_diagonal": ("p", "m"),
-    }  # fmt: skip
-    for name, (arguments, results) in optional.items():
-        if name in manifest.functions:
-            _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
-    if manifest.wiener:
-        _check_sizes(manifest, "diffuse", ("x", "dw", "p"), ("x_step",), sizes)
-    if manifest.random_step:
-        own = sizes | {"e": len(manifest.random_step), "x_after": len(manifest.states)}
-        _check_sizes(manifest, "jump", ("x", "e", "p"), ("x_after",), own)
-    if manifest.delays:
-        _check_sizes(manifest, "input_delays", ("p",), ("d",), sizes | {"d": len(manifest.inputs)})
-    if manifest.events:
-        _check_sizes(manifest, "guards", ("x", "u", "p"), ("g",), sizes | {"g": len(manifest.events)})
-    if any(event.resets for event in manifest.events):
-        _check_sizes(manifest, "resets", ("x", "u", "p", "event"), ("x_next",), sizes | {"x_next": sizes["x"]})
     for event in manifest.all_events:
         if event.direction not in DIRECTIONS:
             raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
         if event.ends not in ENDS:
             raise SchemaError(f" = {event.ends!r}: must be one of {', '.join(map(repr, ENDS))}", f"events.{event.name}")
-    if manifest.geometry:
-        count = 3 * sum(shape.points for shape in manifest.geometry)
-        _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})
-    for name in ("x", "u"):
-        if f"jac_{name}" in manifest.functions:
-            _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})
+    nx, nu = len(manifest.states), len(manifest.inputs)
+    own = {
+        "limits": {"margin": len(manifest.limits)}, "constraints": {"margin": len(manifest.constraints)},
+        "jump": {"e": len(manifest.random_step)}, "jac_x": {"J": nx * nx}, "jac_u": {"J": nx * nu},
+    }  # fmt: skip
+    features = {
+        "diffuse": manifest.wiener, "jump": manifest.random_step, "input_delays": manifest.delays,
+        "guards": manifest.events, "resets": any(event.resets for event in manifest.events),
+        "geometry": manifest.geometry,
+    }  # fmt: skip
+    other = {"project": "q p -> q_next"} if manifest.projects_by_parameters else {}
+    other |= {"measure": "x e p -> seen"} if manifest.measured else {}
+    needed = {*_NEEDED, *(name for name, part in features.items() if part), *map(identifier, manifest.functions)}
+    for name, signature in _SIGNATURES.items():
+        if name in needed:
+            _check_sizes(manifest, name, other.get(name, signature), _sizes(manifest) | own.get(name, {}))
 
 
-def law_signature(manifest: Manifest, law: Controller) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the arguments and results of a law's function."""
+def _sizes(manifest: Manifest) -> dict[str, int]:
+    """Return the sizes of arguments and results by name."""
+    nq, nu = len(manifest.coordinates or manifest.states), len(manifest.inputs)
+    return {
+        **dict.fromkeys(("x", "dx", "x_seen", "x_step", "x_after", "x_next", "m"), len(manifest.states)),
+        **dict.fromkeys(("u", "u_cmd", "v", "d"), nu), "q": nq, "q_next": nq, "dq": nq,
+        "r": len(manifest.references), "p": len(manifest.parameters), "s": len(manifest.scenario_parameters),
+        "y": len(manifest.outputs), "e": len(manifest.noise), "seen": len(manifest.measured),
+        "dw": len(manifest.wiener), "g": len(manifest.events),
+        "points": 3 * sum(shape.points for shape in manifest.geometry),
+    }  # fmt: skip
+
+
+def _law_signature(manifest: Manifest, law: Controller) -> str:
+    """Return arguments and results of a law's function."""
     x = "seen" if manifest.measured else "x"
     if not law.memory:
-        return (x, "r", "p", "c"), ("u",)
-    if law.period is None:
-        return (x, "r", "z", "p", "c"), ("u", "dz")
-    return (x, "r", "v", "z", "p", "c"), ("u", "z_next")
+        return f"{x} r p c -> u"
+    return f"{x} r z p c -> u dz" if law.period is None else f"{x} r v z p c -> u z_next"
 
 
 def reads_memory(outputs: Function) -> bool:
@@ -650,17 +664,13 @@ def reads_memory(outputs: Function) -> bool:
     return any(array.name == "z" for array in outputs.arguments)
 
 
-def _check_sizes(
-    manifest: Manifest, name: str, arguments: Sequence[str], results: Sequence[str], sizes: Mapping[str, int]
-) -> None:
+def _check_sizes(manifest: Manifest, name: str, signature: str, sizes: Mapping[str, int]) -> None:
     function = next((f for f in manifest.functions.values() if identifier(f.name) == name), None)
     if function is None:
         raise SchemaError(f": {name!r} is missing", "functions")
-    for place, arrays, names in (
-        ("args", function.arguments, arguments),
-        ("results", function.results, results),
-    ):
-        expected = [[n, sizes.get(n)] for n in names]
+    sides = zip(("args", "results"), (function.arguments, function.results), signature.split(" -> "), strict=True)
+    for place, arrays, names in sides:
+        expected = [[n, sizes.get(n)] for n in names.split()]
         present = [[a.name, a.length] for a in arrays]
         if present != expected:
             raise SchemaError(f" = {present}: must be {expected}", f"functions.{name}.{place}")
@@ -678,41 +688,29 @@ def _check_controller(manifest: Manifest, law: Controller) -> None:
             )
     for parameter in law.parameters:
         _check_parameter(parameter, f"{place}.parameters")
-    p, c, s, x, r = (
-        len(v)
-        for v in (
-            manifest.parameters,
-            law.parameters,
-            manifest.scenario_parameters,
-            manifest.states,
-            manifest.references,
-        )
-    )
-    sizes = {
-        "p": p, "c": c, "s": s, "x": x, "r": r, "u": len(manifest.inputs), "v": len(manifest.inputs),
-        "z": len(law.memory), "z_next": len(law.memory), "w": len(law.outputs), "margin": len(law.constraints),
-        "seen": len(manifest.measured), "dz": len(law.memory),
+    nz, guards = len(law.memory), len(manifest.events) + len(law.events)
+    nq, derived = _sizes(manifest)["q"] + (0 if law.period else nz), sum(q.formula is not None for q in law.parameters)
+    shown = sum(1 + warning.shown for warning in law.warnings)
+    sizes = _sizes(manifest) | {
+        "c": len(law.parameters), "q": nq, "dq": nq, **dict.fromkeys(("z", "z_next", "dz"), nz),
+        "w": len(law.outputs), "g": guards, "derived": derived,
     }  # fmt: skip
-    sizes["q"] = sizes["dq"] = len(manifest.coordinates or manifest.states) + len(() if law.period else law.memory)
-    _check_sizes(manifest, name, *law_signature(manifest, law), sizes)
-    if law.memory:
-        _check_sizes(manifest, f"{name}_start", ("x", "r", "p", "c"), ("z",), sizes)
-    if law.constraints:
-        _check_sizes(manifest, f"{name}_constraints", ("p", "c", "s"), ("margin",), sizes)
-    if law.warnings:
-        shown = sum(1 + warning.shown for warning in law.warnings)
-        _check_sizes(manifest, f"{name}_warnings", ("p", "c", "s"), ("margin",), sizes | {"margin": shown})
-    if law.outputs:
-        function = manifest.functions.get(f"{name}_outputs")
-        arguments = "x r z p c" if function and reads_memory(function) else "x r p c"
-        _check_sizes(manifest, f"{name}_outputs", arguments.split(), ("w",), sizes)
-    if law.period is None:
-        _check_sizes(manifest, f"{name}_loop", ("q", "r", "p", "c"), ("dq",), sizes)
-        if count := len(manifest.events) + len(law.events):
-            _check_sizes(manifest, f"{name}_guards", ("q", "r", "p", "c"), ("g",), sizes | {"g": count})
-    derived = sum(q.formula is not None for q in law.parameters)
-    if derived:
-        _check_sizes(manifest, f"{name}_defaults", ("c",), ("derived",), sizes | {"derived": derived})
+    function, continuous = manifest.functions.get(f"{name}_outputs"), law.period is None
+    reports = "x r z p c -> w" if function and reads_memory(function) else "x r p c -> w"
+    observed = "q r p c -> x u u_cmd" if "actuate" in manifest.functions else "q r p c -> x u"
+    for suffix, present, signature, more in (
+        ("", True, _law_signature(manifest, law), {}),
+        ("_start", law.memory, "x r p c -> z", {}),
+        ("_constraints", law.constraints, "p c s -> margin", {"margin": len(law.constraints)}),
+        ("_warnings", law.warnings, "p c s -> margin", {"margin": shown}),
+        ("_outputs", law.outputs, reports, {}),
+        ("_loop", continuous, "q r p c -> dq", {}),
+        ("_observe", continuous, observed, {}),
+        ("_guards", continuous and guards, "q r p c -> g", {}),
+        ("_defaults", derived, "c -> derived", {}),
+    ):
+        if present:
+            _check_sizes(manifest, name + suffix, signature, sizes | more)
 
 
 def _check_parameter(parameter: Parameter, place: str) -> None:

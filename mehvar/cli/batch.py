@@ -54,7 +54,7 @@ def command(
     n: Annotated[int | None, typer.Option("-n", parser=whole, metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
     scenario: Annotated[
         str | None,
-        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+        typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
     ] = None,
     seed: Annotated[int | None, typer.Option(parser=whole, metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
     settings: SettingTexts = None,
@@ -85,7 +85,7 @@ def command(
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
         int | None,
-        typer.Option(parser=whole, metavar="N", help="Threads of this process; all processors unless given."),
+        typer.Option(parser=whole, metavar="N", help="Threads of this process; default: all processors."),
     ] = None,
 ) -> int:
     """Run, report, print statistics; return the exit status.

@@ -33,10 +33,10 @@ _HEAD = "HEAD"
 def command(
     old: Annotated[
         str | None,
-        typer.Argument(metavar="[OLD]", help="A git revision, a folder or `work`; HEAD unless given. Or a model."),
+        typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder or `work`; default: HEAD."),
     ] = None,
     new: Annotated[
-        str | None, typer.Argument(metavar="[NEW]", help="Likewise; `work`, what models/ derives now, unless given.")
+        str | None, typer.Argument(metavar="[NEW]", help="Likewise; default: `work`, what models/ derives now.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     structures: Annotated[
@@ -46,7 +46,7 @@ def command(
     paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
     form: Annotated[
         str | None,
-        typer.Option("--format", metavar="text|json|html|markdown", help="Format of the output; text unless given."),
+        typer.Option("--format", metavar="text|json|html|markdown", help="Format of the output; default: text."),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
     plot: Annotated[

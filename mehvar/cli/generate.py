@@ -19,7 +19,7 @@ from mehvar.terminal import working
 
 
 def command(
-    models: Annotated[list[str] | None, typer.Argument(metavar="MODEL...", help="Models; all unless given.")] = None,
+    models: Annotated[list[str] | None, typer.Argument(metavar="MODEL...", help="Models; default: all.")] = None,
     check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 and name what is stale.")] = False,
     structure: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Derive a structural variant; needs --out.")

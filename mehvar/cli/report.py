@@ -32,7 +32,7 @@ def command(
         ),
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the page; SUBJECT-report unless given.")
+        Path | None, typer.Option(metavar="DIR", help="Folder of the page; default: SUBJECT-report.")
     ] = None,
 ) -> None:  # fmt: skip
     """Write the page.

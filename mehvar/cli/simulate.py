@@ -53,7 +53,7 @@ def command(
     ] = None,
     scenario: Annotated[
         str | None,
-        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+        typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
     ] = None,
     settings: SettingTexts = None,
     input_texts: Annotated[
@@ -61,7 +61,7 @@ def command(
         typer.Option(
             "--input",
             metavar="NAME=VALUE",
-            help="An input of an open loop; zero unless given; repeat.",
+            help="An input of an open loop; default: zero. Repeat it for more.",
             autocompletion=complete_inputs,
         ),
     ] = None,
@@ -70,7 +70,7 @@ def command(
     ] = None,
     interpolation: Annotated[
         Interpolation | None,
-        typer.Option(metavar="HOW", help="Interpolation of --inputs: hold, unless given, or linear."),
+        typer.Option(metavar="HOW", help="Interpolation of --inputs: hold or linear; default: hold."),
     ] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,

@@ -15,7 +15,8 @@ from mehvar.base import cache
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import WORK
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Comparison, Fate, ModelStatus
+from mehvar.codegen.diff.report import Comparison, EquationChange, Fate, ModelStatus
+from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.processes import in_processes
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import working
@@ -240,12 +241,22 @@ def _one_sided(model: str, variant: Variant) -> ModelDiff:
 
 def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
     """Return the edits of a model; structures with the same edits are reported once."""
+    told = model.comparison
     equations = {
-        (equation.name, equation.verdict.value, *(edit.says for edit in equation.edits))
-        for equation in model.comparison
+        (equation.name, equation.verdict.value, *_contents(told, equation))
+        for equation in told
         if equation.verdict not in (Fate.SAME, Fate.INHERITED) and equation.matters
     }
-    return equations | {tuple(map(str, astuple(change))) for change in model.parameters}
+    return equations | {tuple(map(str, astuple(change))) for change in told.parameters} | {*told.structure}
+
+
+def _contents(told: Comparison, equation: EquationChange) -> Iterator[str]:
+    """Yield an equation's edits with their places and parts, as "term lost" names no term; both sides without edits."""
+    for edit in equation.edits:
+        yield from (edit.says, *edit.path, *(part.text if part else "" for part in (edit.old, edit.new)))
+    if not equation.edits:
+        sides = ((told.old_nodes, equation.old_node), (told.new_nodes, equation.new_node))
+        yield from (Printer(nodes).text(node) if node is not None else "" for nodes, node in sides)
 
 
 def _several(names: Sequence[str]) -> str:

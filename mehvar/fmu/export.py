@@ -48,9 +48,9 @@ def export_fmu(
     out : path
         The file, whose name ends in `.fmu`.
     controller : str, optional
-        The law of the closed loop; the plant alone unless given.
+        The law of the closed loop; default: the plant alone.
     scenario : str, optional
-        Gives the start values; the model's first one unless given.
+        Gives the start values; default: the model's first one.
     fmi : {"2.0", "3.0"}
         Version of the standard.
     kind : {"cs", "me"}

@@ -68,7 +68,7 @@ def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], vers
     Parameters
     ----------
     ranges : mapping of str to (float, float)
-        Allowed values of measurements and references by name; every finite one unless given.
+        Allowed values of measurements and references by name; default: every finite one.
     version : str
         The program that writes the files.
 

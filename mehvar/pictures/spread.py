@@ -46,7 +46,7 @@ class Runs:
     dataset : xarray.Dataset
         What `mehvar.batch` returns.
     success : str, optional
-        Condition for success; the batch's own condition unless given.
+        Condition for success; default: the batch's own condition.
     """
 
     def __init__(self, dataset: xr.Dataset, success: str | None = None) -> None:

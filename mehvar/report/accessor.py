@@ -95,10 +95,9 @@ class Results:
         Parameters
         ----------
         *names : str
-            Of a batch: which metrics or stored series; all metrics unless given.
+            Of a batch: which metrics or stored series; default: all metrics.
         success : str, optional
-            Of a batch: what a run must fulfil to succeed, as for `mehvar.batch`; what the batch was asked for unless
-            given.
+            Of a batch: what a run must fulfil to succeed, as for `mehvar.batch`; default: the batch's own condition.
 
         Returns
         -------
@@ -138,7 +137,7 @@ class Results:
             return scatter_picture(self._runs(success), x, y).axes[0]
 
     def region(self, x: str, y: str, success: str | None = None) -> Axes:
-        """Draw where the runs of a batch succeed: the share in each cell of a plane, as of a region of attraction.
+        """Draw the success rate of a batch in each cell of a plane, as of a region of attraction.
 
         Parameters
         ----------

@@ -40,9 +40,9 @@ def require(
         describe.
     requirements : mapping of str to str, optional
         A name to "quantile(0.997, PEAK) < 0.02 deg" or "probability(T_x < 20) > 0.99", about the numbers that
-        conditions of success are about. Those of the store or of the campaign unless given.
+        conditions of success are about. Default: those of the store or of the campaign.
     confidence : float, optional
-        Each bound errs with a probability of at most 1 - confidence; 0.95 unless given, or what the store has.
+        Each bound errs with a probability of at most 1 - confidence; default: what the store has, or 0.95.
     **batch
         Arguments of `mehvar.batch`. Its n is the largest number of runs.
 
@@ -73,9 +73,9 @@ class Verdicts:
     store : Store
         The runs.
     requirements : mapping of str to str, optional
-        Requirements by name; those of the batch unless given.
+        Requirements by name; default: those of the batch.
     confidence : float, optional
-        Confidence of each bound; that of the batch unless given.
+        Confidence of each bound; default: that of the batch.
 
     Raises
     ------

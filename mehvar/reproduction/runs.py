@@ -75,11 +75,11 @@ class Runs:
         Parameters
         ----------
         controller, scenario : str
-            The law; the model's first scenario unless given.
+            The law, and the scenario; default: the model's first one.
         samples : int, optional
-            Evaluations of the law; the whole scenario unless given, but at most a few seconds of emulation.
+            Evaluations of the law; default: the whole scenario, but at most a few seconds of emulation.
         **settings
-            Options of the run and parameters; `delay` is one sample for a law that can be designed for it unless given.
+            Options of the run and parameters; `delay` is one sample by default for a law that can be designed for it.
 
         Raises
         ------

@@ -19,7 +19,7 @@ from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
 from .events import check_events
 
-_OF_SAMPLES = ("delay", "every", "applied", "update", "bears_loss")
+_OF_SAMPLES = ("delay", "every", "applied", "update", "tolerates_loss")
 """Fields that only a sampled law has."""
 _OF_MEMORY = ("applied", "start", "update", "rates")
 """Fields that only a law with memory has."""

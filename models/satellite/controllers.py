@@ -51,12 +51,12 @@ class ReferenceModel:
     ----------
     w : tuple of Expr
         w(k), w(k-1), ...
-    late : Rel
-        Whether d = 2.
+    delayed : Rel
+        d = 2: the delayed case.
     """
 
     w: tuple[Expr, ...]
-    late: sp.Rel
+    delayed: sp.Rel
 
 
 def model_memory(axis: str, keeps_zero: bool) -> tuple[Quantity, ...]:
@@ -92,9 +92,9 @@ def _model_update(model: ReferenceModel, keeps_zero: bool) -> dict[str, Expr]:
     """Return the reference model's memory after the sample; y_m is that of the next one."""
     w = model.w
     if keeps_zero:
-        ahead = sp.Piecewise(((w[1] + w[2]) / 2, model.late), ((w[0] + w[1]) / 2, True))
+        ahead = sp.Piecewise(((w[1] + w[2]) / 2, model.delayed), ((w[0] + w[1]) / 2, True))
     else:
-        ahead = sp.Piecewise((w[1], model.late), (w[0], True))
+        ahead = sp.Piecewise((w[1], model.delayed), (w[0], True))
     return {"ym": ahead, **{f"wm{k}": w[k - 1] for k in range(1, _PAST + 1)}}
 
 
@@ -108,25 +108,27 @@ def retain(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
     )
     gain = d.define(f"B1_{name}", eb0 + eb1 + 2 * lift, "", "B(1)", "rad/N/m", "B(1)")
     values = {a1: ea1, a2: ea2, b0: eb0 + lift, b1: eb1 + lift}
-    early, late = retaining(law.rho, 1), retaining(law.rho, 2)
-    first = d.define(f"s1_{name}", put(late.first[0], values), "(22)", "first coefficient of S when d = 2", latex="s_1")
+    direct, delayed = retaining(law.rho, 1), retaining(law.rho, 2)
+    first = d.define(
+        f"s1_{name}", put(delayed.first[0], values), "(22)", "first coefficient of S when d = 2", latex="s_1"
+    )
     values |= {s1: first}
     right = [
-        d.define(f"e{i + 1}_{name}", sp.Piecewise((put(two, values), model.late), (put(one, values), True)), "(22)",
+        d.define(f"e{i + 1}_{name}", sp.Piecewise((put(two, values), model.delayed), (put(one, values), True)), "(22)",
                  f"right-hand side {i + 1} of the polynomial equation", latex=f"e_{i + 1}")
-        for i, (one, two) in enumerate(zip(early.right, late.right, strict=True))
+        for i, (one, two) in enumerate(zip(direct.right, delayed.right, strict=True))
     ]  # fmt: skip
     values |= dict(zip(RIGHT, right, strict=True))
-    size = d.define(f"res_{name}", put(resultant(early.matrix), values), "", "resultant of A and B", latex="R(A,B)")
+    size = d.define(f"res_{name}", put(resultant(direct.matrix), values), "", "resultant of A and B", latex="R(A,B)")
     last, t0, t1 = (
         d.define(f"{n}_{name}", put(numerator, values) / size, "(22)", f"{n} of A S + q^-d B T = Ac", latex=latex)
         for (n, latex), numerator in zip(
-            (("sd", "s_d"), ("t0", "t_0"), ("t1", "t_1")), numerators(early.matrix), strict=True
+            (("sd", "s_d"), ("t0", "t_0"), ("t1", "t_1")), numerators(direct.matrix), strict=True
         )
     )
-    first = sp.Piecewise((first, model.late), (0, True))
+    first = sp.Piecewise((first, model.delayed), (0, True))
     goal = sp.Add(*(
-        sp.Piecewise((two, model.late), (one, True)) * w
+        sp.Piecewise((two, model.delayed), (one, True)) * w
         for one, two, w in zip((*closed_loop(law.rho, 3), sp.S.Zero), closed_loop(law.rho, 4), model.w, strict=True)
     ))  # fmt: skip
     goal = d.define(f"Acw_{name}", goal, "", "Ac w(k)", "rad", "A_c w")
@@ -147,21 +149,21 @@ def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
         "b_0",
     )
     values = {a1: ea1, a2: ea2, b0: leading, b1: eb1}
-    early, late = (cancelling((law.C2_pole, law.C2_pole), d_) for d_ in (1, 2))
-    pairs = zip(("t0", "t1"), early.T, late.T, strict=True)
+    direct, delayed = (cancelling((law.C2_pole, law.C2_pole), d_) for d_ in (1, 2))
+    pairs = zip(("t0", "t1"), direct.T, delayed.T, strict=True)
     t0, t1 = (
-        d.define(f"{n}_cancel_{name}", sp.Piecewise((put(two, values), model.late), (put(one, values), True)), "(24)",
-                 f"{n} of C2 = A S + q^-d T", latex=f"t_{n[1]}")
+        d.define(f"{n}_cancel_{name}", sp.Piecewise((put(two, values), model.delayed), (put(one, values), True)),
+                 "(24)", f"{n} of C2 = A S + q^-d T", latex=f"t_{n[1]}")
         for n, one, two in pairs
     )  # fmt: skip
-    first = d.define(f"s1_cancel_{name}", put(late.S[1], values), "(23)", "s1 of S when d = 2", latex="s_1")
+    first = d.define(f"s1_cancel_{name}", put(delayed.S[1], values), "(23)", "s1 of S when d = 2", latex="s_1")
     commanded = estimator.symbols(name)["u1"]
     two = (eb1 + leading * first) * commanded + eb1 * first * estimate.torque
-    past = sp.Piecewise((two, model.late), (eb1 * estimate.torque, True))
+    past = sp.Piecewise((two, model.delayed), (eb1 * estimate.torque, True))
     past = d.define(f"BSu_{name}", past, "(33)", "(B S - b0) u", "rad", "B_S' u")
     C2 = closed_loop(law.C2_pole, 2)
     goal = sp.Add(*(c * w for c, w in zip(C2, model.w, strict=False)))
-    offset_gain = sp.Piecewise((1 + first, model.late), (1, True))
+    offset_gain = sp.Piecewise((1 + first, model.delayed), (1, True))
     return (goal - t0 * estimate.y - t1 * estimate.y1 - past - offset_gain * offset) / leading
 
 
@@ -276,7 +278,7 @@ def _controller(
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
         update=(*update, *(after for _, _, after in extra), flag),
         delay="delay",
-        bears_loss=True,
+        tolerates_loss=True,
     )
 
 

@@ -74,7 +74,7 @@ def parts(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[Contribution, li
     return pendulum.contribution(inertia), [pendulum.instance(a, k) for k, a in enumerate(pendulums, 1)]
 
 
-def straight(inertia: str) -> dict[sp.Symbol, Expr]:
+def equilibrium(inertia: str) -> dict[sp.Symbol, Expr]:
     """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, and only a_x left of a and Omega'."""
     still: tuple[Expr, ...] = (*rate, *ACCELERATIONS[1:])
     if inertia == "ball":

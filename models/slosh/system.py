@@ -34,7 +34,7 @@ from .geometry import geometry
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
 from .laws.thrust import Inputs, gimbal_limits, to_physical
-from .pendulums import Pendulums, Start, angle_pendulums, ball_pendulums, parts, straight
+from .pendulums import Pendulums, Start, angle_pendulums, ball_pendulums, equilibrium, parts
 from .plant.attitude import Attitude, by_angles, by_quaternion
 from .plant.equations import hull_energy, hull_momentum, hull_wrench, whole
 from .plant.reduced import longitudinal, reduced_velocity
@@ -245,7 +245,7 @@ def _derive(
         bobs = angle_pendulums(p, pendulums, inertia, starts, d)
     linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
     part, copies = parts(inertia, pendulums)
-    still = straight(inertia)
+    still = equilibrium(inertia)
     (left,) = whole((hull_wrench(p)[0].xreplace(still),), (part.force[0].xreplace(still),), copies)
     axial = longitudinal(p.F, left, d)
     return _Model(p, inertia, pendulums, placed, bobs, axial, linear, angular, acceleration)

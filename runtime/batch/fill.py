@@ -97,7 +97,7 @@ def run_batch(
     campaign : Campaign
         The runs.
     out : path, optional
-        The store, a new folder; kept in memory unless given.
+        The store, a new folder; default: kept in memory.
     resume : bool
         Continue the store `out`, which may also be absent or complete; its damaged blocks are computed again.
     success : str, optional
@@ -108,15 +108,15 @@ def run_batch(
     require : mapping of str to str, optional
         Requirements on the runs by name, which the store keeps; see `read_requirements`.
     confidence : float, optional
-        Confidence of each requirement's bounds; 0.95 unless given.
+        Confidence of each requirement's bounds; default: 0.95.
     strict : bool
         Stop at the first run whose drawn values are not allowed, instead of marking it.
     threads : int, optional
-        Threads of this process; one per available processor unless given.
+        Threads of this process; default: one per available processor.
     client : distributed.Client, optional
-        Workers that compute the blocks; this process unless given.
+        Workers that compute the blocks; default: this process.
     chunk : int, optional
-        Runs per block; unless given, chosen from n and from what is stored of each run.
+        Runs per block; default: chosen from n and from what is stored of each run.
     report : callable, optional
         Called at the start and after each block.
     own : OwnLaw, optional

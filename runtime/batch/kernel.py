@@ -106,7 +106,7 @@ def compile_kernel(
     options : RunOptions, optional
         Integration and sampling options; end time and sampling step are given with the runs.
     lanes : int, optional
-        Runs that one thread computes at once: 1, 2, 4 or 8; chosen by the processor's registers unless given.
+        Runs that one thread computes at once: 1, 2, 4 or 8; default: chosen by the processor's registers.
     own : OwnLaw, optional
         A law written in Python instead of a law of the model; `controller` is its name.
     origin : str
@@ -197,7 +197,7 @@ class Kernel:
         t_end, dt : float
             End time and sampling step, s.
         save_every : float, optional
-            Step of the series, a multiple of `dt`; none are kept unless given.
+            Step of the series, a multiple of `dt`; default: none are kept.
         threads : int
             How many to use.
         stop : callable, optional

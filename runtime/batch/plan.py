@@ -21,7 +21,14 @@ from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
-from ..run.problem import check_sampled_parts, consistent, misses, of_scenario, sampled_parameters, variant_suffix
+from ..run.problem import (
+    check_sampled_parts,
+    consistent,
+    initial_corrections,
+    of_scenario,
+    sampled_parameters,
+    variant_suffix,
+)
 from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
@@ -50,7 +57,7 @@ class Campaign:
     options : mapping
         Options and choices as in `simulate`, `t_end`, `dt_out`, `method`, `plant` and so on, and `profile`.
     save_every : float, optional
-        Step of the stored series, s; none are stored unless given.
+        Step of the stored series, s; default: none are stored.
     """
 
     controller: str
@@ -334,7 +341,7 @@ class Plan:
             inputs = np.zeros(len(manifest.inputs))
             good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)
         if manifest.algebraic and not self.sampled and self.law.name in manifest.controllers:
-            corrections = misses(self.model, self.law, p, c, s, x0)
+            corrections = initial_corrections(self.model, self.law, p, c, s, x0)
             good &= consistent(corrections, x0, self.options).all(axis=1)
         return good
 

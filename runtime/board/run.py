@@ -51,12 +51,12 @@ class BoardRequest:
     target : str
         "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
     board, compiler : str, optional
-        Board and compiler of the image; "stm32f4", and gcc or else zig, unless given. For software in the loop, a
-        processor of QEMU's user mode; this machine's unless given.
+        Board and compiler of the image; default: "stm32f4", and gcc or else zig. For software in the loop, a
+        processor of QEMU's user mode; default: this machine's.
     samples : int
         Evaluations of the law; the reference continues past the scenario's end.
     delay : int, optional
-        Samples between computing an input and applying it; one for a law designed for a delay unless given.
+        Samples between computing an input and applying it; default: one for a law designed for a delay, else none.
     parameters, options : mapping
         Parameters by name; options and choices of `simulate`.
     every : int, optional
@@ -68,7 +68,7 @@ class BoardRequest:
     selftest : int
         Samples of the self-test with law and plant on the target.
     tunable : tuple of str, optional
-        Make all parameters but these constants of the law's code; none is constant unless given.
+        Make all parameters but these constants of the law's code; default: all are parameters.
     restarts : int
         Restarts of the board at one sample that end the run.
     profiled : bool
@@ -119,7 +119,7 @@ class BoardRun:
         Stack bound of the image; None for software in the loop, or where the image does not determine it.
     tunings : tuple of Tuning
         Parameters of the law requested while it ran.
-    late : tuple of Request
+    refused : tuple of Request
         Requests after its last sample: refused, and not in the journal.
     """
 
@@ -144,7 +144,7 @@ class BoardRun:
     covered: tuple[Coverage, ...]
     bound: StackBound | None
     tunings: tuple[Tuning, ...] = ()
-    late: tuple[Request, ...] = ()
+    refused: tuple[Request, ...] = ()
 
     @property
     def max_ulp(self) -> int:
@@ -158,7 +158,7 @@ def build_image(model: Model, request: BoardRequest, resolved: Resolved | None =
     Parameters
     ----------
     resolved : Resolved, optional
-        The compiled-in parameters; the scenario's unless given.
+        The compiled-in parameters; default: the scenario's.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     finally:
         if journal is not None:
             journal.close(complete)
-    late = () if requests is None else requests.close()
+    refused = () if requests is None else requests.close()
     tunings = tuple(journal.tunings) if journal is not None else ()
     if tunings:
         single = _tuned(model, request, image, tunings, "float")
@@ -256,7 +256,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         x=difference(board.x, single.x),
         rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
         ticks=tuple(law.ticks), selftest=test, profile=profiler.profile if profiler else None, covered=covered,
-        bound=_bound(elf, image), tunings=tunings, late=late,
+        bound=_bound(elf, image), tunings=tunings, refused=refused,
     )  # fmt: skip
 
 

@@ -110,7 +110,7 @@ def tune(
     values : mapping of str to number
         By name, in SI units and radians.
     at : int, optional
-        The first sample with them; the next one unless given.
+        The first sample with them; default: the next one.
 
     Returns
     -------

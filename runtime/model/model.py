@@ -171,7 +171,7 @@ class Model:
         outputs : sequence of str, optional
             Names of outputs or states: a row for each of them instead. A state does not depend on a parameter.
         r : array_like, optional
-            Reference that the outputs are taken at; zero unless given.
+            Reference that the outputs are taken at; default: zero.
 
         Raises
         ------
@@ -206,20 +206,20 @@ class Model:
         Parameters
         ----------
         x, u, p : array_like
-            State, input and parameters; leading axes broadcast. `u` is zero and `p` has its defaults unless given. With
+            State, input and parameters; leading axes broadcast. Default: `u` is zero, `p` has its defaults. With
             a law, which computes the input itself, `u` is the input of the previous sample if the law has a memory.
         outputs : sequence of str, optional
             Names of outputs or states, one row of C and D each. Without it every state is an output.
         r : array_like, optional
-            Reference; zero unless given.
+            Reference; default: zero.
         controller : str, optional
             A law: the input of the linear system is then the reference. Of a sampled law the map over one period is
             returned, with the plant linearised at the input that acts and that input held: exact where the plant is at
             an equilibrium. Sensor and delay are left out.
         c : array_like, optional
-            Parameters of the law, as from `law_parameters`; its defaults unless given.
+            Parameters of the law, as from `law_parameters`; default: those of the model.
         z : array_like, optional
-            Memory of the law; that before a run unless given.
+            Memory of the law; default: that before a run.
 
         Returns
         -------
@@ -313,11 +313,11 @@ class Model:
         Parameters
         ----------
         u : array_like or callable, optional
-            The input, or a function of time that returns it; zero unless given.
+            The input, or a function of time that returns it; default: zero.
         p : array_like, optional
-            Parameters of the plant; the scenario's unless given.
+            Parameters of the plant; default: the scenario's.
         scenario : str, optional
-            Where the run starts and how long it lasts; the model's first scenario unless given.
+            Where the run starts and how long it lasts; default: the model's first scenario.
 
         Returns
         -------
@@ -395,11 +395,11 @@ class Model:
         Parameters
         ----------
         p, c : array_like, optional
-            Parameters of plant and law; their defaults unless given.
+            Parameters of plant and law; default: those of the model.
         controller : str, optional
             The law.
         part : {"plant", "law", "loop"}, optional
-            The loop where a law is given, else the plant, unless given. Inputs of the law are x, r and, if it has a
+            Default: the loop where a law is given, else the plant. Inputs of the law are x, r and, if it has a
             memory, the input of the sample before; those of the loop are r.
 
         Raises
@@ -445,7 +445,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         A name such as "triangle", or a generated folder.
     backend : {"c", "python", "casadi"}, optional
         Compiled C, the generated NumPy module, or the C that CasADi prints of the same graphs: for single runs, in
-        double. C unless given; without a compiler the NumPy module, with a warning, for functions: runs need one.
+        double. Default: C; without a compiler the NumPy module, with a warning, for functions: runs need one.
 
     Raises
     ------

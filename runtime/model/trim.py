@@ -91,11 +91,11 @@ def trim(
     free : sequence of str or mapping
         The unknowns, states and inputs; a mapping says where the search begins, otherwise zero or within the bounds.
     p : array_like, optional
-        Parameters of the plant; their defaults unless given.
+        Parameters of the plant; default: those of the model.
     bounds : mapping, optional
         Lowest and highest value of unknowns.
     steady : sequence of str, optional
-        The states whose rates vanish; all unless given, but for the clock of a plant of time.
+        The states whose rates vanish; default: all, but for the clock of a plant of time.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def trim(
         allowed = f"fixed, or free with a start, at which they are a state of {loaded.name}"
         raise bad_value(", ".join(nowhere), 0.0, allowed)
 
-    def misses(unknown: FloatArray) -> FloatArray:
+    def residual(unknown: FloatArray) -> FloatArray:
         return np.concatenate([rates(unknown), gap(at(unknown)[0])])
 
     def gradients(unknown: FloatArray) -> FloatArray:
@@ -178,7 +178,7 @@ def trim(
         return np.vstack([slopes(unknown), np.column_stack(columns) / (2 * _PROBE)])
 
     tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), _TOLERANCE)
-    result = least_squares(misses, inside, gradients, bounds=(lower, upper), x_scale="jac", **tolerances)
+    result = least_squares(residual, inside, gradients, bounds=(lower, upper), x_scale="jac", **tolerances)
     x, u = at(result.x)
     point = Trim(
         x=x,

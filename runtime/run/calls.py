@@ -7,35 +7,11 @@ from collections.abc import Mapping
 
 from mehvar.base.capabilities import Place, withheld
 from mehvar.base.errors import InputError, bad_value, either
-from mehvar.base.manifest import Controller, Event, Function, Manifest, law_signature
+from mehvar.base.manifest import Controller, Event, Function, Manifest
 from mehvar.base.names import identifier
 
 from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method
 
-_ARGUMENTS = {
-    "reference": "t p s",
-    "rhs": "x u p",
-    "loop": "q r p c",
-    "rhs_jac": "x u p",
-    "loop_jac": "q r p c",
-    "observe": "q r p c",
-    "outputs": "x u r p",
-    "limits": "x u p",
-    "actuate": "x u_cmd p",
-    "measure": "x e p",
-    "diffuse": "x dw p",
-    "jump": "x e p",
-    "input_delays": "p",
-    "project": "q",
-    "project by parameters": "q p",
-    "mass": "p",
-    "guards": "x u p",
-    "loop_guards": "q r p c",
-    "resets": "x u p event",
-    "start": "x r p c",
-    "to_coordinates": "x",
-    "from_coordinates": "q",
-}
 _AROUND = ("start", "to_coordinates", "from_coordinates")
 """Functions called before and after a loop, not in it."""
 
@@ -61,7 +37,7 @@ def loop_calls(
     Raises
     ------
     InputError
-        If a function is missing, or takes other arguments.
+        If a function is missing.
     """
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     law, charted = identifier(controller.name), "to_coordinates" in functions
@@ -88,14 +64,10 @@ def loop_calls(
         names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
-    law_arguments = law_signature(manifest, controller)[0]
-    other = {"project": "project by parameters"} if manifest.projects_by_parameters else {}
-    return {
-        call: _function(
-            functions, name, law_arguments if call == "law" else tuple(_ARGUMENTS[other.get(call, call)].split())
-        )
-        for call, name in names.items()
-    }
+    for name in names.values():
+        if name not in functions:
+            raise InputError(f"the generated folder lacks the function {name}; generate the model again")
+    return {call: functions[name] for call, name in names.items()}
 
 
 def check_loop(
@@ -164,11 +136,3 @@ def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: 
     if manifest.projects_by_parameters:
         renamed["project"] = "project_p"
     return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
-
-
-def _function(functions: dict[str, Function], name: str, arguments: tuple[str, ...]) -> Function:
-    function = functions.get(name)
-    if function is None or tuple(a.name for a in function.arguments) != arguments:
-        signature = f"{name}({', '.join(arguments)})"
-        raise InputError(f"the generated folder lacks the function {signature}; generate the model again")
-    return function

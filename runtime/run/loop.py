@@ -50,7 +50,7 @@ def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
     single, arrays = _prepare(problem, callbacks)
     journal = _Journal()
     single.happened, single.journal = ctypes.cast(library.mv_enter, ctypes.c_void_p), ctypes.addressof(journal)
-    law = None if problem.law is None else _Elsewhere(problem.law, single)
+    law = None if problem.law is None else _Callback(problem.law, single)
 
     def check() -> None:
         callbacks.check()
@@ -101,7 +101,7 @@ def _events(journal: Any) -> tuple[tuple[float, int], ...]:
     return tuple(zip(times[: journal.count], events[: journal.count], strict=True))
 
 
-class _Elsewhere:
+class _Callback:
     """A law outside C: arrays of its arguments at a sample, and of its answer."""
 
     def __init__(self, law: Law, single: Any) -> None:
@@ -119,7 +119,7 @@ class _Elsewhere:
 
 
 def _drive(
-    library: ctypes.CDLL, single: Any, problem: Problem, law: _Elsewhere | None, check: Callable[[], None]
+    library: ctypes.CDLL, single: Any, problem: Problem, law: _Callback | None, check: Callable[[], None]
 ) -> None:
     """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
@@ -142,7 +142,7 @@ def _drive(
         chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
 
 
-def _answered(law: _Elsewhere | None, problem: Problem, tick: int, until: int) -> int:
+def _answered(law: _Callback | None, problem: Problem, tick: int, until: int) -> int:
     """Evaluate a law outside C if it is due at a tick; return the tick up to which the loop may continue."""
     if law is None or problem.hold_every is None:
         return until
@@ -184,7 +184,7 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
         rtol=problem.rtol,
         atol=problem.atol,
         step=problem.step,
-        longest=max(problem.late, default=0),
+        longest=max(problem.input_delays, default=0),
     )
     model = _Model(
         **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},

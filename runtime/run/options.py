@@ -70,7 +70,7 @@ class Option:
     needs : {"fixed", "adaptive", "sampled", "noise"}, optional
         Condition on the loop for the option to have an effect; it is refused for other loops.
     name : str
-        Name for users: the field's name unless given.
+        Name for users; default: the field's name.
     """
 
     kind: Kind
@@ -105,7 +105,7 @@ class Option:
         """The meaning with words or unit, and the default."""
         kind = f": {either(self.words)}" if self.words else f", {self.unit}" if self.unit else ""
         otherwise = self.otherwise or ("" if self.default in (None, MISSING) else f"{self.default}")
-        return f"{self.meaning}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
+        return f"{self.meaning}{kind}{f'; default: {otherwise}' if otherwise else ''}."
 
     def check(self, value: object, origin: str, place: Place | None = None) -> Any:
         """Return a value, converted and checked.

@@ -98,7 +98,7 @@ class Problem:
         Ticks for which a sampled law's input is held; None for a continuous closed loop.
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
-    late : tuple of int
+    input_delays : tuple of int
         Further samples until each input acts, for a plant whose inputs have delays of their own.
     method : str
         One of `METHODS`.
@@ -134,7 +134,7 @@ class Problem:
     record_every: int
     hold_every: int | None
     delay: int
-    late: tuple[int, ...]
+    input_delays: tuple[int, ...]
     method: Integrator
     stiff_test: bool
     rtol: float
@@ -187,7 +187,7 @@ class Trajectory:
     events: tuple[tuple[float, int], ...] = ()
 
 
-def pose(
+def problem_of(
     model: Model,
     law: Controller,
     scenario: Scenario,
@@ -243,7 +243,7 @@ def pose(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
-        late=late,
+        input_delays=late,
         method=first_integrator(options.method),
         stiff_test=options.method == AUTO,
         rtol=options.rtol,
@@ -333,7 +333,9 @@ def evaluations_of(ticks: int, hold_every: int | None) -> int:
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
-def misses(model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> FloatArray:
+def initial_corrections(
+    model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray
+) -> FloatArray:
     """Return Newton's correction of each algebraic state at the start, shape (..., states); zero for other states.
 
     Other states are kept. The loop is that of a continuous law of the model.
@@ -366,7 +368,7 @@ def _check_consistent(
     """Refuse algebraic states that do not satisfy their equations at the start of the run."""
     if law.name not in model.manifest.controllers:
         return
-    corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x0)
+    corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x0)
     good = consistent(corrections, x0, options)
     if good.all():
         return
@@ -393,7 +395,7 @@ def _solved(
     with np.errstate(all="ignore"):
         for _ in range(_NEWTON_STEPS):
             x = x + corrections
-            corrections = misses(model, law, resolved.p, resolved.c, resolved.s, x)
+            corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x)
             if consistent(corrections, x, options).all():
                 return x + corrections
     return None

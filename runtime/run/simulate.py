@@ -29,7 +29,7 @@ from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction, OwnLaw
-from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
+from .problem import Problem, Progress, Status, Trajectory, problem_of, variant_suffix
 from .readers import check_read
 
 if TYPE_CHECKING:
@@ -154,14 +154,15 @@ class Run:
         """Return for each report of the law that exceeds its bound when, how long and by how much."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
-            above = np.flatnonzero(series > report.at_most)
-            if above.size:
-                worst = above[np.argmax(series[above])]
-                texts.append(
-                    f"{report.description} is above {report.at_most:g} {report.unit} at {above.size} of {len(self.t)} "
-                    f"samples from t = {self.t[above[0]]:.6g} s to {self.t[above[-1]]:.6g} s, "
-                    f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
-                )
+            for word, bound, sign in (("above", report.at_most, 1), ("below", report.at_least, -1)):
+                beyond = np.flatnonzero(sign * series > sign * bound)
+                if beyond.size:
+                    worst = beyond[np.argmax(sign * series[beyond])]
+                    texts.append(
+                        f"{report.description} is {word} {bound:g} {report.unit} at {beyond.size} of {len(self.t)} "
+                        f"samples from t = {self.t[beyond[0]]:.6g} s to {self.t[beyond[-1]]:.6g} s, "
+                        f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
+                    )
         return texts
 
 
@@ -191,7 +192,7 @@ def simulate(
         The control law: one of the model by name, or a function law(t, x) -> u, with a memory law(t, x, z) ->
         (u, z_next). None for an open loop.
     scenario : str, optional
-        The model's first scenario unless given.
+        Default: the model's first scenario.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
@@ -199,9 +200,9 @@ def simulate(
     inputs : mapping or xarray.Dataset, optional
         Without a controller: inputs by name, each a number, arrays (t, values) or a function of t; or an earlier run.
     interpolation : {"hold", "linear"}, optional
-        Meaning of arrays of inputs between their instants; "hold" unless given.
+        Meaning of arrays of inputs between their instants; default: "hold".
     period : float, optional
-        Time between two evaluations of a function, s; continuous unless given.
+        Time between two evaluations of a function, s; default: continuous.
     memory : array_like, optional
         Memory of a function before its first sample.
     progress : callable, optional
@@ -261,10 +262,10 @@ def simulate(
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     given = {name: value for name, value in settings.items() if name in OPTIONS}
-    problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin, own)
+    problem = problem_of(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin, own)
     check_read(manifest, controlled, suffix, problem.hold is not None, given_values, initial or {}, origin)
     if law is not None:
-        problem = _elsewhere(problem, law, origin)
+        problem = _with_callback(problem, law, origin)
     started = time.perf_counter()
     trajectory = _integrate(problem)
     run_seconds = time.perf_counter() - started
@@ -329,7 +330,7 @@ def _attempt(problem: Problem) -> Trajectory:
         return loop.run(problem, kept.check)
 
 
-def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
+def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.stiff_test:
@@ -347,16 +348,16 @@ def _start(
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
         x0[model.state_names.index(name)] = value
+    given = ", ".join([*values, *(name for name, place in resolved.origins.items() if place == origin)])
+    place = f"scenario {scenario.name}" + (f" with {given} from {origin}" if given else "")
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
-            place = f"scenario {scenario.name}"
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
     if not model.manifest.limits:
         return x0
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
     for message, margin in zip(model.manifest.limits, margins, strict=True):
         if not margin > 0:
-            place = f"{origin}, initial" if values else f"scenario {scenario.name}"
             text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
             raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
     return x0

@@ -18,7 +18,7 @@ from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values, whole
 from mehvar.terminal import working
 
-_BOARDS = f"{', '.join(BOARDS)}, the first unless given; with --target sil {', '.join(PROCESSORS)} under QEMU."
+_BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil {', '.join(PROCESSORS)} under QEMU."
 ModelName = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
 ]
@@ -32,7 +32,7 @@ Board = Annotated[
 Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
 Scenario = Annotated[
     str | None,
-    typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+    typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
 ]
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")

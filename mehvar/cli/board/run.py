@@ -108,7 +108,7 @@ def _print_outcome(outcome: BoardRun) -> None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     for tuning in outcome.tunings:
         rows += [[f"tuned before sample {tuning.sample}", _texts(tuning.values), tuning.refusal or "set over the link"]]
-    for request in outcome.late:
+    for request in outcome.refused:
         place = "the end" if request.at is None else f"sample {request.at}"
         rows += [[f"asked for from {place} on", _texts(request.values), "refused: it came after the last sample"]]
     where = outcome.image.toolchain.version

@@ -22,7 +22,7 @@ def command(
     settings: SettingTexts = None,
     at: Annotated[
         int | None,
-        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; the next one unless given."),
+        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; default: the next one."),
     ] = None,
 ) -> None:
     """Ask the run that writes the journal."""

@@ -14,7 +14,9 @@ from mehvar.fmu.export import export_fmu
 def command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
     out: Annotated[str, typer.Option("--out", metavar="FILE.fmu", help="The file to write.")],
-    controller: Annotated[str | None, typer.Option(metavar="LAW", help="The plant alone unless given.")] = None,
+    controller: Annotated[
+        str | None, typer.Option(metavar="LAW", help="The law of a closed loop; default: the plant alone.")
+    ] = None,
     scenario: Annotated[str | None, typer.Option(metavar="NAME", help="Of the start values.")] = None,
     fmi: Annotated[str, typer.Option("--fmi", metavar="2.0|3.0", help="Version of the standard.")] = "2.0",
     kind: Annotated[str, typer.Option("--kind", metavar="cs|me", help="Co-simulation or model exchange.")] = "cs",

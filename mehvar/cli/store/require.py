@@ -32,7 +32,7 @@ def command(
         ),
     ] = None,
     confidence: Annotated[
-        float | None, typer.Option(metavar="C", help="Confidence of each bound; 0.95 unless given.")
+        float | None, typer.Option(metavar="C", help="Confidence of each bound; default: 0.95.")
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store of a campaign.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,

@@ -28,7 +28,7 @@ def command(
     path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
     success: Annotated[
         str | None,
-        typer.Option(metavar="EXPR", help="Success condition; the one stored with the batch unless given."),
+        typer.Option(metavar="EXPR", help="Success condition; default: the one stored with the batch."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
     as_json: AsJson = False,

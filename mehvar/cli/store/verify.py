@@ -39,7 +39,7 @@ def command(
 
 
 def _print(verification: Verification) -> None:
-    damage, word = verification.damage(), "damaged" if verification.writer is None else "not whole now"
+    damage, word = verification.damage(), "damaged" if verification.writer is None else "being written"
     for line in damage[:_SHOWN]:
         typer.echo(f"{word}: {line}")
     if len(damage) > _SHOWN:

@@ -135,11 +135,11 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
         ("states of the plant", f"{same['states']['max_ulp']} ulp of {same['states']['compared']}", "exact"),
         ("inputs, float against double", f"{results['float_against_double']['max_input']:.3g} at most", "measured"),
     ]
-    late = results["board_against_simulation_without_delay"]
-    if late:
+    undelayed = results["board_against_simulation_without_delay"]
+    if undelayed:
         rows += [
-            ("states, board against simulation without the delay", f"{late['max_state']:.3g} at most", "measured"),
-            ("the same, shifted by one sample", f"{late['max_state_shifted']:.3g} at most", "measured"),
+            ("states, board against simulation without the delay", f"{undelayed['max_state']:.3g} at most", "measured"),
+            ("the same, shifted by one sample", f"{undelayed['max_state_shifted']:.3g} at most", "measured"),
         ]
     rows += more
     if results["instructions_per_step"] is not None:

@@ -286,9 +286,9 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
     store : Store
         The runs.
     texts : mapping of str to str, optional
-        Requirements by name; those of the batch unless given. See `read_requirements`.
+        Requirements by name; default: those of the batch. See `read_requirements`.
     confidence : float, optional
-        Confidence of each bound; that of the batch unless given.
+        Confidence of each bound; default: that of the batch.
 
     Raises
     ------

@@ -80,7 +80,7 @@ class StopRule:
         Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
 
     success : Success, optional
-        What counts as success; to reach the end unless given.
+        What counts as success; default: to reach the end.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     store : Store
         The store.
     success : str, optional
-        Condition that a run fulfils besides reaching its end; the batch's own condition unless given.
+        Condition that a run fulfils besides reaching its end; default: the batch's own condition.
 
     Raises
     ------

@@ -48,7 +48,16 @@ from .records import (
     replace_file,
     write_record,
 )
-from .verification import Verification, checked_attributes, listed, own_files, settled, store_folder, verify
+from .verification import (
+    Verification,
+    check_identified,
+    checked_attributes,
+    listed,
+    own_files,
+    settled,
+    store_folder,
+    verify,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -414,6 +423,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
 
 def _opened(folder: Path) -> Store | DamageError:
     if files := foreign(folder):
+        check_identified(folder)
         return DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
     check_format(folder / STORE)
     try:
@@ -542,11 +552,7 @@ def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[st
             raise InputError(f"{path} is damaged, and its records belong to another batch: it cannot be repaired")
     if records:
         return int(records[0].about["chunk"])
-    try:
-        attributes = checked_attributes(path, None)
-    except InputError as error:
-        raise InputError(f"{path} cannot be continued: nothing in it says of which batch it is") from error
-    compare(attributes)
+    compare(checked_attributes(path, None))
     return _chunk_by_metadata(path) or layout.chunk
 
 

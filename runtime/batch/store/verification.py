@@ -205,12 +205,23 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
     Raises
     ------
     InputError
-        If the store is of another version.
+        If the store is of another version, or nothing in the folder says of which batch it is.
     """
     check_format(folder / STORE)
     proof = Proof(folder)
+    check_identified(folder)
     files = {STORE: _state(folder, STORE)} if proof.store is None else _differences(folder, proof.store.digests)
     return proof, files | foreign(folder)
+
+
+def check_identified(folder: Path) -> None:
+    """Refuse a folder of which no record and no attributes say which batch it is: a repair would have no measure."""
+    if any(map(read_record, (folder / FOLDER).glob("*.json"))):
+        return
+    try:
+        checked_attributes(folder, None)
+    except InputError as error:
+        raise InputError(f"{folder} is not a batch store: nothing in it says of which batch it is") from error
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:

@@ -124,7 +124,7 @@ def program(
     Parameters
     ----------
     period : float, optional
-        Time between two samples, s, which the output watchdog uses; that of the law unless given.
+        Time between two samples, s, which the output watchdog uses; default: that of the law.
     tunable : sequence of str, optional
         Make all parameters but these constants of the law's code.
     resolved : Resolved, optional

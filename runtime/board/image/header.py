@@ -156,7 +156,7 @@ def board_law_header(
         f"    MV_BOARD_RAW_IN = {raw_numbers(link)},",
         f"    MV_BOARD_SUBSTEPS = {SUBSTEPS},",
         f"    MV_BOARD_DELAY = {delay},",
-        f"    MV_BOARD_LAW_BEARS_LOSS = {int(law.bears_loss)} /* it checks its numbers itself */",
+        f"    MV_BOARD_LAW_TOLERATES_LOSS = {int(law.tolerates_loss)} /* it checks its numbers itself */",
         "};",
         f"#define MV_BOARD_PERIOD(p) {own}",
         "",

@@ -64,7 +64,7 @@ def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchai
     Parameters
     ----------
     name : str or None
-        A processor; this machine's unless given.
+        A processor; default: this machine's.
     compiler : {"gcc", "zig"}, optional
         For another processor gcc where it is installed, else zig; for this machine the one of models, or zig.
 

@@ -81,7 +81,7 @@ def open_loop(
     period : float, optional
         Time for which an input is held, s.
     interpolation : {"hold", "linear"}, optional
-        Meaning of an array between its instants: "hold" unless given.
+        Meaning of an array between its instants; default: "hold".
     end : float
         End of the run, s.
     origin : str
@@ -213,14 +213,14 @@ def _recorded(
         check_units(run, {name: q.unit}, origin)
         columns[q.name] = _numbers(run, name, origin)
     hold, delay = _held(run, origin)
-    late = 0
+    shift = 0
     if hold is not None and len(t) > 1:
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
             allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
             raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
-        late = min(delay * round(samples), len(t))
-    return {name: (t, np.append(np.zeros(late), u[: len(u) - late])) for name, u in columns.items()}, hold
+        shift = min(delay * round(samples), len(t))
+    return {name: (t, np.append(np.zeros(shift), u[: len(u) - shift])) for name, u in columns.items()}, hold
 
 
 def _numbers(run: Any, name: str, origin: str) -> FloatArray:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from mehvar.base.manifest import Advice, Choice, Manifest, Output, Quantity, read_manifest
+from mehvar.base.manifest import Advice, Choice, Manifest, Output, Quantity, manifest_text, read_manifest
 from mehvar.codegen.diff import Document
 from tests.codegen.diff import mixed, places, windows
 from tests.codegen.diff.documents import document
@@ -344,7 +344,7 @@ def manifest() -> Manifest:
     """Return the manifest of the pendulum with something in every place that may hold something."""
     plain = read_manifest(PENDULUM)
     law = plain.controllers["pd"]
-    return replace(
+    full = replace(
         plain,
         parameters=(replace(plain.parameters[0], upper=9.0), *plain.parameters[1:]),
         choices={"plant": Choice("plant", ("full", "linear"), "what moves")},
@@ -360,6 +360,7 @@ def manifest() -> Manifest:
             )
         },
     )  # fmt: skip
+    return replace(full, text=manifest_text(full))
 
 
 def _manifests(_: random.Random) -> Iterator[Row]:
@@ -406,7 +407,7 @@ MANIFEST_EDITS: tuple[tuple[str, bool, Callable[[Manifest], Manifest]], ...] = (
     ("law period", True, _law(period="l")),
     ("law period lost", True, _law(period=None)),
     ("law delay", True, _law(delay=None)),
-    ("law bears loss", True, _law(bears_loss=True)),
+    ("law bears loss", True, _law(tolerates_loss=True)),
     ("law title", False, _law(title="another title")),
     ("law memory", True, _law(memory=())),
     ("law memory unit", True, _law(memory=(Quantity("last", "1", "last angle"),))),

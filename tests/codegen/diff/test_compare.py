@@ -165,7 +165,7 @@ def _edits(manifest):
         yield dataclasses.replace(manifest, metrics={metric.name: dataclasses.replace(metric, **{field: value})})
     expected = dataclasses.replace(scenario, expect={law.name: {metric.name: 123.0}})
     yield dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {scenario.name: expected})
-    for field, value in {"period": "T", "delay": "k_p", "bears_loss": True}.items():
+    for field, value in {"period": "T", "delay": "k_p", "tolerates_loss": True}.items():
         edited = dataclasses.replace(law, **{field: value})
         yield dataclasses.replace(manifest, controllers=dict(manifest.controllers) | {law.name: edited})
 
@@ -188,7 +188,7 @@ def test_what_decides_a_run_or_judges_it_is_compared():
     )
     for edited in _edits(old.manifest):
         assert compare(old, dataclasses.replace(plain, manifest=edited)).differs
-    before = dataclasses.replace(old.manifest, text=re.sub("bears_loss|delay", "not_yet", old.manifest.text))
+    before = dataclasses.replace(old.manifest, text=re.sub("tolerates_loss|delay", "not_yet", old.manifest.text))
     law = dataclasses.replace(manifest.controllers["p-sum"], delay="k_p")
     after = dataclasses.replace(old.manifest, controllers=dict(manifest.controllers) | {"p-sum": law})
     pair = (dataclasses.replace(plain, manifest=each) for each in (before, after))

@@ -55,7 +55,7 @@ COMPARED = {
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",
         "period": "manifest", "delay": "manifest", "applied": "applied", "memory": "memory", "start": "memory at start",
-        "update": "memory update", "outputs": "law output", "bears_loss": "manifest", "title": WORDS,
+        "update": "memory update", "outputs": "law output", "tolerates_loss": "manifest", "title": WORDS,
         "events": "guard", "in_numbers": "a check of dimensions, of which no number depends",
         "rates": "memory rate", "every": "manifest",
     },
@@ -65,7 +65,7 @@ COMPARED = {
     "Event": {
         "name": "guard", "guard": "guard", "direction": "guard", "reset": "reset", "ends": "guard", "title": WORDS,
     },
-    "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest"},
+    "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest", "at_least": "manifest"},
     "Actuator": {"commanded": "commanded", "applied": "actuator"},
     "Sensor": {"noise": "noise", "measured": "sensor", "seen": "measured"},
     "Variant": {"values": "variant", "rhs": "variant", "loops": "variant"},

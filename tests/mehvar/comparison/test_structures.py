@@ -68,6 +68,21 @@ def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_c
     assert "cart kind=firm: physics CHANGED" in text
 
 
+@pytest.mark.parametrize(
+    ("linear", "firm"),
+    [
+        ("force = -2 * p.k * x - p.d * v", "force = -p.k * x - 2 * p.d * v"),  # a coefficient is doubled
+        ("force = p.k * x - p.d * v", "force = -p.k * x + p.d * v"),  # a sign is flipped
+    ],
+)
+def test_two_edits_in_the_same_words_are_two(project, linear, firm):
+    """Each structure has another term that was doubled, or turned its sign."""
+    project.edit("force = -p.k * x - p.d * v", f'{linear}\n    if kind == "firm":\n        {firm}')
+    result = project.json("--structures", "kind=firm", status=1)
+    assert [part["variant"] for part in result["structures"]] == ["kind=firm"]
+    assert not any("told here of others" in note for note in result["notes"])
+
+
 def test_a_structure_that_is_named_is_compared_and_the_rest_stays_undecided(project):
     project.edit("p.d * v / 2", "p.d * v / 4")
     result = project.json("--structures", "kind=firm", status=1)

@@ -359,16 +359,16 @@ def _run_sampled(loop: _Loop) -> None:
     x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held, loop.held_jacobian)
     u = u_cmd = loop.u
-    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.late, default=0))
+    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.input_delays, default=0))
     for tick in range(len(t)):
         memory = z
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
-            if problem.late:
+            if problem.input_delays:
                 sent.append(u)
-                u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.late)])
+                u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.input_delays)])
                 sent.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))

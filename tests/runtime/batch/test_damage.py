@@ -172,6 +172,11 @@ def test_a_store_that_lost_all_it_says_of_itself_is_not_continued(store: Path) -
     (store / "zarr.json").write_text("{}")
     with pytest.raises(ValueError, match="nothing in it says of which batch it is"):
         run_batch(PENDULUM, CAMPAIGN, store, resume=True)
+    (store / "records").mkdir()
+    (store / "link").symlink_to(store)
+    for look in (verify, open_store):  # to call the link damage would promise that --resume mends it
+        with pytest.raises(ValueError, match="nothing in it says of which batch it is"):
+            look(store)
 
 
 def test_blocks_of_another_batch_are_not_taken_for_ones_own(store: Path) -> None:

@@ -49,7 +49,7 @@ def test_a_request_after_the_last_sample_is_refused_by_name_and_in_no_journal(tm
         tune(model, "mrac", journal, {"tau_m": 20.0}, at)
     o = run_on_board(model, BoardRequest("mrac", "sil", samples=30, selftest=0, journal=journal))
     assert [t.sample for t in o.tunings] == [10]
-    assert [request.at for request in o.late] == [30, 500]
+    assert [request.at for request in o.refused] == [30, 500]
     assert [t.sample for t in replay(model, "mrac", journal).tunings] == [10]
     content = journal.read_bytes()
     with pytest.raises(InputError, match="its run is over"):

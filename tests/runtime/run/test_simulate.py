@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import signal
 import threading
@@ -49,6 +50,9 @@ def test_what_a_law_reports_above_its_most_is_told_from_the_first_sample_to_the_
             f"most at t = {last:.6g} s: {2 + len(above)} N"
         ]
         assert run.options["t_end"] == run.t[-1]
+        low = replace(run.controller, outputs=(replace(report, at_most=math.inf, at_least=-2.0),))
+        mirrored = [text.replace("above 2", "below -2").replace("s: ", "s: -") for text in texts]
+        assert replace(run, controller=low, w=-strain).exceeded() == mirrored
 
 
 @pytest.fixture(params=["c", "python"])
@@ -364,9 +368,15 @@ def test_initial_state(model: Model) -> None:
     [
         ({"initial": {"angel": 1.0}}, r"unknown state .* 'angel' \(from --set\): did you mean angle"),
         ({"initial": {"angle": float("nan")}}, r"angle = nan \(from --set\): must be a finite number"),
-        ({"initial": {"rate": 60.0}}, r"initial state \(from --set, initial\) is outside the limits: the rate 60"),
-        ({"torque_max": -1.0}, r"initial state \(from scenario swing\) is outside the limits: the torque reached -1"),
-        ({"rate_0": 60.0}, r"initial state \(from scenario swing\) is outside the limits"),
+        (
+            {"initial": {"rate": 60.0}},
+            r"initial state \(from scenario swing with rate from --set\) is outside the limits: the rate 60",
+        ),
+        (
+            {"torque_max": -1.0},
+            r"\(from scenario swing with torque_max from --set\) is outside the limits: the torque reached -1",
+        ),
+        ({"rate_0": 60.0}, r"initial state \(from scenario swing with rate_0 from --set\) is outside the limits"),
         ({"scenario": "swingg"}, "unknown scenario of pendulum 'swingg': did you mean swing"),
         ({"t_end": 0.0}, r"t_end = 0.0 \(from --set\): must be a number > 0"),
         ({"t_end": float("inf")}, "t_end = inf .*: must be a finite number"),
@@ -439,13 +449,20 @@ def test_a_law_with_memory_and_no_period_is_refused(edited: Edit) -> None:
 def test_functions_of_another_signature_are_refused(edited: Edit, slow_pendulum: Model) -> None:
     observe = '"pd_observe": {"description": "", "args": [["%s", 2], '
     copy = edited(FILE, observe % "q", observe % "w")
-    with pytest.raises(InputError, match="PENDULUM_PD_OBSERVE_NW is nothing"):
+    with pytest.raises(InputError, match=r"functions.pd_observe.args = \[\['w', 2\].*: must be \[\['q', 2\]"):
+        runtime.load(copy)
+    edited(FILE, observe % "w", observe % "q")
+    copy = edited(
+        FILE, '"outputs_jac": {"description": "", "args": [["x"', '"outputs_jac": {"description": "", "args": [["w"'
+    )
+    with pytest.raises(InputError, match="PENDULUM_OUTPUTS_JAC_NW is nothing"):
         simulate(runtime.load(copy, backend="c"), "pd")
-    with pytest.raises(InputError, match=r"SIZES\['pd_observe'\] is"):
+    copy = edited(FILE, '"swing": {"description": "", "args": [["l"', '"swing": {"description": "", "args": [["w"')
+    with pytest.raises(InputError, match=r"SIZES\['swing'\] is"):
         simulate(runtime.load(copy, backend="python"), "pd")
     manifest = slow_pendulum.manifest
     other = {name: function for name, function in manifest.functions.items() if name != "pd_observe"}
-    with pytest.raises(InputError, match=r"lacks the function pd_observe\(q, r, p, c\); generate the model again"):
+    with pytest.raises(InputError, match=r"lacks the function pd_observe; generate the model again"):
         loop_calls(replace(manifest, functions=other), manifest.controllers["pd"], "", sampled=False)
 
 

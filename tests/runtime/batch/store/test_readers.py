@@ -153,7 +153,7 @@ def test_what_is_not_whole_while_somebody_writes_is_not_called_damaged(
         assert verification.writer
         status, said = in_process("verify", str(store))
         assert status == 1
-        assert "not whole now: block 1" in said
+        assert "being written: block 1" in said
         assert "being written by process" in said
         assert "damaged" not in said
         assert "--resume" not in said
