@@ -96,7 +96,18 @@ def test_blocks_are_found_with_their_markers() -> None:
     assert (second.language, second.lines, said(second, "exit")) == ("python", ("x = 1",), "")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def _name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        # batches and runs of the systems beyond the papers, whose claims `make run` decides
+        pytest.param(page, id=_name(page), marks=pytest.mark.soak if page.name.startswith("beyond-") else ())
+        for page in PAGES
+    ],
+)
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
@@ -132,7 +143,7 @@ def missing(block: Block) -> list[str]:
 @pytest.mark.parametrize(
     "page",
     [page for page in PAGES if "<!-- needs: " in page.read_text(encoding="utf-8")],
-    ids=lambda page: str(page.relative_to(ROOT)),
+    ids=_name,
 )
 def test_what_a_page_shows_of_other_tools_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not [name for block in blocks(page.read_text(encoding="utf-8")) for name in missing(block)]

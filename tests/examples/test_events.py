@@ -195,15 +195,21 @@ def test_braking_conserves_the_angular_momentum(folders):
     assert after[2] == 0
 
 
-@pytest.mark.parametrize("method", METHODS)
+BATCHES = [
+    ("bounce", "fall", {"e": "uniform(0.3, 1)", "g": "uniform(1, 20)"}),
+    ("bounce", "fall", {"e": "uniform(0.8, 1)", "height_0": "uniform(0, 2)"}),
+    ("thruster", "trigger", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
+    ("thruster", "damped", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
+    ("cubli", "stand_up", {"jump": "uniform(50, 90)"}),
+]
+
+
 @pytest.mark.parametrize(
-    ("name", "law", "vary"),
+    ("name", "law", "vary", "method"),
     [
-        ("bounce", "fall", {"e": "uniform(0.3, 1)", "g": "uniform(1, 20)"}),
-        ("bounce", "fall", {"e": "uniform(0.8, 1)", "height_0": "uniform(0, 2)"}),
-        ("thruster", "trigger", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
-        ("thruster", "damped", {"torque": "uniform(0.1, 1)", "lead": "uniform(1, 6)"}),
-        ("cubli", "stand_up", {"jump": "uniform(50, 90)"}),
+        pytest.param(*case, method, marks=() if k == m else pytest.mark.soak)  # each compiles a kernel
+        for k, case in enumerate(BATCHES)
+        for m, method in enumerate(METHODS)
     ],
 )
 def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, method):

@@ -48,8 +48,7 @@ def watched(folder: Path, compiler: str, code: list[str], optimise: str = "-O0")
     ("compiler", "model"),
     [
         ("gcc", "triangle"),
-        ("gcc", "satellite"),
-        pytest.param("gcc", "slosh", marks=pytest.mark.soak),
+        *(pytest.param("gcc", model, marks=pytest.mark.soak) for model in ("satellite", "slosh")),
         *(pytest.param("zig", model, marks=pytest.mark.soak) for model in ("triangle", "satellite", "slosh")),
     ],
 )

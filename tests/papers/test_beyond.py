@@ -16,11 +16,13 @@ from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.model import load
 from tests.derived import REPRODUCED
-from tests.papers.shared import beyond_runs, paper_runs
+from tests.papers.shared import LIGHT, beyond_runs, paper_runs
 from tests.papers.words import silent, wrong_words
 
+MODELS = [name if name == LIGHT else pytest.param(name, marks=pytest.mark.soak) for name in REPRODUCED]
 
-@pytest.fixture(scope="module", params=REPRODUCED)
+
+@pytest.fixture(scope="module", params=MODELS)
 def model(request: pytest.FixtureRequest) -> str:
     name: str = request.param
     return name

@@ -19,6 +19,9 @@ from tests.derived import REPRODUCED, system
 from tests.papers.shared import paper_claims, paper_runs
 from tests.papers.words import silent, wrong_words
 
+QUICK = [name if name == "slosh" else pytest.param(name, marks=pytest.mark.soak) for name in REPRODUCED]
+"""Models whose claims are decided anew in seconds; those of the others take ten and more."""
+
 
 @pytest.fixture(scope="module", params=REPRODUCED)
 def model(request: pytest.FixtureRequest) -> str:
@@ -98,5 +101,6 @@ def test_the_words_of_claims_and_captions_have_their_numbers_from_the_checks(
     assert list(wrong_words(paper, claims, runs.model.manifest)) == []
 
 
+@pytest.mark.parametrize("model", QUICK, indirect=True)
 def test_no_check_keeps_its_words_when_what_it_expects_changes(paper: Reproduction, runs: Runs) -> None:
     assert list(silent(paper, runs)) == []

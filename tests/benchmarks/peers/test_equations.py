@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -11,12 +12,22 @@ import pytest
 from benchmarks.peers.equations import ARITHMETIC, Equations, packed, scalar_source, walk
 from mehvar.runtime import load
 
-FUNCTIONS = [("triangle", "path_loop"), ("slosh", "lyapunov_v2_loop"), ("satellite", "mrac"), ("satellite", "rhs")]
+FUNCTIONS = [
+    *(pytest.param(*f, marks=pytest.mark.soak) for f in (("triangle", "path_loop"), ("slosh", "lyapunov_v2_loop"))),
+    ("satellite", "mrac"),
+    ("satellite", "rhs"),
+]
+
+
+@functools.cache
+def equations(model: str) -> Equations:
+    """Derive a model once for all its functions."""
+    return Equations(model, {})
 
 
 @pytest.mark.parametrize(("model", "name"), FUNCTIONS)
 def test_the_scalar_text_computes_what_the_model_does(model: str, name: str) -> None:
-    function = Equations(model, {}).best(name)
+    function = equations(model).best(name)
     loaded = load(model).functions[function.name]
     namespace = {"math": math, "np": np, "_sign": np.sign}
     exec(scalar_source(function, "scalar"), namespace)

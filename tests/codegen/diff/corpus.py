@@ -89,9 +89,9 @@ SAME = {
     "inverse hyperbolic tangent": ("f: atanh(x)", "f: log((1 + x)/(1 - x))/2"),
     "inverse hyperbolic sine": ("f: y*asinh(x/m)", "f: y*log((x + sqrt(x**2 + m**2))/m)"),
     "inverse hyperbolic cosine": ("f: acosh(x)", "f: log(x + sqrt(x**2 - 1))"),
-    "eight saturations": (
-        "f: " + "*".join(f"Max(-m, Min({name}, m))" for name in ("x", "y", "z", "v", "w", "a", "b", "phi")),
-        "f: " + "*".join(f"Min(m, Max({name}, -m))" for name in ("x", "y", "z", "v", "w", "a", "b", "phi")),
+    "six saturations": (
+        "f: " + "*".join(f"Max(-m, Min({name}, m))" for name in ("x", "y", "z", "v", "w", "a")),
+        "f: " + "*".join(f"Min(m, Max({name}, -m))" for name in ("x", "y", "z", "v", "w", "a")),
     ),
     "range": ("f: Max(x, y, z) - Min(x, y, z)", "f: (Abs(x - y) + Abs(y - z) + Abs(z - x))/2"),
     "rotation twice": (

@@ -371,8 +371,8 @@ def test_a_killed_batch_goes_on_with_the_same_bytes(tmp_path: Path) -> None:
     kill_test = importlib.util.module_from_spec(spec)
     sys.modules["kill_test"] = kill_test
     spec.loader.exec_module(kill_test)
-    tally = kill_test.torment(tmp_path, 5, 2_000, random.Random(1))
-    assert sum(tally.kills.values()) == 5
+    tally = kill_test.torment(tmp_path, 3, 1_000, random.Random(1))
+    assert sum(tally.kills.values()) == 3
 
 
 def test_the_manifest_of_a_store_says_how_it_came_about(folder: Path) -> None:

@@ -126,6 +126,7 @@ def test_a_table_of_lines_changes_no_instruction(monkeypatch: pytest.MonkeyPatch
     assert one.segments == other.segments
 
 
+@pytest.mark.soak  # cppcheck takes twenty seconds
 @needs("cppcheck")
 def test_every_rule_that_is_not_kept_has_its_record() -> None:
     firmware, chosen = program(load("satellite"), "pd"), board("stm32f4")
