@@ -29,7 +29,7 @@ def command_line(about: str | None, parts: Iterable[str] = ()) -> argparse.Argum
         raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)}")
 
     if names:
-        parser.add_argument("parts", nargs="*", type=known, metavar="|".join(names), help="all unless given")
+        parser.add_argument("parts", nargs="*", type=known, metavar="|".join(names), help="default: all")
     return parser
 
 

@@ -243,8 +243,17 @@ def prefer_vocabulary(tree: Tree) -> None:
         sys.meta_path.insert(0, _Vocabulary(tree.root / "models"))
 
 
+_SHARED_NAMES = ("cache", "constants", "errors", "manifest", "names", "schema", "units", "versions")
+_MOVED = {
+    "mehvar.notebook": "mehvar.base",
+    "mehvar.notebook.display": "mehvar.base.display",
+    **{f"mehvar.{name}": f"mehvar.base.{name}" for name in _SHARED_NAMES},
+}
+"""Modules that vocabularies import by the names that they had before mehvar.base."""
+
+
 class _Vocabulary(MetaPathFinder, Loader):
-    """Import mehvar.models from another checkout; older checkouts call it models."""
+    """Import mehvar.models from another checkout; older checkouts call it models, and shared modules otherwise."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -253,12 +262,12 @@ class _Vocabulary(MetaPathFinder, Loader):
         if fullname == "mehvar.models":
             file = self.folder / "__init__.py"
             return importlib.util.spec_from_file_location(fullname, file, submodule_search_locations=[str(self.folder)])
-        if fullname.split(".")[0] == "models":
+        if fullname.split(".")[0] == "models" or fullname in _MOVED:
             return ModuleSpec(fullname, self)
         return None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        module = importlib.import_module(f"mehvar.{spec.name}")
+        module = importlib.import_module(_MOVED.get(spec.name, f"mehvar.{spec.name}"))
         spec.loader_state = module.__spec__
         return module
 

@@ -29,6 +29,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import traceback
 from pathlib import Path
 from typing import NoReturn
 
@@ -97,7 +98,13 @@ def _fork(place: Path) -> None:
         os.dup2(its_output, 1)
         for file in (its_input, held, heard, its_output):
             os.close(file)
-        main(str(place))
+        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115 - pytest's may be another file
+        try:
+            main(str(place))
+        except BaseException:  # which must not go on in a copy of the caller
+            traceback.print_exc()
+        finally:
+            os._exit(1)
     os.close(its_output)
     assert os.read(heard, 5) == b"ready"
 

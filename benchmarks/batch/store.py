@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parts = {"damage": damage, "starts": starts, "million": million, "cost": cost}
     parser = command_line(__doc__, parts)
     for name, size in SIZES.items():
-        parser.add_argument(f"--{name}", type=int, default=size, metavar="N", help=f"{size} unless given")
+        parser.add_argument(f"--{name}", type=int, default=size, metavar="N", help=f"default: {size}")
     given = parser.parse_args(arguments)
     sizes = {name: getattr(given, name) for name in SIZES}
     for name in given.parts or list(parts):

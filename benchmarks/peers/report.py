@@ -18,7 +18,7 @@ REPEATS = 5
 
 
 def parts_to_measure(about: str | None, parts: Iterable[str]) -> Iterable[str]:
-    """Return the parts that the command line asks for; none with --tables, all unless given."""
+    """Return the parts that the command line asks for; none with --tables; default: all."""
     parser = command_line(about, parts)
     parser.add_argument("--tables", action="store_true", help="measure nothing, write the tables of what is recorded")
     given = parser.parse_args()

@@ -118,7 +118,7 @@ CHOICES = Feature(
 INTEGRATED = Feature(
     "a continuous law with states of its own",
     ("memory", "rates", "start"),
-    lambda _, law: (q.name for q in law.memory) if law and law.period is None else False,
+    lambda _, law: [law.name] if law and law.memory and law.period is None else False,
     (Place.HELD, Place.BOARD, Place.FMU, Place.NLSYS),
 )
 FEATURES = (
@@ -136,7 +136,7 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (EVENTS, PROCESS_NOISE, "its paths cross a guard without end"),
     (EVENTS, ALGEBRAIC, "they would have to jump with the others"),
     (EVENTS, INTEGRATED, "its states would have to be located with the others"),
-    (RESETS, CHART, "surfaces can"),
+    (RESETS, CHART, "the chart is integrated, and would not jump"),
     (PROCESS_NOISE, CHART, "the chart is integrated, and would ignore it"),
     (ACTUATOR, CHART, "such a law commands the inputs of the chart, and would ignore it"),
     (SEEN, CHART, "such a law is a function of the chart, and would ignore them"),

@@ -75,9 +75,10 @@ class CellProgress:
         from IPython.display import display
 
         handle: Any = display(self._state(), raw=True, display_id=True)  # type: ignore[no-untyped-call]
-        while not self._ended.wait(_REFRESH):
+        while handle is not None and not self._ended.wait(_REFRESH):
             handle.update(self._state(), raw=True)
-        handle.update({"text/plain": ""}, raw=True)
+        if handle is not None:
+            handle.update({"text/plain": ""}, raw=True)
 
     def _state(self) -> dict[str, str]:
         text = f"{self._title} {self._what}".strip() + f", {time.perf_counter() - self._begun:.0f} s"

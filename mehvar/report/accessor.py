@@ -111,14 +111,14 @@ class Results:
         """
         from mehvar.pictures.spread import metrics_picture
         from mehvar.pictures.style import interactive_style
-        from mehvar.reproduction.paper import run_picture
+        from mehvar.reproduction.paper import result_picture
 
         with interactive_style():
             if self._is_batch:
                 return metrics_picture(self._runs(success), names)
             if names or success is not None:
                 raise InputError("names and success are of a batch: a run is drawn whole")
-            return run_picture(self._dataset, self._manifest)
+            return result_picture(self._dataset, self._manifest)
 
     def scatter(self, x: str, y: str, success: str | None = None) -> Axes:
         """Draw one number of the runs of a batch against another, coloured by success.
@@ -195,12 +195,13 @@ class Results:
         run : int
             Number of the run, counted from 0.
         controller : callable, optional
-            The law in Python of the batch, whose text must be the recorded one. It is needed only in another session
-            than that of the batch: a store never chooses code.
+            The law in Python of the batch, whose text must be the recorded one; default: the one with that text that
+            ran a batch in this session, or the function of that name in the program or notebook that runs.
         inputs, interpolation : optional
             The inputs of a batch without a law, as for `mehvar.batch`.
         model : Model, str or path, optional
-            The model. Unless given, the installed model of the same name, if its code is the recorded one.
+            The model; default: the one of that name that is installed or of the project around the current folder, if
+            its code is the recorded one.
 
         Returns
         -------

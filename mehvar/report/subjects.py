@@ -17,10 +17,9 @@ from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.pictures.geometry import geometry_scene
-from mehvar.pictures.run import panels_picture
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
-from mehvar.reproduction.paper import has_paper, load_reproduction, run_picture
+from mehvar.reproduction.paper import has_paper, load_reproduction, result_picture
 from mehvar.reproduction.recorded import recorded_scene
 from mehvar.reproduction.runs import Runs as PaperRuns
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
@@ -252,10 +251,7 @@ def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Se
     values = metrics(dataset, manifest)
     rows = [(name, f"{value:.6g}", known[name].unit, known[name].description) for name, value in values.items()]
     text = f"{about['title']}, scenario {case_text(about)}: {about['reason']}, t = {float(about['t_stop']):g} s."
-    with style():  # a paper's picture calls functions of the model
-        ours = is_installed(manifest.model, manifest.hash)
-        figure = (run_picture if ours else panels_picture)(dataset, manifest)
-    drawn = picture(f"{anchor}-picture", title, str(about["exceeded"]), figure)
+    drawn = picture(f"{anchor}-picture", title, str(about["exceeded"]), result_picture(dataset, manifest))
     return Section(
         anchor, title, [Text(text), Drawing(drawn), Table("Metrics", ("metric", "value", "unit", "meaning"), rows)]
     )

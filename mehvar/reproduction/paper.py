@@ -31,6 +31,7 @@ from mehvar.codegen.workspace import Tree, find_tree, installed_tree, load_paper
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style
+from mehvar.runtime.model.catalogue import is_installed
 
 from .claims import Checks, Claim, ClaimText, Readings, decide
 from .data import read_data
@@ -285,6 +286,13 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
     with style():
         published = has_paper(manifest.model) and dataset.attrs["controller"] in manifest.controllers
         draw = load_reproduction(manifest.model).picture if published else panels_picture
+        return draw(dataset, manifest)
+
+
+def result_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
+    """Draw a stored result: its paper's picture calls functions of the model, which must be the one of the result."""
+    with style():
+        draw = run_picture if is_installed(manifest.model, manifest.hash) else panels_picture
         return draw(dataset, manifest)
 
 

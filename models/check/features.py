@@ -74,17 +74,18 @@ def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
     """Yield features, the part of the system that declares each, and the names of what has it, if any."""
     laws = system.controllers
     events = [*system.events, *(event for law in laws for event in law.events)]
-    continuous, integrated = any(not law.period for law in laws), [law for law in laws if law.rates]
+    continuous, integrated = [law.name for law in laws if not law.period], [law for law in laws if law.rates]
+    resets = [event for event in events if event.reset]
     sensor, actuator, diffusion = system.sensor or system, system.actuator or system, system.diffusion or system
     yield capabilities.MASS, system, system.mass is not None
     yield capabilities.ALGEBRAIC, system, [system.states.quantities[k].name for k in algebraic_rows(system)]
     yield capabilities.DERIVED_RATES, system, bool(system.residual or system.rates) and not has_rates(system)
     yield capabilities.EVENTS, events[0] if events else system, [event.name for event in events]
-    yield capabilities.RESETS, system, [event.name for event in events if event.reset]
+    yield capabilities.RESETS, resets[0] if resets else system, [event.name for event in resets]
     yield capabilities.PROCESS_NOISE, diffusion, system.diffusion is not None
     yield capabilities.CHART, system.coordinates or system, system.coordinates is not None
-    yield capabilities.ACTUATOR, actuator, continuous and system.actuator is not None
-    yield capabilities.SEEN, sensor, continuous and system.seen is not system.states
+    yield capabilities.ACTUATOR, actuator, continuous if system.actuator is not None else False
+    yield capabilities.SEEN, sensor, continuous if system.seen is not system.states else False
     yield capabilities.CHOICES, system, [choice.name for choice in system.choices]
     yield capabilities.INTEGRATED, integrated[0] if integrated else system, [law.name for law in integrated]
 

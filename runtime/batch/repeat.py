@@ -9,6 +9,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -127,7 +128,11 @@ def _session_law(store: Batch) -> LawFunction | None:
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
     name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd
     defined = getattr(sys.modules.get("__main__"), name, None) if name else None
-    return ran or (defined if isinstance(defined, FunctionType) else None)
+    if not isinstance(defined, FunctionType) or str(defined.__module__).startswith(
+        "mehvar."
+    ):  # the command's own `main`
+        defined = None
+    return ran or defined
 
 
 def _check_law(store: Batch, controller: object, inputs: object) -> None:
@@ -178,8 +183,9 @@ def is_model_of(store: Batch, model: Model) -> bool:
 def _trusted_model(store: Batch, trust: bool) -> str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
     for folder in filter(None, (models.get(name) for models in (shipped_models(), project_models()))):
-        if generated_digest(find_model(folder)) == _recorded_digest(store):
-            return str(folder)
+        with suppress(InputError):  # a damaged or older folder is not the model of this store
+            if generated_digest(find_model(folder)) == _recorded_digest(store):
+                return str(folder)
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
     if not (trust and there):
         raise TrustError(

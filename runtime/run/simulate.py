@@ -348,7 +348,11 @@ def _start(
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
         x0[model.state_names.index(name)] = value
-    given = ", ".join([*values, *(name for name, place in resolved.origins.items() if place == origin)])
+    parameters = (*model.manifest.parameters, *model.manifest.scenario_parameters)
+    read = {q.name for q in parameters if any(r == "limits" or r.startswith("initial") for r in q.readers)}
+    given = ", ".join(
+        [*values, *(name for name, place in resolved.origins.items() if place == origin and name in read)]
+    )
     place = f"scenario {scenario.name}" + (f" with {given} from {origin}" if given else "")
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):

@@ -76,7 +76,7 @@ int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU])
     const int seen = admit(in, MV_BOARD_IN);
     real *next = memory[1 - now];
     mv_board_law(in, in + MV_BOARD_NSEEN, in + MV_BOARD_NSEEN + MV_BOARD_NR, memory[now], p, c, u, next);
-    /* a law that bears the loss of a measurement keeps its memory finite itself */
+    /* a law that tolerates the loss of a measurement keeps its memory finite itself */
     const int whole = mv_finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_TOLERATES_LOSS || mv_finite_all(next, MV_BOARD_NZ));
     if (whole && (seen || MV_BOARD_LAW_TOLERATES_LOSS)) now = (uint8_t)(1 - now);
     if (seen && whole) return 1;
