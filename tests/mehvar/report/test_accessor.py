@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,7 +20,7 @@ from mehvar.cli import report as report_command
 from mehvar.pictures.batch import BINS, bin_edges
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
-from mehvar.reproduction.paper import run_picture
+from mehvar.reproduction.paper import result_picture, run_picture
 from mehvar.runtime.batch.repeat import SESSION_LAWS
 from tests.docs.formulas import faults
 
@@ -65,6 +66,15 @@ def test_plot_is_the_picture_that_the_command_saves(run):
     for ax, other in zip(saved.axes, shown.axes, strict=True):
         for line, twin in zip(ax.lines, other.lines, strict=True):
             np.testing.assert_array_equal(line.get_xydata(), twin.get_xydata())
+
+
+def test_a_result_of_another_version_has_no_picture_by_the_papers_functions(run):
+    """They are those of the installed model."""
+    mine = mehvar.load("triangle").manifest
+    with style():
+        panels = [ax.get_ylabel() for ax in panels_picture(run, mine).axes]
+        assert [ax.get_ylabel() for ax in result_picture(run, replace(mine, hash="0" * 64)).axes] == panels
+        assert [ax.get_ylabel() for ax in result_picture(run, mine).axes] != panels
 
 
 def test_a_run_is_drawn_with_its_settling_times(run):
