@@ -35,6 +35,8 @@ MARK = "\ue000{}\ue001"
 
 _LANGUAGES = {".py": "python", ".toml": "toml", ".c": "c", ".h": "c"}
 _PICTURES = (".png", ".svg")
+_SOURCE_BOOST = 0.1
+"""Weight of source files in the search: a word stands ten times in code for once on the page that explains it."""
 _formulas: dict[str, list[str]] = {}
 
 
@@ -56,6 +58,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Lead links into the site, set formulas aside, and ask for the objects of reference pages."""
     own = page.file.src_uri
+    if own.startswith("repo/"):
+        page.meta.setdefault("search", {"boost": _SOURCE_BOOST})
     place = ROOT / own.removeprefix("repo/") if own.startswith("repo/") else Path(config.docs_dir) / own
     formulas = _formulas[own] = []
 

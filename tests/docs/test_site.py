@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -50,6 +51,15 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     assert build.returncode == 0, build.stdout
     return folder
+
+
+def test_the_search_finds_pages_before_source_files(site: Path) -> None:
+    entries = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))["docs"]
+    weights = {entry["location"]: entry.get("boost", 1) for entry in entries}
+    assert {weight for place, weight in weights.items() if place.startswith("repo/")} == {0.1}
+    assert {weight for place, weight in weights.items() if not place.startswith("repo/")} == {1}
+    about = [entry["location"] for entry in entries if "monte carlo" in entry["text"].lower()]
+    assert any(place.startswith("tutorials/batch") for place in about)
 
 
 def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:
