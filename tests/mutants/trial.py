@@ -88,9 +88,9 @@ def run(
     process = os.fork()
     if process == 0:
         _test(tree, tests, work, without, rank, limit)
-    outcome = _end(process, limit)
+    outcome, group = _end(process, limit)
     lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
-    return Trial(outcome, tuple(Test(**json.loads(line)) for line in lines), _processor_time() - before)
+    return Trial(outcome, tuple(Test(**json.loads(line)) for line in lines), max(group, _processor_time() - before))
 
 
 def _processor_time() -> float:
@@ -98,19 +98,23 @@ def _processor_time() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def _end(process: int, limit: float) -> str:
-    """Wait for a process and say how it ended; kill it when its group has had its time, or waits for nothing."""
-    active = time.monotonic()
+def _end(process: int, limit: float) -> tuple[str, float]:
+    """Wait for a process; return how it ended and the processor time of its group, which has a server of commands too.
+
+    The group is killed when it has had its time, or waits for nothing.
+    """
+    active, used = time.monotonic(), 0.0
     try:
         while True:
             done, status = os.waitpid(process, os.WNOHANG)
             if done:
                 slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
-                return "timeout" if slow else "failed" if status else "passed"
+                return "timeout" if slow else "failed" if status else "passed", used
             group = list(_group(process))
             if any(state != "S" for state, _ in group):
                 active = time.monotonic()
-            if time.monotonic() - active > _PATIENCE or sum(seconds for _, seconds in group) > limit:
+            used = max(used, sum(seconds for _, seconds in group))
+            if time.monotonic() - active > _PATIENCE or used > limit:
                 os.killpg(process, signal.SIGKILL)
             time.sleep(_POLL)
     finally:
