@@ -229,33 +229,34 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` continues from its blocks.
     """
-    return stored_batch(
-        model,
-        controller,
-        n,
-        scenario,
-        parameters,
-        initial,
-        inputs=inputs,
-        interpolation=interpolation,
-        period=period,
-        memory=memory,
-        vary=vary,
-        seed=seed,
-        sampling=sampling,
-        save=save,
-        out=out,
-        resume=resume,
-        success=success,
-        until=until,
-        require=require,
-        confidence=confidence,
-        strict=strict,
-        threads=threads,
-        scheduler=scheduler,
-        report=report,
-        **options,
-    ).dataset()
+    with KeptInterrupts():  # also while the results are read, by a library that has weak references
+        return stored_batch(
+            model,
+            controller,
+            n,
+            scenario,
+            parameters,
+            initial,
+            inputs=inputs,
+            interpolation=interpolation,
+            period=period,
+            memory=memory,
+            vary=vary,
+            seed=seed,
+            sampling=sampling,
+            save=save,
+            out=out,
+            resume=resume,
+            success=success,
+            until=until,
+            require=require,
+            confidence=confidence,
+            strict=strict,
+            threads=threads,
+            scheduler=scheduler,
+            report=report,
+            **options,
+        ).dataset()
 
 
 def stored_batch(
