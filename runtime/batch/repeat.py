@@ -126,13 +126,11 @@ def plan_of(
 def _session_law(store: Batch) -> LawFunction | None:
     """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
-    name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd
+    name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd; a command has a `main` of its own
     defined = getattr(sys.modules.get("__main__"), name, None) if name else None
-    if not isinstance(defined, FunctionType) or str(defined.__module__).startswith(
-        "mehvar."
-    ):  # the command's own `main`
-        defined = None
-    return ran or defined
+    if isinstance(defined, FunctionType) and not defined.__module__.startswith("mehvar."):
+        return ran or defined
+    return ran
 
 
 def _check_law(store: Batch, controller: object, inputs: object) -> None:
