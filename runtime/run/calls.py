@@ -37,7 +37,7 @@ def loop_calls(
     Raises
     ------
     InputError
-        If a function is missing.
+        If a function is missing, or takes other arguments.
     """
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     law, charted = identifier(controller.name), "to_coordinates" in functions
@@ -67,7 +67,18 @@ def loop_calls(
     for name in names.values():
         if name not in functions:
             raise InputError(f"the generated folder lacks the function {name}; generate the model again")
-    return {call: functions[name] for call, name in names.items()}
+    calls = {call: functions[name] for call, name in names.items()}
+    # of functions of one slope the manifest holds the plain one to its signature: C calls all by one type
+    for call, plain in (("rhs", "rhs"), ("rhs_jac", "rhs"), ("loop", f"{law}_loop"), ("loop_jac", f"{law}_loop")):
+        if call in calls and plain in functions:
+            present, expected = _arguments(calls[call]), _arguments(functions[plain])
+            if present != expected:
+                raise InputError(f"{names[call]} takes {present}, must be {expected}; generate the model again")
+    return calls
+
+
+def _arguments(function: Function) -> str:
+    return " ".join(array.name for array in function.arguments)
 
 
 def check_loop(

@@ -159,6 +159,10 @@ def test_a_store_finds_the_model_of_its_project(made: Path, tmp_path: Path, comm
     status, said = command(*again, cwd=project)
     assert status == 2, "another text is neither run nor loaded"
     assert "neither installed nor in this project" in said
+    (source.parent / "manifest.json").write_text("{")
+    point_to(project / "runs.zarr", shutil.copytree(made / "model", project / "elsewhere"))
+    status, said = command(*again, "--trust-model", cwd=project)
+    assert status == 0, f"a damaged model of the project is not the one that is trusted: {said}"
 
 
 def test_an_installed_model_is_taken_when_its_text_made_the_store(tmp_path: Path) -> None:

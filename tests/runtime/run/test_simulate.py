@@ -464,6 +464,10 @@ def test_functions_of_another_signature_are_refused(edited: Edit, slow_pendulum:
     other = {name: function for name, function in manifest.functions.items() if name != "pd_observe"}
     with pytest.raises(InputError, match=r"lacks the function pd_observe; generate the model again"):
         loop_calls(replace(manifest, functions=other), manifest.controllers["pd"], "", sampled=False)
+    loop = manifest.functions["pd_loop"]
+    turned = manifest.functions | {"pd_loop_fast": replace(loop, name="pd_loop_fast", arguments=loop.arguments[::-1])}
+    with pytest.raises(InputError, match=r"pd_loop_fast takes c p r q, must be q r p c; generate the model again"):
+        loop_calls(replace(manifest, functions=turned), manifest.controllers["pd"], "_fast", sampled=False)
 
 
 def test_model_by_folder(folder: Path) -> None:
