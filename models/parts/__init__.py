@@ -11,6 +11,7 @@ from .joints import Hinge, Joint, Slider
 from .mechanisms import (
     Chain,
     ControlMomentGyro,
+    Engine,
     Link,
     Pendulum,
     Rod,
@@ -34,6 +35,7 @@ __all__ = [
     "Coordinate",
     "Dipole",
     "Drag",
+    "Engine",
     "ExternalForce",
     "GravityGradient",
     "Gyro",
