@@ -9,6 +9,7 @@ from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Joint, Slider
 from .mechanisms import (
+    Cable,
     Chain,
     ControlMomentGyro,
     Engine,
@@ -29,6 +30,7 @@ from .wheels import Wheel
 __all__ = [
     "Aggregates",
     "Bob",
+    "Cable",
     "Chain",
     "Contribution",
     "ControlMomentGyro",

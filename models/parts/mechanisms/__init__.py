@@ -6,9 +6,10 @@ from .engines import Engine
 from .pendulums import Pendulum, SprungMass
 from .rotors import ControlMomentGyro, UnbalancedWheel
 from .tanks import Tank
-from .tethers import Rod, Tether
+from .tethers import Cable, Rod, Tether
 
 __all__ = [
+    "Cable",
     "Chain",
     "ControlMomentGyro",
     "Engine",
