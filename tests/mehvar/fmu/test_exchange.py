@@ -71,6 +71,7 @@ class Unit:
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path: Path, fmi: str) -> None:
     unit, model = Unit(tmp_path, fmi), load("satellite")
     period = next(p.default for p in model.manifest.parameters if p.name == "Ts")
@@ -85,6 +86,7 @@ def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path:
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
     unit, n = Unit(tmp_path, fmi), len(load("satellite").state_names)
     unit.next_event()
