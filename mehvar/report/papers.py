@@ -127,7 +127,7 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
         ("numbers", "Numbers of the runs", ()),
         ("eigenvalues", "Eigenvalues of the loops", ()),
         *([("errata", "Errata: printed against derived", ())] if report.ledger else []),
-        ("beyond", "Beyond the paper", report.beyond.pictures),
+        *([("beyond", "Beyond the paper", report.beyond.pictures)] if report.beyond else []),
     ]
     return Page(
         f"{name}: {report.manifest.title}",
