@@ -23,10 +23,6 @@ RANGES = {
         **{f"{name}{end}": (-2, 2) for name in _PUSHES for end in ("", "_cmd")},
         **{f"u_l{k}{end}": (-0.5, 0.5) for k in (1, 2, 3) for end in ("", "_0")},
         **{f"l{k}_acc": (-2, 2) for k in (1, 2, 3)},
-        **{f"s{k}": (0.3, 0.5) for k in (1, 2, 3)}, **{f"u_s{k}": (-0.5, 0.5) for k in (1, 2, 3)},
-        **{f"reel{k}{end}": (-2, 2) for k in (1, 2, 3) for end in ("", "_cmd")}, "reel_max": (0.5, 1.5),
-        "stiffness": (0.5, 2), "damping": (0.5, 1), "k_r": (0.5, 2),
-        "spin": (-1, 1), "slack_0": (0.01, 0.1), "H_ref": (-0.1, 0.1),
     },
     "slosh": {
         **{f"v{axis}": (-3, 3) for axis in "xyz"}, **{f"w{axis}": (-1, 1) for axis in "xyz"},

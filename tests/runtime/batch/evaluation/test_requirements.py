@@ -18,6 +18,7 @@ from scipy.stats import binomtest
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.report.verdicts import Verdicts
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.requirements import (
     DecisionRule,
     decide,
@@ -146,6 +147,15 @@ def test_a_store_of_known_numbers_has_known_verdicts() -> None:
     text = repr(Verdicts(store, texts, None))
     for word in ("low: HOLDS", "high: DOES NOT HOLD", "near: UNDECIDED", "598 of 1000", "ended as 'limit'"):
         assert word in text
+
+
+def test_a_verdict_counts_the_runs_with_values_that_are_not_allowed() -> None:
+    status = np.zeros(1000, np.uint8)
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "not allowed" not in verdict.reason
+    status[:3] = IMPOSSIBLE
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "; 3 runs with values that are not allowed count as not fulfilled" in verdict.reason
 
 
 def test_listed_and_designed_runs_decide_nothing() -> None:
