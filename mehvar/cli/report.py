@@ -64,6 +64,6 @@ def _page(subject: str) -> Page:
     if subject.endswith(".nc"):
         return Results(open_result(subject)).page()
     if subject not in known_models() and (Path(subject) / "zarr.json").is_file():
-        return Results(open_store(Path(subject)).dataset()).page()
+        return Results(open_store(Path(subject)).dataset()).page(subject)
     model = load(subject)
     return Page(f"{model.name}: {model.manifest.title}", model_sections(model))

@@ -294,13 +294,14 @@ class Results:
             raise bad_value("path", str(path), "a file name that ends in .html")
         return write_page(Path(path), self.page())
 
-    def page(self) -> Page:
-        """Return the report."""
+    def page(self, store: str = "") -> Page:
+        """Return the report; `store` is the folder of a batch, for commands that repeat a run."""
+        from mehvar.report.batch import batch_sections
         from mehvar.report.page import Page
-        from mehvar.report.subjects import batch_sections, run_sections
+        from mehvar.report.subjects import run_sections
 
         if self._is_batch:
-            return Page(self._title, batch_sections(self._runs(None)))
+            return Page(self._title, batch_sections(self._runs(None), store))
         return Page(self._title, run_sections(self._dataset, self._manifest))
 
     def animate(self) -> Animation:

@@ -28,11 +28,11 @@ from mehvar.reproduction.statements import Coverage, Statement, coverage, judge
 from mehvar.runtime.model.model import load
 
 from .backends import Agreement, agreement
-from .batches import Batch, run_study
 from .board.section import Boards, run_boards
 from .charts import COLOR_NAMES, chart
 from .eigenvalues import LoopSpectrum, loop_spectra
 from .series import track
+from .study import Batch, run_study
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -20,9 +20,9 @@ from mehvar.reproduction.ledger_page import FILTERS
 from mehvar.reproduction.paper import Reproduction
 
 from .backends import POINTS, TOLERANCE
-from .batches import SEED
 from .content import PaperReport, Picture
 from .page import Page, Part, Section, Stage, page_text, typeset, uri
+from .study import SEED
 
 OVERVIEW = "index.html"
 _INVITATION = Markup(

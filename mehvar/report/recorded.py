@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS
+from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -16,19 +16,20 @@ if TYPE_CHECKING:
 
 
 class Recorded:
-    """A dataset of a batch that reads like a store with blocks of one run.
+    """A dataset of a batch that reads like a store.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Result of `mehvar.batch`.
+    chunk : int
+        Runs of a block.
     """
 
-    chunk = 1
     name = "this batch"
 
-    def __init__(self, dataset: xarray.Dataset) -> None:
-        self._dataset = dataset
+    def __init__(self, dataset: xarray.Dataset, chunk: int = 1) -> None:
+        self._dataset, self.chunk = dataset, chunk
         self.attributes: dict[str, Any] = dict(dataset.attrs)
 
     @property
@@ -36,19 +37,32 @@ class Recorded:
         """Number of runs, stored or not."""
         return self._dataset.sizes["run"]
 
+    def blocks(self) -> int:
+        """Return the number of blocks, stored or not."""
+        return -(-self.n // self.chunk)
+
     def has(self, block: int) -> bool:
-        """Return True if a run is stored."""
-        return int(self._dataset[STATUS][block]) != NOT_RUN
+        """Return True if a run of a block is stored."""
+        return bool((self.read(STATUS, [block]) != NOT_RUN).any())
+
+    def stored(self) -> list[int]:
+        """Return the blocks that are stored."""
+        return [block for block in range(self.blocks()) if self.has(block)]
 
     def runs(self, block: int) -> range:
-        """Return the number of a block's run."""
-        return range(block, block + 1)
+        """Return the numbers of a block's runs."""
+        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
-        """Return a variable of stored runs."""
+        """Return a variable of the runs of some blocks; default: of all."""
         values = self._dataset[name]
-        return np.asarray(values if blocks is None else values[list(blocks)])
+        if blocks is not None:
+            values = values[[run for block in blocks for run in self.runs(block)]]
+        return np.array(values)
 
-    def variables(self) -> Mapping[str, Any]:
+    def variables(self) -> Mapping[str, Variable]:
         """Return the variables by name."""
-        return {str(name): values for name, values in self._dataset.data_vars.items()}
+        return {
+            str(name): Variable(str(name), str(values.dtype), attributes=values.attrs)
+            for name, values in self._dataset.data_vars.items()
+        }

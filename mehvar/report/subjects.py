@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages about a model, a run or a batch: their sections, from committed equations and from results."""
+"""Pages about a model or a run: their sections, from committed equations and from results."""
 
 from __future__ import annotations
 
@@ -17,12 +17,10 @@ from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.pictures.geometry import geometry_scene
-from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
-from mehvar.pictures.style import case_text, require_matplotlib, style
+from mehvar.pictures.style import case_text, require_matplotlib
 from mehvar.reproduction.paper import has_paper, load_reproduction, result_picture
 from mehvar.reproduction.recorded import recorded_scene
 from mehvar.reproduction.runs import Runs as PaperRuns
-from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.model.model import load
@@ -38,8 +36,6 @@ if TYPE_CHECKING:
 
     from mehvar.runtime.model.model import Model
 
-_PANELS = 4
-"""Of a picture of a batch: two rows of two, which are read without zooming."""
 _MEANING = ("name", "unit", "meaning")
 
 
@@ -94,66 +90,9 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
                 Table("Options", ("name", "value"), options),
             ],
         ),
-        *_installed_derivation(manifest.model, manifest.hash),
+        *installed_derivation(manifest.model, manifest.hash),
         _origin(manifest, dataset.attrs["versions"]),
     ]
-
-
-def batch_sections(runs: Runs) -> list[Section]:
-    """Return the sections of a batch: success, numbers, spread and origin.
-
-    Raises
-    ------
-    InputError
-        If matplotlib is not installed.
-    """
-    require_matplotlib()
-    about = runs.dataset.attrs
-    successes, n = int(runs.successful.sum()), runs.successful.size
-    condition = f" ({runs.condition})" if runs.condition else ""
-    design = design_of(about)
-    ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
-    estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
-    text = f"Scenario {case_text(about)}: {successes} of {n} runs succeed{condition}: {estimate}."
-    with style():
-        spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
-        bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
-        share = convergence_picture(runs)
-        where = [region_picture(runs, x, y) for x, y in [runs.drawn[:2]]] if len(runs.drawn) > 1 else []
-    exact = "" if design in NO_INTERVAL else ", and its exact 95 % interval"
-    caption = f"The share of runs that succeed{exact}."
-    table = runs.dataset.mehvar.metrics()
-    rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
-    pictures = [
-        picture("batch-share", "Convergence", caption, share),
-        *(
-            picture(f"batch-metrics-{k}", "Metrics of the runs", "Vermillion: runs that do not succeed.", figure)
-            for k, figure in enumerate(spread, 1)
-        ),
-    ]
-    pictures += [
-        picture("batch-region", "Where the runs succeed", "Over the first two values that are drawn.", figure)
-        for figure in where
-    ]
-    pictures += [
-        picture(f"batch-bands-{k}", "Series of the runs", "Quantile bands over time.", figure)
-        for k, figure in enumerate(bands, 1)
-    ]
-    provenance = [
-        (name, str(about[name])) for name in ("model", "model_hash", "controller", "scenario", "campaign", "compiler")
-    ]
-    return [
-        Section(
-            "batch", "Batch", [Text(text), Table("Metrics", ("metric", *map(str, table.columns)), rows) if rows
-            else Text("The model has no metrics."), *map(Drawing, pictures)],
-        ),
-        *_installed_derivation(str(about["model"]), str(about["model_hash"])),
-        Section(
-            "provenance",
-            "Where it comes from",
-            [Table("Batch", ("what", "value"), provenance), _versions(about["versions"])],
-        ),
-    ]  # fmt: skip
 
 
 def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
@@ -192,11 +131,6 @@ def _animation(stage: Stage | None) -> list[Section]:
     return [Section("animation", "Animation", [stage])] if stage else []
 
 
-def _groups_of(names: Sequence[str], most: int) -> list[Sequence[str]]:
-    """Return names in groups of at most `most`."""
-    return [names[k : k + most] for k in range(0, len(names), most)]
-
-
 def _derivation(folder: Path) -> list[Section]:
     """Return the derived equations in order, and the rates of the states; nothing for a folder without them."""
     if not (folder / "equations.json").is_file():
@@ -219,7 +153,7 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
         yield f"{row.number} {row.title}{unit}".strip(), Markup(element(f"<mrow>{'<mo>=</mo>'.join(sides)}</mrow>"))
 
 
-def _installed_derivation(model: str, digest: str) -> list[Section]:
+def installed_derivation(model: str, digest: str) -> list[Section]:
     """Return the derivation of the installed model with this hash; empty if there is none."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
 
@@ -260,8 +194,11 @@ def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Se
 def _origin(manifest: Manifest, versions: str) -> Section:
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
     facts = [("model", manifest.model), ("hash", manifest.hash), ("structure", structure or "fixed")]
-    return Section("provenance", "Where it comes from", [Table("Model", ("what", "value"), facts), _versions(versions)])
+    return Section(
+        "provenance", "Where it comes from", [Table("Model", ("what", "value"), facts), version_table(versions)]
+    )
 
 
-def _versions(text: str) -> Table:
+def version_table(text: str) -> Table:
+    """Return the versions of packages, from their JSON."""
     return Table("Versions", ("package", "version"), list(json.loads(text).items()))

@@ -14,7 +14,7 @@ import typer
 
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
-from mehvar.runtime.batch.evaluation.sensitivity import Sensitivity, Share, sensitivities
+from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, Statistics, summarise
 from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.store.store import Store, open_store
@@ -135,10 +135,7 @@ def _extent(statistics: Statistics) -> str:
 
 
 def _print_sensitivities(items: list[Sensitivity]) -> None:
-    for kind, title in (
-        ("sobol", "Sobol indices, first order / total, with 95 % intervals: shares of the variance"),
-        ("regression", "sensitivities: standardised regression coefficients with 95 % intervals"),
-    ):
+    for kind, title in KINDS.items():
         group = [item for item in items if item.kind == kind]
         if not group:
             continue
@@ -146,26 +143,8 @@ def _print_sensitivities(items: list[Sensitivity]) -> None:
         typer.echo(f"\n{title}")
         print_folded(
             ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"],
-            [[item.metric, *(_cell(item, name) for name in names), _explained(item), str(item.runs)] for item in group],
+            [[item.metric, *map(item.text, names), item.explained_text, str(item.runs)] for item in group],
         )
-
-
-def _cell(item: Sensitivity, name: str) -> str:
-    if name not in item.first:
-        return "-"
-    return " / ".join(_share(shares[name]) for shares in (item.first, item.total) if shares)
-
-
-def _share(share: Share) -> str:
-    if not share.determined:
-        return "undetermined"
-    value, low, high = (f"{round(number, 3) + 0.0:.3f}" for number in (share.value, share.low, share.high))
-    return f"{value} [{low}, {high}]"
-
-
-def _explained(item: Sensitivity) -> str:
-    known = all(share.determined for share in item.first.values())
-    return f"{item.explained:.3f}" if known else "-"
 
 
 def _interval(low: float, high: float) -> str:

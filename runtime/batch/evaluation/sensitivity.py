@@ -28,6 +28,13 @@ _ERROR = 100
 of a metric at the default tolerances."""
 
 
+KINDS = {
+    "sobol": "Sobol indices, first order / total, with 95 % intervals: shares of the variance",
+    "regression": "sensitivities: standardised regression coefficients with 95 % intervals",
+}
+"""Kinds of a sensitivity, in words."""
+
+
 @dataclass(frozen=True)
 class Share:
     """A sensitivity and its 95 % interval, NaN where undetermined.
@@ -46,6 +53,13 @@ class Share:
     def determined(self) -> bool:
         """True where the interval excludes part of the range of a share."""
         return self.high - self.low < 1
+
+    def __str__(self) -> str:
+        """Return the value with its interval."""
+        if not self.determined:
+            return "undetermined"
+        value, low, high = (f"{round(number, 3) + 0.0:.3f}" for number in (self.value, self.low, self.high))
+        return f"{value} [{low}, {high}]"
 
 
 UNDETERMINED = Share(math.nan, math.nan, math.nan)
@@ -78,6 +92,16 @@ class Sensitivity:
     total: Mapping[str, Share]
     explained: float
     runs: int
+
+    def text(self, name: str) -> str:
+        """Return the share of a drawn value, for Sobol indices first-order and total."""
+        shares = [str(group[name]) for group in (self.first, self.total) if name in group]
+        return " / ".join(shares) or "-"
+
+    @property
+    def explained_text(self) -> str:
+        """Return the explained share of the variance; "-" where a share is undetermined."""
+        return f"{self.explained:.3f}" if all(share.determined for share in self.first.values()) else "-"
 
 
 def sensitivities(store: Store) -> list[Sensitivity]:

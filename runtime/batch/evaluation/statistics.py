@@ -252,7 +252,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         low=low,
         high=high,
         design=design,
-        rows=[_row(store, name, blocks, design) for name in metric_names(store)],
+        rows=[metric_statistics(store, name, blocks, design) for name in metric_names(store)],
     )
 
 
@@ -344,7 +344,8 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def _row(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
+def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
+    """Return the statistics of one metric over the runs of some blocks."""
     attributes = store.variables()[name].attributes
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)

@@ -186,7 +186,7 @@ def test_pages_of_run_and_batch_stand_alone(run, batch, tmp_path):
     few = batch.drop_vars(series).assign_attrs(metrics='["T_theta", "travel"]')  # pictures take the time
     for dataset, sections in (
         (run, ("animation", "run", "values", "derivation", "provenance")),
-        (few, ("batch", "derivation", "provenance")),
+        (few, ("batch", "sensitivities", "metrics", "runs", "pictures", "derivation", "provenance")),
     ):
         page = dataset.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")
         assert re.findall(r'<section id="(\w+)"', page) == list(sections)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import replace
 
-from mehvar.report.batches import run_study
 from mehvar.report.charts import chart
+from mehvar.report.study import run_study
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.runtime.batch.evaluation.statistics import interval
 from mehvar.runtime.model.model import load

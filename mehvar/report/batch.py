@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page about a batch: what was varied, success, sensitivities, metrics, runs to look at, and pictures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
+from mehvar.pictures.style import case_text, pretty_unit, require_matplotlib, style
+from mehvar.runtime.batch.blocks import STATUS_TEXT
+from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
+from mehvar.runtime.batch.evaluation.statistics import (
+    NO_INTERVAL,
+    MetricStatistics,
+    design_of,
+    interval,
+    metric_statistics,
+)
+
+from .content import picture
+from .page import Drawing, Section, Table, Text
+from .recorded import Recorded
+from .subjects import installed_derivation, version_table
+
+_PANELS = 4
+"""Of a picture of a batch: two rows of two, which are read without zooming."""
+_FAILURES = 5
+"""Unsuccessful runs that the page lists: their commands fill a third of a screen."""
+
+
+def batch_sections(runs: Runs, store: str = "") -> list[Section]:
+    """Return the sections of a batch.
+
+    Parameters
+    ----------
+    runs : Runs
+        The runs.
+    store : str
+        Folder of the store, for commands that repeat a run; default: the calls in Python.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    require_matplotlib()
+    about, design = runs.dataset.attrs, design_of(runs.dataset.attrs)
+    recorded: Any = Recorded(runs.dataset, chunk=runs.successful.size)  # a store, as far as statistics read one
+    rows = [metric_statistics(recorded, name, [0], design) for name in runs.metrics]
+    origin = [
+        (name, str(about[name])) for name in ("model", "model_hash", "controller", "scenario", "campaign", "compiler")
+    ]
+    return [
+        Section("batch", "Batch", [_varied(runs), Text(_success(runs, design)), *_endings(runs)]),
+        Section("sensitivities", "Sensitivities", list(_sensitivities(sensitivities(recorded)))),
+        Section("metrics", "Metrics", list(_metrics(rows))),
+        Section("runs", "Runs to look at", list(_extremes(runs, rows, store))),
+        Section("pictures", "Pictures", list(_pictures(runs, design))),
+        *installed_derivation(str(about["model"]), str(about["model_hash"])),
+        Section(
+            "provenance",
+            "Where it comes from",
+            [Table("Batch", ("what", "value"), origin), version_table(about["versions"])],
+        ),
+    ]
+
+
+def _varied(runs: Runs) -> Table:
+    """Return the dispersions of the campaign."""
+    vary: dict[str, str] = json.loads(runs.dataset.attrs["campaign"])["vary"]
+    rows = []
+    for names, how in vary.items():
+        first = runs.dataset[names.split(",")[0].strip()].attrs if names.split(",")[0].strip() in runs.dataset else {}
+        meaning = str(first.get("long_name", "")).removesuffix(", drawn")
+        rows.append((names, how, pretty_unit(str(first.get("units", ""))), meaning))
+    return Table("What was varied", ("name", "distribution", "unit", "meaning"), rows)
+
+
+def _success(runs: Runs, design: str) -> str:
+    successes, n = int(runs.successful.sum()), runs.successful.size
+    condition = f" ({runs.condition})" if runs.condition else ""
+    ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
+    estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
+    return f"Scenario {case_text(runs.dataset.attrs)}: {successes} of {n} runs succeed{condition}: {estimate}."
+
+
+def _endings(runs: Runs) -> list[Table]:
+    """Return the number of runs by how they ended, if not all reached the end time."""
+    codes, counts = np.unique(runs.dataset["status"].values, return_counts=True)
+    rows = [(STATUS_TEXT[int(code)], str(count)) for code, count in zip(codes, counts, strict=True)]
+    return [Table("How the runs ended", ("ending", "runs"), rows)] if len(rows) > 1 else []
+
+
+def _sensitivities(items: Sequence[Sensitivity]) -> Iterator[Text | Table]:
+    if not items:
+        yield Text("No metric scatters with a value that is drawn.")
+    for kind, title in KINDS.items():
+        group = [item for item in items if item.kind == kind]
+        names = list(dict.fromkeys(name for item in group for name in item.first))
+        columns = ("metric", *names, "R²" if kind == "regression" else "sum", "runs")
+        rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
+        yield Table(title[0].upper() + title[1:], columns, rows)
+
+
+def _metrics(rows: Sequence[MetricStatistics]) -> Iterator[Text | Table]:
+    """Yield quantiles with their 95 % intervals."""
+    if not rows:
+        yield Text("The model has no metrics.")
+        return
+    columns = ("metric", "meaning", "unit", "finite", "mean", "5 %", "median", "95 %")
+    yield Table(
+        "Quantiles and their 95 % intervals, − where there are too few runs for an end",
+        columns,
+        [
+            (row.name, row.description, pretty_unit(row.unit), str(row.finite), f"{row.mean:.4g}",
+             *(f"{row.quantiles[q]:.4g} {_ends(row.intervals[q])}" for q in (0.05, 0.5, 0.95)))
+            for row in rows
+        ],
+    )  # fmt: skip
+
+
+def _ends(ends: tuple[float, float]) -> str:
+    return "[" + ", ".join("−" if math.isnan(end) else f"{end:.4g}" for end in ends) + "]"
+
+
+def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Iterator[Table]:
+    """Yield the first unsuccessful runs and the run of the largest value of each metric, with the command for each."""
+    status = runs.dataset["status"].values
+    failed = np.flatnonzero(~runs.successful)[:_FAILURES].tolist()
+    yield Table(
+        "Runs that do not succeed" if len(failed) < _FAILURES else f"The first {_FAILURES} runs that do not succeed",
+        ("run", "ended", "at", "to repeat it"),
+        [
+            (str(run), STATUS_TEXT[int(status[run])], f"{float(runs.dataset['t_stop'][run]):.6g} s", _again(run, store))
+            for run in failed
+        ],
+    )
+    yield Table(
+        "Largest value of each metric",
+        ("metric", "value", "unit", "run", "to repeat it"),
+        [
+            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
+            for row in rows
+            for run, value in [row.largest]
+            if run >= 0
+        ],
+    )
+
+
+def _again(run: int, store: str) -> str:
+    return f"mehvar simulate --from {store} --run {run}" if store else f"runs.mehvar.again({run})"
+
+
+def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:
+    groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.metrics)]
+    groups += [("bands", "Series of the runs", "Quantile bands over time.", runs.series)]
+    with style():
+        if 0 < int(runs.successful.sum()) < runs.successful.size:
+            exact = "" if design in NO_INTERVAL else ", and its exact 95 % interval"
+            caption = f"The share of runs that succeed{exact}."
+            yield Drawing(picture("batch-share", "Convergence", caption, convergence_picture(runs)))
+        if len(runs.drawn) > 1:
+            first_two = region_picture(runs, *runs.drawn[:2])
+            yield Drawing(
+                picture(
+                    "batch-region", "Where the runs succeed", "Over the first two values that are drawn.", first_two
+                )
+            )
+        for name, title, caption, shown in groups:
+            for k, start in enumerate(range(0, len(shown), _PANELS), 1):
+                figure = metrics_picture(runs, shown[start : start + _PANELS])
+                yield Drawing(picture(f"batch-{name}-{k}", title, caption, figure))
