@@ -154,7 +154,7 @@ def _verdict(text: StatementText, claims: Mapping[str, ClaimVerdict], equations:
         return max(parts, key=list(StatementVerdict).index)
     if text.figures or text.remark:
         return StatementVerdict.BACKGROUND
-    raise InputError(f"statements.toml: {text.place}: nothing to judge it by, and no remark that says why")
+    raise InputError(f"statements.toml: {text.place}: must name a claim or a figure, or have a remark with the reason")
 
 
 def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapping[str, object]) -> None:

@@ -106,7 +106,7 @@ class Spacecraft:
             If its name is none, or another part's.
         """
         if not isinstance(part, Part):
-            raise ModelError(f"{self.name}: {part!r} is no part")
+            raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
         if isinstance(part, Orbit):
             raise ModelError(f"{self.name}: an orbit is given to the craft: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)

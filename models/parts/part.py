@@ -359,7 +359,7 @@ class Part(ABC):
 
     def __new__(cls, *args: Any, **fields: Any) -> Self:
         if missing := sorted(cls.__abstractmethods__):
-            raise ModelError(f"{cls.__name__} is no complete part: it lacks the method {missing[0]}; write it")
+            raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {missing[0]}; write it")
         return super().__new__(cls)
 
     @classmethod

@@ -141,8 +141,8 @@ def system(
     """
     if sensors == "instruments" and (torquers, laws) != ("three", "more"):
         raise ModelError(
-            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: must go with 'three', which "
-            "read the magnetometer, and 'more', which take out the gyro's bias"
+            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: needs torquers = 'three', "
+            "which read the magnetometer, and laws = 'more', which estimate the gyro's bias"
         )
     choices = {
         "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,

@@ -131,7 +131,7 @@ def system(
     if craft == "beyond" and (inertia, attitude, switches) != ("ball", "quaternion", "crossed"):
         raise ModelError(
             f"craft = 'beyond' with inertia = {inertia!r}, attitude = {attitude!r}, switches = {switches!r}: "
-            "must go with 'ball', 'quaternion', 'crossed'"
+            "needs 'ball', 'quaternion', 'crossed'"
         )
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")

@@ -81,7 +81,7 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
         For rods with mass in another model than the dynamic one.
     """
     if rods == "uniform" and model != "dynamic":
-        raise ModelError(f"rods = 'uniform' with model = {model!r}: must go with 'dynamic'")
+        raise ModelError(f"rods = 'uniform' with model = {model!r}: needs model = 'dynamic'")
     if model == "dynamic":
         return dynamic(masses, rods)
     return _kinematic(masses) if model == "kinematic" else tethered(masses)

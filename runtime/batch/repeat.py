@@ -143,8 +143,8 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
             how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
             raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
-            f"{store.name} ran under {law}, which this session does not define: define or import it, or pass it, as in "
-            "runs.mehvar.again(17, controller=LAW); attribute 'law' of the batch has its source"
+            f"{store.name} ran under {law}, which this session does not define. Define or import it, or pass it, as in "
+            "runs.mehvar.again(17, controller=LAW); its source is the attribute 'law' of the batch"
         )
     for name, value in given.items():
         if value is not None and name != needed:
@@ -191,7 +191,9 @@ def _trusted_model(store: Batch, trust: bool) -> str:
             f"{_way(source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
-        raise TrustError(f"{store.name} was made from another version of {source!r}: it cannot be repeated")
+        raise TrustError(
+            f"{store.name} was made from another version of {source!r}: restore that version to repeat a run"
+        )
     return source
 
 

@@ -92,7 +92,7 @@ def load_library(
         return ctypes.CDLL(str(path))
     except OSError as error:
         raise BuildError(
-            f"cannot load {path}: {error}; if programs may not run there, set $MEHVAR_CACHE elsewhere"
+            f"cannot load {path}: {error}; if programs may not run there, set $MEHVAR_CACHE to another folder"
         ) from error
 
 

@@ -21,4 +21,4 @@ def test_a_craft_beyond_the_paper_has_any_number_of_pendulums(pendulums):
 
 
 def test_a_rule_of_a_model_says_what_it_refuses():
-    assert "must go with 'dynamic'" in outcome("triangle", {"rods": "uniform"})
+    assert "needs model = 'dynamic'" in outcome("triangle", {"rods": "uniform"})

@@ -43,7 +43,9 @@ def command(
         if shutil.which(command[0]):
             return 3 if subprocess.run(command, check=False).returncode else 0
     tools = ", ".join(command[0] for command in commands)
-    raise InputError(f"no tool to flash with: install one of {tools}, or run a command above elsewhere")
+    raise InputError(
+        f"no flash tool is installed: install one of {tools}, or run one of these commands on another machine"
+    )
 
 
 def flash_commands(image: Image) -> list[list[str]]:

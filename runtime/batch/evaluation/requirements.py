@@ -301,7 +301,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
     texts = own if texts is None else texts
     confidence = usual if confidence is None else checked_confidence(confidence, "the call")
     if not texts:
-        raise InputError(f"nothing is required of {store.name}: give a requirement {_USAGE}")
+        raise InputError(f"{store.name} has no requirement: give one {_USAGE}")
     requirements = read_requirements(texts, scalars(store), notes(store), "the requirements")
     blocks, _ = whole_blocks(store)
     fixed = len(blocks) == store.blocks() and not store.attributes["until"]

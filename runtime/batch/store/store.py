@@ -416,7 +416,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         return opened
     if writer := holder(folder):
         raise InputError(
-            f"{folder} is being written by {writer}: its metadata are incomplete at this moment; try again"
+            f"{folder} is being written by {writer}: its metadata are incomplete; try again later"
         ) from opened
     raise opened
 
@@ -467,7 +467,7 @@ def _arrays(group: Any) -> dict[str, Any]:
     for name, array in arrays.items():
         foreign = {codec["name"] for codec in array.metadata.to_dict()["codecs"]} - _CODECS
         if foreign:
-            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which no batch is")
+            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which mehvar does not use")
     return arrays
 
 

@@ -221,7 +221,7 @@ def check_identified(folder: Path) -> None:
     try:
         checked_attributes(folder, None)
     except InputError as error:
-        raise InputError(f"{folder} is not a batch store: nothing in it says of which batch it is") from error
+        raise InputError(f"{folder} is not a batch store: it names no batch") from error
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def assembled(*parts, **options):
         (lambda: assembled(Hub("hub", mass=Value(1.0, bounds="3..5"), inertia=BALL)), "hub_m: bounds '3..5'"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL), Hub("hub", mass=1.0, inertia=BALL)), "mounted already"),
         (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
-        (lambda: assembled("hub"), "'hub' is no part"),
+        (lambda: assembled("hub"), "'hub' is not a part"),
         (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
         (lambda: Bob("tank", mass=1.0, length=1.0, rest=(0, 0, -2)), r"tank.rest = \(0, 0, -2\): must be an axis"),
         (
@@ -70,7 +70,7 @@ def assembled(*parts, **options):
             "g.friction: a motor",
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob has share and length"),
-        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping: nothing swings"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),
         (lambda: Spacecraft("craft", attitude="euler angles"), "attitude = 'euler angles': must be one of quaternion"),
         (lambda: Spacecraft("craft", motion="orbit"), "motion = 'orbit': must be one of free"),
     ],
@@ -155,5 +155,5 @@ def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, 
     class Own(base):
         pass
 
-    with pytest.raises(ModelError, match=f"Own is no complete part: it lacks the method {method}; write it"):
+    with pytest.raises(ModelError, match=f"Own is not a complete part: it lacks the method {method}; write it"):
         Own("own", *arguments)

@@ -288,5 +288,5 @@ def test_the_laws_have_the_same_bits_on_a_board(model, law, target):
 
 
 def test_tethers_have_no_mass():
-    with pytest.raises(ModelError, match=r"rods = 'uniform' with model = 'tethered': must go with 'dynamic'"):
+    with pytest.raises(ModelError, match=r"rods = 'uniform' with model = 'tethered': needs model = 'dynamic'"):
         system("triangle", model="tethered", rods="uniform")

@@ -234,7 +234,7 @@ def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -
             process.wait()
     assert batch.returncode == 1, said
     assert said.count("\n") == 1, said
-    assert said.startswith(f"mehvar: the scheduler {address} is gone; ")
+    assert said.startswith(f"mehvar: the scheduler {address} does not answer; ")
     assert said.endswith(f"go on with: mehvar {' '.join(line)} --resume\n")
     assert verify(out).sound
     assert open_store(out).stored()
