@@ -322,7 +322,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
-    """Derive a law of one's own on a plant, which is derived once."""
+    """Derive a user's law on a plant, which is derived once."""
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     if not hasattr(package, "laws"):
@@ -370,7 +370,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
-    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    """Return a model's structural choices, or raise GenerateError if they are malformed."""
     words = isinstance(choices, Mapping) and all(
         isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
         for name, values in choices.items()

@@ -166,7 +166,7 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
 def missing(
     statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
 ) -> Iterator[str]:
-    """Name everything that a paper prints and that has no entry, and every claim that no statement rests on.
+    """Name printed items without an entry, and claims without a statement.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
 
 
 def _order(full: set[Place], size: int) -> tuple[Place, ...]:
-    """Return pivots that keep the factors sparse: of all that may be one that which fills in least.
+    """Return pivots that keep the factors sparse: of the allowed ones the one with the least fill-in.
 
     Source: Markowitz, Management Science 3 (1957) 255. Pivots of the diagonal go first: those of an inertia matrix are
     positive in any order, and so are, with the other sign, those of multipliers once the motion is eliminated.

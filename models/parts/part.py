@@ -347,7 +347,7 @@ class Mounted:
 class Part(ABC):
     """A part of a spacecraft.
 
-    A part of one's own overrides `coordinates` and `aggregates`; the equations follow.
+    A user's part overrides `coordinates` and `aggregates`; the equations follow.
 
     Parameters
     ----------

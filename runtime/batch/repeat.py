@@ -109,7 +109,7 @@ def plan_of(
     """
     if controller is None and inputs is None:
         controller = _session_law(store)
-    _check_law(store, controller, inputs)  # before the model: trust in it would not bring the law back
+    _check_law(store, controller, inputs)  # before the model, because a trusted model does not restore the law
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
@@ -126,7 +126,9 @@ def plan_of(
 def _session_law(store: Batch) -> LawFunction | None:
     """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
-    name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd; a command has a `main` of its own
+    name = str(store.attributes["controller"]).partition(":")[
+        2
+    ]  # as in python:pd; the `main` of a command is another module
     defined = getattr(sys.modules.get("__main__"), name, None) if name else None
     if isinstance(defined, FunctionType) and not defined.__module__.startswith("mehvar."):
         return ran or defined

@@ -34,7 +34,7 @@ def command(
     if image.board is None or not image.board.name.startswith("stm32"):
         raise bad_value("board", board, "an STM32 board: stm32f4 or stm32f4-usart2", "--board")
     commands = flash_commands(image)
-    typer.echo("not tested on silicon: nobody has run this on a real board yet")
+    typer.echo("not tested on silicon: this has not run on a real board")
     for command in commands:
         typer.echo("$ " + shlex.join(command))
     if dry_run:

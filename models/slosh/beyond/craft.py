@@ -143,7 +143,7 @@ def completed(
 
 
 def _limits(fuel: Fuel) -> tuple[Condition, ...]:
-    """Return that there is fuel in each place, and that no more was there than at the start."""
+    """Return the conditions that each tank holds fuel, and no more than at the start."""
     return (
         Condition(
             fuel.fixed.mass,

@@ -22,7 +22,7 @@ PLACES = ("y", "z")
 
 @dataclass(frozen=True)
 class Present(Group):
-    """Parameters of which some are what they are at present, as the fuel leaves them.
+    """Parameters at present: masses and arms as the burnt fuel leaves them.
 
     Parameters
     ----------

@@ -84,7 +84,7 @@ class Verification:
     writer : str or None
         The process that is writing it now.
     others : tuple of str
-        Files that no record lists and nobody reads: files of the user, or of a killed process and a block that is
+        Unread files that no record lists: of the user, or of a killed process and a block that is
         not stored. They do not affect the verdict.
     """
 
@@ -215,7 +215,7 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def check_identified(folder: Path) -> None:
-    """Refuse a folder of which no record and no attributes say which batch it is: a repair would have no measure."""
+    """Refuse a folder whose records and attributes name no batch: it cannot be repaired."""
     if any(map(read_record, (folder / FOLDER).glob("*.json"))):
         return
     try:

@@ -197,7 +197,7 @@ def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
 
 
 def _stretched(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return numbers of which some, or none, were scaled up or down."""
+    """Return numbers with a random part of them scaled up or down."""
     which = rng.random(values.size) < rng.choice([0.0, 0.05, 0.3])
     return np.where(which, values * 10 ** rng.uniform(*_SCALES, values.size), values)
 

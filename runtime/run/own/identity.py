@@ -38,7 +38,7 @@ _FIELDS = (MemberDescriptorType, type(vars(namedtuple("_Pair", "one"))["one"]))
 """Types of class attributes for entries of __slots__, and for fields of a named tuple."""
 _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
-"""Folders of modules that nobody edits between two runs of a batch: those of environments, and of Python."""
+"""Folders of modules that stay unedited between two runs of a batch: those of environments and of Python."""
 _LONGEST = 200
 """Characters of a value that are shown; a longer one, such as a table of numbers, is shown by its digest."""
 _OPEN: tuple[object, ...] = (
