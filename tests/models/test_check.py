@@ -257,7 +257,7 @@ REFUSED = [
      r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, but declares J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("a state in degrees", CART, ("states", "quantities", 0, "unit"), lambda v: "deg",
-     r"\(place\): unit = 'deg': must be in rad; only a parameter may be in deg"),
+     r"\(place\): unit = 'deg': must be in rad; only a parameter that sympy.rad"),
     ("an output in degrees", CART, ("outputs", "quantities", 0, "unit"), lambda v: "deg/s", r"must be in rad"),
     ("a metric in degrees", CART, ("metrics", 0, "unit"), lambda v: "deg m", r"'deg m': must be in rad"),
     ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
