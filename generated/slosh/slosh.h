@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "2c47323f894df08365b58b5ad29d57a07848a5f143662c1312f9fa001c90d04c"
+#define SLOSH_HASH "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "2c47323f894df08365b58b5ad29d57a07848a5f143662c1312f9fa001c90d04c"
+HASH = "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()

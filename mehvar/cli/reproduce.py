@@ -86,7 +86,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     ledgers = {ledger["model"]: ledger for ledger in judged(tree)}
     folders = beyond_folders(models)
     reports = [
-        paper_report(name, ledgers.get(name), folders[name], _part(advance, i, len(models)))
+        paper_report(name, ledgers.get(name), folders.get(name), _part(advance, i, len(models)))
         for i, name in enumerate(models)
     ]
     live = {name: f"{_LIVE}/{name}.html" for name in models} if zig_available() else {}
@@ -101,7 +101,7 @@ def _failures(reports: Sequence[PaperReport]) -> list[str]:
     kinds: dict[str, Callable[[PaperReport], Iterable[str]]] = {
         "claims that do not hold": lambda report: (c.number for c in report.claims if c.verdict is ClaimVerdict.FAILS),
         "claims beyond the papers that do not hold": lambda report: (
-            c.number for c in report.beyond.claims if c.verdict is ClaimVerdict.FAILS
+            c.number for c in (report.beyond.claims if report.beyond else ()) if c.verdict is ClaimVerdict.FAILS
         ),
         "laws that differ between board and host": lambda report: (b.law for b in report.boards.laws if not b.same),
         "functions that differ from CasADi's own C": lambda report: (
@@ -130,10 +130,10 @@ def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], 
         for report in reports:
             for figure, picture in zip(report.paper.figures, report.pictures, strict=True):
                 (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
-            for picture in report.beyond.pictures:
+            for picture in report.beyond.pictures if report.beyond else ():
                 (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
         (folder / "claims.json").write_text(_claims_text((r.manifest, r.claims) for r in reports), encoding="utf-8")
-        beyond = ((report.beyond.manifest, report.beyond.claims) for report in reports)
+        beyond = ((report.beyond.manifest, report.beyond.claims) for report in reports if report.beyond)
         (folder / "beyond.json").write_text(_claims_text(beyond), encoding="utf-8")
         for name, text in pages.items():
             (folder / name).write_text(text, encoding="utf-8")

@@ -18,7 +18,7 @@ from mehvar.codegen.structures import structure_folders
 from mehvar.pictures.files import encoded
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
-from mehvar.reproduction.beyond import BeyondWords, Difference, differences, load_beyond
+from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.reproduction.ledger_text import standing
@@ -102,7 +102,7 @@ class PaperReport:
     board_pictures: Sequence[Picture]
     agreement: Agreement | None
     spectra: Sequence[LoopSpectrum]
-    beyond: BeyondReport
+    beyond: BeyondReport | None
     loops: int
     seconds: Mapping[str, float]
 
@@ -134,11 +134,12 @@ def _unpictured(pictures: Sequence[Picture], claims: Sequence[Claim]) -> list[Cl
 
 
 def beyond_folders(names: Sequence[str]) -> dict[str, Path]:
-    """Return the generated folder of the structure beyond each model's paper, derived where the cache has none."""
-    return structure_folders(installed_tree(), {name: load_beyond(name).words.structure for name in names})
+    """Return the generated folders of the structures beyond the models' papers, derived where the cache has none."""
+    further = {name: beyond.words.structure for name in names if (beyond := load_beyond(name))}
+    return structure_folders(installed_tree(), further)
 
 
-def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advance) -> PaperReport:
+def paper_report(name: str, ledger: Ledger | None, beyond: Path | None, advance: Advance) -> PaperReport:
     """Run everything for the page about a paper.
 
     Parameters
@@ -147,7 +148,7 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advanc
         The model.
     ledger : Ledger, optional
         The paper's equations against the derived ones.
-    beyond : Path
+    beyond : Path, optional
         Folder of the structure beyond the paper.
     advance : callable
         Called with the finished share, 1, and the current work.
@@ -178,7 +179,8 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advanc
     boards = run_boards(runs)
     clock.note("board")
     advance(0.97, 1.0, f"{name}: beyond the paper")
-    further = _beyond(name, runs, Runs(load(beyond)))
+    extension = load_beyond(name)
+    further = _beyond(name, extension, runs, Runs(load(beyond))) if extension and beyond else None
     clock.note("beyond the paper")
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
@@ -188,9 +190,9 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path, advance: Advanc
     )  # fmt: skip
 
 
-def _beyond(name: str, paper: Runs, runs: Runs) -> BeyondReport:
+def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
     """Run a paper's extension, beside the paper's runs."""
-    beyond, old, new = load_beyond(name), paper.model.manifest, runs.model.manifest
+    old, new = paper.model.manifest, runs.model.manifest
     claims = beyond.claims(paper, runs)
     pictures = [
         replace(_figure(f"{name}-beyond-{f.number}", f, claims, runs), heading=f"Figure B{f.number}")

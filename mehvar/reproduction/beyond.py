@@ -17,7 +17,7 @@ from mehvar.base.names import identifier
 
 from .claims import Check, Checks, Claim, ClaimText, Expected, decide
 from .data import read_data
-from .paper import FigureCaption, PaperFigure, paper_part
+from .paper import FigureCaption, PaperFigure, load_reproduction, paper_part
 from .runs import Runs
 
 if TYPE_CHECKING:
@@ -125,8 +125,10 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     return Beyond(words, draw, checks)
 
 
-def load_beyond(model: str) -> Beyond:
-    """Return the extension of a model's paper."""
+def load_beyond(model: str) -> Beyond | None:
+    """Return the extension of a model's paper, if it has one."""
+    if not (load_reproduction(model).folder / "beyond.toml").is_file():
+        return None
     beyond: Beyond = paper_part(model, "beyond").BEYOND
     return beyond
 

@@ -7,7 +7,7 @@ A folder papers/MODEL, beside models/, holds a paper's data:
 - claims.toml: each claim in words, its note, the numbers that its checks expect, readings of damaged text;
 - statements.toml: counts of equations, tables and figures; sentences with the claims that they rest on;
 - expected.toml: a table of expected numbers, where the paper has one;
-- beyond.toml: the structure beyond the paper, its page, additions, figures and claims;
+- beyond.toml, where there is one: the structure beyond the paper, its page, additions, figures and claims;
 - study.toml: the batch: laws, dispersions, success.
 
 A claim holds under a reading if its essential checks do; a statement is as good as the worst claim that it rests on.

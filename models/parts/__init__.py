@@ -9,8 +9,10 @@ from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Joint, Slider
 from .mechanisms import (
+    Cable,
     Chain,
     ControlMomentGyro,
+    Engine,
     Link,
     Pendulum,
     Rod,
@@ -28,12 +30,14 @@ from .wheels import Wheel
 __all__ = [
     "Aggregates",
     "Bob",
+    "Cable",
     "Chain",
     "Contribution",
     "ControlMomentGyro",
     "Coordinate",
     "Dipole",
     "Drag",
+    "Engine",
     "ExternalForce",
     "GravityGradient",
     "Gyro",

@@ -19,7 +19,6 @@ from ..system import (
     Expr,
     Function,
     Group,
-    ModelError,
     Output,
     Quantity,
     System,
@@ -27,7 +26,6 @@ from ..system import (
     surfaces,
 )
 from ..tables import read_parameters, read_scenarios
-from .beyond.craft import beyond, completed
 from .derived import residuals, show
 from .fast.hull import velocity_rates
 from .geometry import geometry
@@ -59,7 +57,6 @@ STRUCTURE = {
     "inertia": ("paper", "hinge", "ball"),
     "attitude": ("angles", "quaternion"),
     "switches": ("crossed", "located"),
-    "craft": ("paper", "beyond"),
 }
 """Structural choices and their values; the first is the default."""
 
@@ -101,7 +98,6 @@ def system(
     inertia: str = "paper",
     attitude: str = "angles",
     switches: str = "crossed",
-    craft: str = "paper",
 ) -> System:
     """Derive the spacecraft.
 
@@ -115,24 +111,12 @@ def system(
         Three angles, small or 3-2-1 as the run chooses, or a quaternion.
     switches : {"crossed", "located"}
         Whether steps end where a law's demand meets what the thrust can give, and where gimbals meet their limits.
-    craft : {"paper", "beyond"}
-        As published, or with draining tanks anywhere, a lagging engine, gravity and a regulator: `beyond`.
 
     Returns
     -------
     System
         Ready for code generation.
-
-    Raises
-    ------
-    ModelError
-        For craft = beyond with bobs that are not on ball joints, attitude angles, or located switches.
     """
-    if craft == "beyond" and (inertia, attitude, switches) != ("ball", "quaternion", "crossed"):
-        raise ModelError(
-            f"craft = 'beyond' with inertia = {inertia!r}, attitude = {attitude!r}, switches = {switches!r}: "
-            "needs 'ball', 'quaternion', 'crossed'"
-        )
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
     if (pendulums, inertia) != ("2", "paper"):
@@ -144,21 +128,17 @@ def system(
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
     d = Derivation()
     show(p, inertia, d)
-    part = beyond(p, bobs, d) if craft == "beyond" else None
-    full = bobs
-    if part is not None:
-        p, bobs = part.p, part.bobs
     placed = by_angles(scenario) if attitude == "angles" else by_quaternion(scenario, d)
     model = _derive(p, bobs, inertia, placed, scenario, d)
     demanded = {name: _derive_law(name, model, tables, d) for name in _LAWS}
     inputs = {name: _physical(law, name[-2:], model, d) for name, (law, _) in demanded.items()}
     functions = _functions(model, demanded, inputs, d)
-    actuator = gimbal_limits(p, model.bobs.dynamics, d) if part is None else None
+    actuator = gimbal_limits(p, model.bobs.dynamics, d)
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
     rates, residual = residuals(p, bobs, inertia)
     force = [symbol for symbol in d.definitions if symbol.name in ("f_x", "f_y", "f_z")]
-    paper = System(
+    return System(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
         source=_SOURCE,
@@ -167,7 +147,6 @@ def system(
             "inertia": inertia,
             "attitude": attitude,
             "switches": switches,
-            "craft": craft,
         },
         states=model.states,
         inputs=INPUTS,
@@ -187,10 +166,10 @@ def system(
                 _LAWS[name],
                 c,
                 inputs[name].command,
-                law_constraints(name, p, c, full, inertia),
+                law_constraints(name, p, c, bobs, inertia),
                 outputs=_reports(law, inputs[name]),
                 events=()
-                if switches == "crossed" or actuator is None
+                if switches == "crossed"
                 else surfaces("demand", (*inputs[name].command, *actuator.applied), d),
             )
             for name, (law, c) in demanded.items()
@@ -205,7 +184,6 @@ def system(
         residual=residual,
         geometry=geometry(p, bobs, inertia, placed.angles, force),
     )
-    return paper if part is None else completed(paper, part, laws, placed.angles, d)
 
 
 def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> tuple[Group, tuple[Pendulum, ...]]:

@@ -37,11 +37,10 @@ from .dynamics import (
 )
 from .geometry import geometry
 from .task import ERRORS, REFERENCES, SOURCE, errors, inequality, laws
-from .tethered.system import tethered
 
 STRUCTURE = {
     "masses": ("equal", "general"),
-    "model": ("kinematic", "dynamic", "tethered"),
+    "model": ("kinematic", "dynamic"),
     "rods": ("light", "uniform"),
 }
 """Structural choices and their values; the first is the default."""
@@ -65,8 +64,8 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
     ----------
     masses : {"equal", "general"}
         One mass for all three, or m1, m2, m3.
-    model : {"kinematic", "dynamic", "tethered"}
-        Rods that follow their rates exactly, as in the paper; rods that push the masses; or tethers on reels.
+    model : {"kinematic", "dynamic"}
+        Rods that follow their rates exactly, as in the paper; or rods that push the masses.
     rods : {"light", "uniform"}
         Rods without mass, or with mass spread evenly, for model = dynamic.
 
@@ -78,13 +77,11 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
     Raises
     ------
     ModelError
-        For rods with mass in another model than the dynamic one.
+        For rods with mass in the kinematic model.
     """
     if rods == "uniform" and model != "dynamic":
         raise ModelError(f"rods = 'uniform' with model = {model!r}: needs model = 'dynamic'")
-    if model == "dynamic":
-        return dynamic(masses, rods)
-    return _kinematic(masses) if model == "kinematic" else tethered(masses)
+    return dynamic(masses, rods) if model == "dynamic" else _kinematic(masses)
 
 
 def _kinematic(masses: str) -> System:

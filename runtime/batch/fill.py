@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, MehvarError, bad_value, is_shortage
 
 from ..arguments import check_arguments
-from ..interrupts import KeptInterrupts
+from ..interrupts import KeptInterrupts, deferred
 from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
@@ -391,18 +392,22 @@ def _here(blocks: Blocks) -> BlockSource:
     """Return a source that computes blocks in this process, the next one while the last one is stored."""
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
-        stop = threading.Event()
+        stop, done = threading.Event(), SimpleQueue[Future[Values | None]]()  # which a signal may interrupt
         with ThreadPoolExecutor(1) as pool:
             try:
-                waiting: list[tuple[int, Future[Values | None]]] = []
+                waiting: list[int] = []
                 for block, runs in missing:
-                    waiting.append((block, pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)))
+                    with deferred():
+                        compute = pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)
+                        compute.add_done_callback(done.put)
+                    waiting.append(block)
                     if len(waiting) > 1:
-                        yield *_next_of(waiting), blocks.provenance
-                while waiting:
-                    yield *_next_of(waiting), blocks.provenance
+                        yield waiting.pop(0), _values(done.get()), blocks.provenance
+                for block in waiting:
+                    yield block, _values(done.get()), blocks.provenance
             finally:
-                stop.set()
+                with deferred():
+                    stop.set()
 
     return produce
 
@@ -413,9 +418,8 @@ def _there(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
     return on_workers(client, plan, blocks.numerics)
 
 
-def _next_of(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:
-    block, future = waiting.pop(0)
+def _values(future: Future[Values | None]) -> Values:
     values = future.result()
     if values is None:
         raise KeyboardInterrupt
-    return block, values
+    return values

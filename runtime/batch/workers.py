@@ -16,7 +16,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, Queue
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mehvar.base import cache
@@ -24,6 +24,7 @@ from mehvar.base.errors import InputError, MehvarError
 from mehvar.base.manifest import FILE
 
 from ..compiling.compiler import require_compiler
+from ..interrupts import deferred
 from ..model.generated import generated_text
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
@@ -127,14 +128,15 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
         waiting = iter(missing)
         numbers: dict[Any, int] = {}
-        done: Queue[Any] = Queue()
+        done: SimpleQueue[Any] = SimpleQueue()
         watch = _Watch(client)
 
         def submit() -> None:
             for block, runs in itertools.islice(waiting, 1):
-                future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
-                numbers[future] = block
-                future.add_done_callback(done.put)
+                with deferred():
+                    future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
+                    numbers[future] = block
+                    future.add_done_callback(done.put)
 
         threads = sum(client.nthreads().values())
         for _ in range(_AHEAD * max(threads, 1)):

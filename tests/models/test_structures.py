@@ -14,11 +14,5 @@ def test_a_declared_structure_is_derived_or_refused_by_a_rule_of_its_model(model
     assert any(outcome(model, structure) == "" for structure in random.Random(32).sample(small, 3))
 
 
-@pytest.mark.parametrize("pendulums", ["1", pytest.param("3", marks=pytest.mark.soak)])
-def test_a_craft_beyond_the_paper_has_any_number_of_pendulums(pendulums):
-    beyond = {"inertia": "ball", "attitude": "quaternion", "craft": "beyond"}
-    assert outcome("slosh", beyond | {"pendulums": pendulums}) == ""
-
-
 def test_a_rule_of_a_model_says_what_it_refuses():
     assert "needs model = 'dynamic'" in outcome("triangle", {"rods": "uniform"})

@@ -161,8 +161,7 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
     if results["selftest"]:
         test = results["selftest"]
         rows += [("self-test", f"{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
-    if results["ticks"]:
-        ticks = results["ticks"]
+    if (ticks := results["ticks"]) and ticks["most"]:  # an emulated clock stands still
         rows += [
             ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
         ]

@@ -44,9 +44,9 @@ class Tank(Part):
         Fuel at the start, kg: the scenario's NAME_fuel_0.
     nozzle : three numbers
         Where the fuel leaves, m.
-    thrust : three numbers
-        Direction of the force on the hub; any length.
-    exhaust : number
+    thrust : three numbers, optional
+        Direction of the force on the hub; any length. Left out where an `Engine` burns the fuel.
+    exhaust : number, optional
         Velocity of what leaves, m/s.
     at : three numbers
         Place of the fuel, and the pivot of the bob, m.
@@ -64,8 +64,8 @@ class Tank(Part):
 
     mass: float | Value
     nozzle: Annotated[Vector, place("n", "nozzle")]
-    thrust: Annotated[Vector, direction("t", "direction of the thrust")]
-    exhaust: Annotated[Number, scalar("ve", "m/s", "velocity of what leaves")]
+    thrust: Annotated[Vector | None, direction("t", "direction of the thrust")] = None
+    exhaust: Annotated[Number | None, scalar("ve", "m/s", "velocity of what leaves")] = None
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
     flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow")] = None
     reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)")] = None
@@ -75,6 +75,8 @@ class Tank(Part):
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     def __post_init__(self) -> None:
+        if (self.thrust is None) != (self.exhaust is None):
+            raise ModelError(f"{self.name}: a force has thrust and exhaust; give both, or none")
         if (self.share is None) != (self.length is None):
             raise ModelError(f"{self.name}: a bob has share and length; give both, or none")
         if self.share is None and self.damping is not None:
@@ -144,7 +146,7 @@ class Tank(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v = at.values
-        return (Load(self.inputs()[0].symbol * v.exhaust * v.thrust, v.nozzle),)
+        return () if v.thrust is None else (Load(self.inputs()[0].symbol * v.exhaust * v.thrust, v.nozzle),)
 
     def contribution(self, at: Mounted) -> Contribution:
         v, swinging = at.values, self._swinging(at)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,7 +13,7 @@ import sympy as sp
 from ...derivation import Expr
 from ...events import Event
 from ...mechanics import quaternion_product, quaternion_rates, quaternion_rotation
-from ...quantities import Quantity
+from ...quantities import ModelError, Quantity
 from ..frame import AXES, point_inertia
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Tensor, Vector, place, scalar, tensor
@@ -28,7 +29,58 @@ class _Line:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rod(Part):
+class _Elastic(Part):
+    """A line without mass: its tension, and what it stores and loses."""
+
+    length: Annotated[Number, scalar("l", "m", "length without load")]
+    stiffness: Annotated[Number, scalar("k", "N/m", "stiffness")]
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+
+    @abstractmethod
+    def _line(self, at: Mounted) -> _Line: ...
+
+    def _pull(self, at: Mounted) -> Expr:
+        """Return the tension of a line that also pushes, N."""
+        v, line = at.values, self._line(at)
+        drag = v.damping * line.rate if v.damping is not None else sp.S.Zero
+        return v.stiffness * (line.length - v.length) + drag
+
+    def _tension(self, at: Mounted) -> Expr:
+        return at.define("tension", self._pull(at), "tension", "N")
+
+    def _potential(self, at: Mounted) -> Expr:
+        potential: Expr = at.values.stiffness * (self._line(at).length - at.values.length) ** 2 / 2
+        return potential
+
+    def _loss(self, at: Mounted) -> Expr:
+        """Return the power of the damper, W."""
+        line = self._line(at)
+        return (self._potential(at).diff(line.length) - self._tension(at)) * line.rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Slackening(_Elastic):
+    """A line that pulls where it is taut and never pushes."""
+
+    def _tension(self, at: Mounted) -> Expr:
+        taut = self._line(at).length > at.values.length
+        pull = at.define("pull0", self._pull(at), "tension of a rod", "N")
+        return at.define("tension", sp.Piecewise((sp.Max(pull, 0), taut), (0, True)), "tension", "N")
+
+    def _potential(self, at: Mounted) -> Expr:
+        taut = self._line(at).length > at.values.length
+        return sp.Piecewise((super()._potential(at), taut), (0, True))
+
+    def events(self, at: Mounted) -> tuple[Event, ...]:
+        name, line = self.name, self._line(at)
+        result = Event(f"{name}_taut", line.length - at.values.length, title=f"{name} becomes taut, or slack")
+        if at.values.damping is None:
+            return (result,)
+        return (result, Event(f"{name}_pulls", self._pull(at), title=f"the damper of {name} takes up its pull"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rod(_Elastic):
     """A rigid body at the end of an elastic rod without mass, which turns freely at a mount on the hub and on the body.
 
     Parameters
@@ -55,9 +107,6 @@ class Rod(Part):
 
     mass: Annotated[Number, scalar("m", "kg", "mass")]
     inertia: Annotated[Tensor, tensor("J", "moment of inertia about its centre of mass")]
-    length: Annotated[Number, scalar("l", "m", "length without load")]
-    stiffness: Annotated[Number, scalar("k", "N/m", "stiffness")]
-    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
     at: Annotated[Vector, place("r", "mount")] = (0, 0, 0)
     mount: Annotated[Vector, place("b", "mount on the body, in its axes")] = (0, 0, 0)
     start: Sequence[float]
@@ -69,7 +118,8 @@ class Rod(Part):
         turn = tuple(Quantity(f"{self.name}_q{k}", "1", f"quaternion of {self.name}, component {k}") for k in range(4))
         return vector("", "m", "place"), turn, vector("v", "m/s", "relative velocity"), vector("w", "rad/s", "rate")
 
-    def _vectors(self) -> list[sp.Matrix]:
+    def vectors(self) -> list[sp.Matrix]:
+        """Return symbols of place, attitude, relative velocity and rate of the body."""
         return [sp.Matrix([q.symbol for q in group]) for group in self._quantities()]
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
@@ -79,66 +129,50 @@ class Rod(Part):
         return (*first, *upright, *(start(q, scenario) for q in (*velocity, *rate)))
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
-        q = self._vectors()[1]
+        q = self.vectors()[1]
         return {entry: entry / sp.sqrt(q.dot(q)) for entry in q}
 
     def _rotation(self, at: Mounted) -> sp.Matrix:
         """Return the matrix from the axes of the body to those of the hub."""
-        rotation = quaternion_rotation(list(self._vectors()[1])).T
+        rotation = quaternion_rotation(list(self.vectors()[1])).T
         return sp.Matrix(
             3, 3, lambda i, j: at.define(f"R{AXES[i]}{AXES[j]}", rotation[i, j], f"rotation, {AXES[i]}{AXES[j]}", "1")
         )
 
     def _turning(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
         """Return the rate of the body relative to the hub and the mount from its centre of mass, in the hub's axes."""
-        rotation, (*_, rate) = self._rotation(at), self._vectors()
+        rotation, (*_, rate) = self._rotation(at), self.vectors()
         turning = at.vector("turn", rotation * rate - at.frame.rate, "rate relative to the hub", "rad/s")
         return turning, at.vector("arm", rotation * at.values.mount, "mount from the centre of mass", "m")
 
     def _line(self, at: Mounted) -> _Line:
-        (centre, _, velocity, _), (turning, arm) = self._vectors(), self._turning(at)
+        (centre, _, velocity, _), (turning, arm) = self.vectors(), self._turning(at)
         reach = at.vector("reach", centre + arm - at.values.at, "from mount to mount", "m")
         moving = at.vector("moving", velocity + turning.cross(arm), "its rate in the axes of the hub", "m/s")
-        length = at.define("length", sp.sqrt(reach.dot(reach)), "distance of the mounts", "m")
-        along = at.vector("along", reach / length, "direction from mount to mount", "1")
-        return _Line(along, length, at.define("pace", along.dot(moving), "rate of the distance", "m/s"))
-
-    def _pull(self, at: Mounted) -> Expr:
-        """Return the tension with which the line pulls at both mounts, N."""
-        v, line = at.values, self._line(at)
-        drag = v.damping * line.rate if v.damping is not None else sp.S.Zero
-        return v.stiffness * (line.length - v.length) + drag
-
-    def _tension(self, at: Mounted) -> Expr:
-        return at.define("tension", self._pull(at), "tension", "N")
-
-    def _potential(self, at: Mounted) -> Expr:
-        potential: Expr = at.values.stiffness * (self._line(at).length - at.values.length) ** 2 / 2
-        return potential
+        return _line(at, reach, moving)
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, (centre, _, velocity, _), (turning, _), rotation = (
-            at.values, self._vectors(), self._turning(at), self._rotation(at),
+            at.values, self.vectors(), self._turning(at), self._rotation(at),
         )  # fmt: skip
         inertia = rotation * v.inertia * rotation.T
-        line, spin = self._line(at), inertia * turning
-        stretched = self._potential(at)
-        elastic = stretched.diff(line.length)
+        spin = inertia * turning
         return Aggregates(
             v.mass, v.mass * centre, inertia + point_inertia(v.mass, centre), v.mass * velocity,
             v.mass * centre.cross(velocity) + spin, (v.mass * velocity.dot(velocity) + turning.dot(spin)) / 2,
-            stretched, power=(elastic - self._tension(at)) * line.rate,
+            self._potential(at), power=self._loss(at),
         )  # fmt: skip
 
     def contribution(self, at: Mounted) -> Contribution:
         return Contribution(loads=(Load(self._tension(at) * self._line(at).along, at.values.at),))
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
-        v, w, (centre, turn, velocity, rate) = at.values, at.frame.rate, self._vectors()
+        v, w, (centre, turn, velocity, rate) = at.values, at.frame.rate, self.vectors()
         rotation, (_, arm) = self._rotation(at), self._turning(at)
         pull = at.vector("pull", -self._tension(at) * self._line(at).along, "force on the body", "N")
+        cables = (cable.force_on(self, mounted) for cable, mounted in at.craft.parts if isinstance(cable, Cable))
         carried = motion.at(centre, f"{self.name}_a", f"the hub at the place of {self.name}")
-        linear = pull / v.mass - carried - 2 * w.cross(velocity)
+        linear = sum(cables, pull) / v.mass - carried - 2 * w.cross(velocity)
         moment = rotation.T * arm.cross(pull) - rate.cross(v.inertia * rate)
         angular = at.vector("dw", _solved(v.inertia, moment), "angular acceleration", "rad/s^2")
         turned = quaternion_rates(list(turn), list(rate)) - quaternion_product((sp.S.Zero, *w), list(turn)) / 2
@@ -146,7 +180,7 @@ class Rod(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tether(Rod):
+class Tether(_Slackening, Rod):
     """A rigid body on an elastic tether, which pulls where it is taut and never pushes; slack begins at an event.
 
     Parameters
@@ -155,21 +189,42 @@ class Tether(Rod):
         As of a `Rod`.
     """
 
-    def _tension(self, at: Mounted) -> Expr:
-        taut = self._line(at).length > at.values.length
-        pull = at.define("pull0", self._pull(at), "tension of a rod", "N")
-        return at.define("tension", sp.Piecewise((sp.Max(pull, 0), taut), (0, True)), "tension", "N")
 
-    def _potential(self, at: Mounted) -> Expr:
-        taut = self._line(at).length > at.values.length
-        return sp.Piecewise((super()._potential(at), taut), (0, True))
+@dataclass(frozen=True, kw_only=True)
+class Cable(_Slackening):
+    """An elastic tether without a body, between the centres of mass of two bodies beside the hub.
 
-    def events(self, at: Mounted) -> tuple[Event, ...]:
-        name, line = self.name, self._line(at)
-        result = Event(f"{name}_taut", line.length - at.values.length, title=f"{name} becomes taut, or slack")
-        if at.values.damping is None:
-            return (result,)
-        return (result, Event(f"{name}_pulls", self._pull(at), title=f"the damper of {name} takes up its pull"))
+    Parameters
+    ----------
+    name, length, stiffness, damping
+        As of a `Rod`.
+    between : two of Rod or Tether
+        Its ends.
+    """
+
+    between: tuple[Rod, Rod]
+
+    def _line(self, at: Mounted) -> _Line:
+        for end in self.between:
+            if not any(part is end for part, _ in at.craft.parts):
+                raise ModelError(f"{self.name}.between: {end.name} is not mounted on the craft")
+        (near, _, slow, _), (far, _, fast, _) = (body.vectors() for body in self.between)
+        return _line(at, far - near, fast - slow)
+
+    def force_on(self, body: Rod, at: Mounted) -> sp.Matrix:
+        """Return the force on a body in the axes of the hub, N."""
+        sign = sum(side for end, side in zip(self.between, (1, -1), strict=True) if end.name == body.name)
+        return sign * self._tension(at) * self._line(at).along
+
+    def aggregates(self, at: Mounted) -> Aggregates:
+        return Aggregates(potential=self._potential(at), power=self._loss(at))
+
+
+def _line(at: Mounted, reach: sp.Matrix, moving: sp.Matrix) -> _Line:
+    """Define a line between points that are apart by `reach`, which changes at the rate `moving`."""
+    length = at.define("length", sp.sqrt(reach.dot(reach)), "distance of the ends", "m")
+    along = at.vector("along", reach / length, "direction from end to end", "1")
+    return _Line(along, length, at.define("pace", along.dot(moving), "rate of the distance", "m/s"))
 
 
 def _solved(inertia: sp.Matrix, moment: sp.Matrix) -> sp.Matrix:

@@ -49,14 +49,11 @@ class Law:
     ----------
     value : Expr
         V.
-    form : Form
-        Its derivative.
     demand : tuple of Expr
         u1..u5.
     """
 
     value: Expr
-    form: Form
     demand: tuple[Expr, ...]
 
 
@@ -174,7 +171,7 @@ def _renamed(attitude: Sequence[sp.Symbol], angles: Sequence[Expr]) -> dict[sp.S
 def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d: Derivation) -> Law:
     """Choose u1..u5 so that V' = A - w1 B^2 - w2 C^2 - w3 W1^2 - w4 W2^2 - w5 W3^2 (30)."""
     value = d.define(f"V_{tag}", value, numbers[0], "Lyapunov function", latex=f"V_{tag[1]}")
-    a = d.define(f"A_{tag}", form.A, "(29)", "derivative of V without inputs and body rates", "1/s", "A")
+    d.define(f"A_{tag}", form.A, "(29)", "derivative of V without inputs and body rates", "1/s", "A")
     b = d.define(f"B_{tag}", form.B, "(29)", "coefficient of u1", "s/m", "B")
     cc = d.define(f"C_{tag}", form.C, "(29)", "coefficient of u2", "s/m", "C")
     g = [
@@ -202,5 +199,4 @@ def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d:
         d.define(f"u{k + 3}_{tag}", turn, numbers[3], f"demanded Omega'_{k + 1}", "rad/s^2", f"u_{k + 3}")
         for k, turn in enumerate(turns)
     ]
-    named = Form(a, b, cc, sp.Matrix(3, 3, lambda i, j: f[max(i, j), min(i, j)]), sp.Matrix(g))
-    return Law(value, named, (u1, u2, *u345))
+    return Law(value, (u1, u2, *u345))

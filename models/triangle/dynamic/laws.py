@@ -8,16 +8,16 @@ rods' rates approach those exponentially, with all that acts along the rods take
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import sympy as sp
 
 from ...mechanics import QUARTER_TURN
-from ...system import Controller, Derivation, Expr, Group, Output, Quantity
+from ...system import Actuator, Controller, Derivation, Expr, Group, Output, Quantity
 from ..dynamics import W3, zeta_rate
 from .motion import Motion
 from .plant import Plant
-from .states import MOMENTUM, THRUST, rates
+from .states import FORCES, INPUTS, MOMENTUM, THRUST, rates
 
 _WANTED = tuple(Quantity(f"u_l{k}_wanted", "m/s", f"rate that the law asks of rod {k}", f"u_{k}^*") for k in (1, 2, 3))
 
@@ -46,24 +46,10 @@ def computed_forces(accelerations: Sequence[Expr], plant: Plant, tag: str, d: De
     return tuple((coupling.adjugate() * missing) / determinant)
 
 
-def wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, what: str, d: Derivation) -> tuple[Expr, ...]:
-    """Return the rates of rods that a law of rates asks for, all scaled by one factor where one is beyond the limit.
-
-    Parameters
-    ----------
-    law : Controller
-        Whose command are the rates of zeta and mu.
-    rod_rates : sequence of Expr
-        Rates of the rods as a function of those.
-    limit : Expr
-        Largest rate of a rod, m/s.
-    what : str
-        What follows these rates, in the title of the section.
-    d : Derivation
-        Receives the steps, in a section of their own.
-    """
+def _wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, d: Derivation) -> tuple[Expr, ...]:
+    """Return the rates of rods that a law of rates asks for, all scaled by one factor where one is beyond the limit."""
     tag = law.name
-    d.section(f"{what} of the law {tag}")
+    d.section(f"Forces of the law {tag}")
     command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
     asked = [
         d.define(
@@ -83,11 +69,6 @@ def wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, what: 
         latex="s",
     )
     return tuple(share * rate for rate in asked)
-
-
-def reports(wanted: Sequence[Expr]) -> tuple[Output, ...]:
-    """Return what a law says beside its command: the rates that it asks of the rods."""
-    return tuple(Output(q, rate) for q, rate in zip(_WANTED, wanted, strict=True))
 
 
 def with_forces(
@@ -113,25 +94,25 @@ def with_forces(
         Receives the steps, in a section of their own.
     """
     parameters = Group("c", (*law.parameters.quantities, *tracking.quantities))
-    wanted = wanted_rates(law, rod_rates, parameters.rate_max, "Forces", d)
+    wanted = _wanted_rates(law, rod_rates, parameters.rate_max, d)
     follow = [parameters.k_v * (goal - rate) for goal, rate in zip(wanted, rates, strict=True)]
     push = computed_forces(follow, plant, law.name, d)
     return dataclasses.replace(
         law,
         parameters=parameters,
         command=(*push, *(sp.S.Zero for _ in THRUST)),
-        outputs=reports(wanted),
+        outputs=tuple(Output(q, rate) for q, rate in zip(_WANTED, wanted, strict=True)),
     )
 
 
-def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group, momentum: Expr) -> Controller:
-    """Let thrusters take up the torque of gravity, and bring the angular momentum to a value, beside the rods.
+def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group) -> Controller:
+    """Let thrusters take up the torque of gravity, and the angular momentum, beside the rods.
 
     The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself. m_i X_i
     is the sum of m_i m_j/M (X_i - X_j) over its rods, which holds for rods with mass too.
     """
     own = Group("c", (*law.parameters.quantities, *parameters.quantities))
-    torque = own.k_H * (momentum - MOMENTUM.symbol) - plant.torque
+    torque = -own.k_H * MOMENTUM.symbol - plant.torque
     pulled = [mass * rod for mass, rod in zip(motion.bodies.reduced, motion.rods, strict=True)]
     turning = (torque / motion.inertia * QUARTER_TURN * (pulled[i - 2] - pulled[i - 1]) for i in range(3))
     command = (*law.command[: -len(THRUST)], *(force for pair in turning for force in pair))
@@ -141,14 +122,10 @@ def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group
     )  # fmt: skip
 
 
-def limits(inputs: Group, bounds: Mapping[str, Expr]) -> tuple[Group, tuple[Expr, ...]]:
-    """Return the commanded inputs and their bounded values; the bound depends on the first letter."""
+def limits(p: Group) -> Actuator:
+    """Return the commanded inputs and their bounded values."""
+    bounds = (*(p.F_max for _ in FORCES), *(p.thrust_max for _ in THRUST))
     commanded = Group(
-        "u_cmd",
-        tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in inputs),
+        "u_cmd", tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in INPUTS)
     )
-    applied = tuple(
-        sp.Max(-bounds[q.name[0]], sp.Min(bounds[q.name[0]], command.symbol))
-        for q, command in zip(inputs, commanded, strict=True)
-    )
-    return commanded, applied
+    return Actuator(commanded, tuple(sp.Max(-b, sp.Min(b, u)) for b, u in zip(bounds, commanded.symbols, strict=True)))

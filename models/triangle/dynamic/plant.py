@@ -8,7 +8,6 @@ the rods moves the angular momentum only.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -17,7 +16,7 @@ from ...mechanics import planar_cross
 from ...system import Derivation, Expr, Group
 from .bodies import ENDS
 from .motion import Motion
-from .states import ANOMALY, HEADING, lengths, rates, thrust
+from .states import ANOMALY, HEADING, forces, lengths, rates, thrust
 
 
 @dataclass(frozen=True)
@@ -84,17 +83,13 @@ def gravity(p: Group, d: Derivation) -> Gravity:
     return Gravity(gradient, radial, p.mean_motion * near**2 * sp.sqrt(1 - e**2))
 
 
-def plant(motion: Motion, field: Gravity, push: sp.Matrix, speeds: Sequence[Expr], d: Derivation) -> Plant:
+def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
     """Sum up what acts along the rods, and about the centre of mass.
 
     Parameters
     ----------
     motion, field
         Where the masses are, and gravity there.
-    push : Matrix
-        Forces along the rods, positive where they push.
-    speeds : sequence of Expr
-        Rates at which the drives of the rods work with these forces.
     d : Derivation
         Receives the steps.
     """
@@ -102,7 +97,7 @@ def plant(motion: Motion, field: Gravity, push: sp.Matrix, speeds: Sequence[Expr
     coupling = _coupling(motion, d)
     free = tuple(_free(k, motion, field, d) for k in range(3))
     pushed = tuple(_pushed(k, motion) for k in range(3))
-    accelerations = coupling * push + sp.Matrix(free) + sp.Matrix(pushed)
+    accelerations = coupling * forces + sp.Matrix(free) + sp.Matrix(pushed)
     cosine, sine = sp.cos(HEADING.symbol), sp.sin(HEADING.symbol)
     fx, fy = sum(thrust[1:], thrust[0])
     torque = d.define(
@@ -117,7 +112,7 @@ def plant(motion: Motion, field: Gravity, push: sp.Matrix, speeds: Sequence[Expr
         field.rate,
         (cosine * fx - sine * fy) / motion.bodies.total,
         (sine * fx + cosine * fy) / motion.bodies.total,
-        sp.Add(*(sp.Abs(force * speed) for force, speed in zip(push, speeds, strict=True))),
+        sp.Add(*(sp.Abs(force * speed) for force, speed in zip(forces, rates, strict=True))),
         sp.Add(*(sp.Abs(force) for pair in thrust for force in pair)),
     )
     return Plant(coupling, free, torque, rhs)

@@ -52,7 +52,7 @@ def polar() -> tuple[Expr, Expr]:
     return sp.sqrt(zeta.dot(zeta)), sp.atan2(zeta[1], zeta[0])
 
 
-def first_state(s: Group, start: tuple[Expr, ...], momentum: Expr) -> tuple[Expr, ...]:
+def first_state(s: Group, start: tuple[Expr, ...]) -> tuple[Expr, ...]:
     """Return the state with rods and attitude of the scenario, and zero work of the thrust."""
     rho, phi, size, _ = start
     aside = Derivation()
@@ -60,4 +60,4 @@ def first_state(s: Group, start: tuple[Expr, ...], momentum: Expr) -> tuple[Expr
     shape = {zeta[0]: rho * sp.cos(phi), zeta[1]: rho * sp.sin(phi), MU.symbol: size}
     tilt = _tilt(stretched).subs(aside.definitions).subs(shape, simultaneous=True)
     lengths_0, rates_0 = ((getattr(s, f"{q.name}_0") for q in group) for group in (LENGTHS, RATES))
-    return (*lengths_0, s.theta_0 + tilt, *rates_0, momentum, s.nu_0, *(sp.S.Zero for _ in (*DRIFT, *COSTS)))
+    return (*lengths_0, s.theta_0 + tilt, *rates_0, s.H_0, s.nu_0, *(sp.S.Zero for _ in (*DRIFT, *COSTS)))

@@ -10,7 +10,6 @@ from pathlib import Path
 import sympy as sp
 
 from ...system import (
-    Actuator,
     Condition,
     Controller,
     Derivation,
@@ -41,22 +40,22 @@ from .laws import computed_forces, limits, with_forces, with_thrust
 from .motion import Motion, motion
 from .plant import Gravity, Plant, gravity, kinetic, plant, potential
 from .shape import first_state, polar, rates_of_shape, shape_and_attitude
-from .states import DRIFT, FORCES, INPUTS, STATES, forces, lengths, rates
+from .states import DRIFT, FORCES, INPUTS, STATES, lengths
 
 _HERE = Path(__file__).parent
-OUTPUTS = (RHO, PHI, MU, THETA, *ERRORS)
+_OUTPUTS = (RHO, PHI, MU, THETA, *ERRORS)
 _ACCELERATIONS = Group(
     "acceleration",
     tuple(Quantity(f"l{k}_acc", "m/s^2", f"acceleration of rod {k}", rf"\ddot l_{k}") for k in (1, 2, 3)),
 )
-ENERGIES = (
+_ENERGIES = (
     Quantity("kinetic", "J", "kinetic energy"),
     Quantity("potential", "J", "potential energy in the gravity gradient"),
 )
 _IN_LINE = sp.Rational(1, 10**9)
 """Of all rods together: masses are in line that are so to this; angles are then within 1e-4 of those of a line. With
 none, cancellation in the rates ends most runs first, as not finite."""
-LIMITS = (
+_LIMITS = (
     Condition(
         sp.Min(*(sum(lengths) - 2 * length for length in lengths)) - _IN_LINE * sum(lengths),
         "the three masses became collinear: one rod is as long as the other two together",
@@ -84,7 +83,7 @@ def dynamic(masses: str, rods: str) -> System:
     base = base_triangle(massive.masses, d)
     moving = motion(massive, d)
     field = gravity(p, d)
-    acting = plant(moving, field, forces, rates, d)
+    acting = plant(moving, field, d)
     d.section("Placing a triangle with given rods")
     start = shape_from_lengths((s.l1_0, s.l2_0, s.l3_0), base, d, "_0")
     goal = shape_from_lengths((s.l1_f, s.l2_f, s.l3_f), base, d, "_f")
@@ -97,7 +96,6 @@ def dynamic(masses: str, rods: str) -> System:
     final = target_lengths(from_shape, REFERENCES.rho_ref, REFERENCES.phi_ref, REFERENCES.mu_ref, d)
     controllers = _forceful(laws(tables, shifted, (start[0], goal[0]), d), asked, acting, moving, own, d)
     functions = _functions(p, moving, field, acting, d)
-    commanded, applied = limits(INPUTS, {"F": p.F_max, "f": p.thrust_max})
     scenarios, metrics = _runs(masses)
     return System(
         name="triangle",
@@ -107,14 +105,14 @@ def dynamic(masses: str, rods: str) -> System:
         states=STATES,
         inputs=INPUTS,
         references=REFERENCES,
-        outputs=Group("y", OUTPUTS),
+        outputs=Group("y", _OUTPUTS),
         parameters=p,
         scenario_parameters=s,
         rhs=acting.rhs,
         output=(*polar(), MU.symbol, THETA.symbol, *errors(shifted, lengths, final)),
         steps=tuple(d.steps),
-        limits=LIMITS,
-        initial=first_state(s, start, s.H_0),
+        limits=_LIMITS,
+        initial=first_state(s, start),
         reference=(*goal[:3], s.theta_f),
         constraints=(
             inequality("initial", "0", s),
@@ -125,7 +123,7 @@ def dynamic(masses: str, rods: str) -> System:
         controllers=controllers,
         scenarios=scenarios,
         metrics=metrics,
-        actuator=Actuator(commanded, applied),
+        actuator=limits(p),
         geometry=geometry(massive.lumps, stretched, base, REFERENCES.theta_ref),
     )
 
@@ -141,7 +139,7 @@ def _forceful(
     """Return the paper's laws with computed forces, and the path law beside thrust."""
     tracking = Group("c", own["tracking"].quantities + own["rates"].quantities)
     controllers = {law.name: with_forces(law, asked, acting, tracking, d) for law in plain}
-    return (*controllers.values(), with_thrust(controllers["path"], moving, acting, own["thrust"], sp.S.Zero))
+    return (*controllers.values(), with_thrust(controllers["path"], moving, acting, own["thrust"]))
 
 
 def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
@@ -150,11 +148,11 @@ def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
     further, costs = read_scenarios(_HERE / "scenarios.toml")
     runs = (*(dataclasses.replace(run, expect={}) for run in paper), *further)
     if masses == "general":
-        runs = tuple(map(by_mass, runs))
+        runs = tuple(map(_by_mass, runs))
     return runs, (*shared, *costs)
 
 
-def by_mass(run: Scenario) -> Scenario:
+def _by_mass(run: Scenario) -> Scenario:
     """Give each of three masses what a scenario gives the one."""
     others = {name: value for name, value in run.values.items() if name != "mass"}
     each = {f"m{k}": run.values["mass"] for k in (1, 2, 3) if "mass" in run.values}
@@ -170,7 +168,7 @@ def _functions(p: Group, moving: Motion, field: Gravity, acting: Plant, d: Deriv
         Function(
             "energy",
             (STATES, p),
-            tuple(zip(ENERGIES, energies, strict=True)),
+            tuple(zip(_ENERGIES, energies, strict=True)),
             "kinetic energy, and potential energy in the gravity gradient",
         ),
         Function(

@@ -224,7 +224,7 @@ class DecisionRule:
 
     def __init__(self, requirements: Sequence[Requirement], confidence: float, design: str) -> None:
         if not requirements:
-            raise bad_value("until", DECIDED, "left out where nothing is required")
+            raise bad_value("until", DECIDED, "left out without a requirement")
         if design != "random":
             raise bad_value("until", DECIDED, f"left out with a {design} design: only independent runs decide")
         self._requirements, self._open = requirements, set(range(len(requirements)))

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, MehvarError
 
+from ...interrupts import deferred
 from .attributes import NAMES, check_attributes, check_batch, check_variables
 from .layout import STATUS, Layout, Variable, consolidate
 from .lock import Lock, holder, is_abandoned
@@ -162,6 +163,7 @@ class Store:
         missing = sorted(set(range(self.blocks())) - set(whole))
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
 
+    @deferred()
     def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
         """Store a block; return when its chunks, and then its record, are on disk.
 
@@ -197,6 +199,7 @@ class Store:
         except OSError as error:
             raise _store_error(error, self.name) from error
 
+    @deferred()
     def end(self, n: int) -> None:
         """End the batch after its first n runs, a whole number of blocks or all; later runs are removed.
 
@@ -267,6 +270,7 @@ class Store:
         """Return the attributes of each variable and coordinate."""
         return {name: dict(array.attrs) for name, array in self._arrays.items()}
 
+    @deferred()
     def dataset(self) -> xarray.Dataset:
         """Open it with xarray; values are read, and checked against the records, on use."""
         import xarray
@@ -320,15 +324,17 @@ class Store:
 
         Missing or changed chunks are refused before Zarr reads them.
         """
-        try:
-            yield
-        except MehvarError:
-            raise
-        except Exception as error:
-            what = " ".join(str(error).split())
-            raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
+        with deferred():
+            try:
+                yield
+            except MehvarError:
+                raise
+            except Exception as error:
+                what = " ".join(str(error).split())
+                raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
 
 
+@deferred()
 def create(path: Path | None, layout: Layout) -> Store:
     """Make a store without runs; it appears under its name when complete, locked by this process.
 
@@ -360,6 +366,7 @@ def create(path: Path | None, layout: Layout) -> Store:
         raise OSError(error.errno or 0, f"cannot write {path}: {_reason(error)}") from error
 
 
+@deferred()
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
     """Open a store to continue it, locked by this process; repair damaged metadata, names and instants.
 
@@ -421,6 +428,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     raise opened
 
 
+@deferred()
 def _opened(folder: Path) -> Store | DamageError:
     if files := foreign(folder):
         check_identified(folder)

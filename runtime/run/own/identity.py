@@ -335,7 +335,7 @@ def _is_installed_module(module: ModuleType) -> bool:
     if module.__name__.partition(".")[0] == "mehvar":
         return True
     if file is None:
-        return module.__name__ in sys.builtin_module_names or module.__name__ in sys.stdlib_module_names
+        return module.__name__ in sys.stdlib_module_names
     path = Path(file).resolve()
     return not _INSTALLED.isdisjoint(path.parts) or any(path.is_relative_to(folder) for folder in _STANDARD)
 

@@ -32,7 +32,6 @@ from tests.mehvar.browser import chromium, eventually, prefer, requests, show
 from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
 from tests.papers.shared import LIGHT, paper_agreement, shared_runs
 
-NOTHING = Beyond(BeyondWords("", {}, (), (), ()), {}, {})
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
 
@@ -90,7 +89,7 @@ def small(monkeypatch):
     monkeypatch.setattr(content, "load_reproduction", reduced)
     monkeypatch.setattr(content, "Runs", shared_runs)
     monkeypatch.setattr(content, "agreement", lambda runs: paper_agreement(runs.model.manifest.model))
-    monkeypatch.setattr(content, "load_beyond", lambda name: load_beyond(name) if name == LIGHT else NOTHING)
+    monkeypatch.setattr(content, "load_beyond", lambda name: load_beyond(name) if name == LIGHT else None)
     monkeypatch.setattr(content, "run_boards", first_board)
     monkeypatch.setattr("mehvar.reproduction.runs._MOST_SAMPLES", 120)
     monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))  # tested on its own
@@ -270,8 +269,7 @@ def _only_claims(monkeypatch, claims):
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
-    monkeypatch.setattr(content, "load_beyond", lambda name: NOTHING)
-    monkeypatch.setattr(content, "structure_folders", lambda tree, models: {name: generated(name) for name in models})
+    monkeypatch.setattr(content, "load_beyond", lambda name: None)
 
 
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
@@ -295,9 +293,10 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     _only_claims(monkeypatch, lambda runs: [])
     different = Agreement([FunctionAgreement("rhs", 500, 0.0), FunctionAgreement("jac_x", 500, 1e-9)], [])
     monkeypatch.setattr(content, "agreement", lambda runs: different)
-    words = replace(NOTHING.words, claim=(ClaimText("B1", "it is light"),))
+    words = BeyondWords("", {}, (), (), (ClaimText("B1", "it is light"),))
     failing = Beyond(words, {}, {"B1": lambda *given: [Check("m", "1", "2", False)]})
     monkeypatch.setattr(content, "load_beyond", lambda name: failing)
+    monkeypatch.setattr(content, "structure_folders", lambda tree, models: {name: generated(name) for name in models})
     board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1

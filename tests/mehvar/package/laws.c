@@ -46,11 +46,11 @@ int main(void)
 {
     static satellite_mrac_state one, other;
     static triangle_path_state path;
-    static slosh_regulator_state regulator;
+    static slosh_lyapunov_v2_state lyapunov;
     for (int k = 0; k < SAMPLES; k++) {
         STEP(one, satellite_mrac, SATELLITE_MRAC, k);
         STEP(path, triangle_path, TRIANGLE_PATH, k);
-        STEP(regulator, slosh_regulator, SLOSH_REGULATOR, k);
+        STEP(lyapunov, slosh_lyapunov_v2, SLOSH_LYAPUNOV_V2, k);
         STEP(other, satellite_mrac, SATELLITE_MRAC, k);
     }
     put('.');

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.codegen.generate import installed_tree
-from mehvar.codegen.structures import structure_folder
 from mehvar.package.files import package
 from mehvar.package.law import law_facts, law_name
 from mehvar.runtime.board.image.build import Program, delay_of, program, write_sources
@@ -24,7 +22,6 @@ from tests.tools import needs
 HERE = Path(__file__).parent
 SAMPLES = 12
 CORTEX = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -O2"
-BEYOND = {"inertia": "ball", "attitude": "quaternion", "craft": "beyond"}
 PROJECT = """\
 cmake_minimum_required(VERSION 3.16)
 project(three C)
@@ -32,17 +29,16 @@ add_subdirectory(satellite)
 add_subdirectory(triangle)
 add_subdirectory(slosh)
 add_executable(three laws.c)
-target_link_libraries(three satellite_mrac triangle_path slosh_regulator)
+target_link_libraries(three satellite_mrac triangle_path slosh_lyapunov_v2)
 """
 
 
 @functools.cache
 def firmware(model: str, law: str) -> Program:
-    place = structure_folder(installed_tree(), "slosh", BEYOND) if model == "slosh" else model
-    return program(runtime.load(str(place), backend="c"), law)
+    return program(runtime.load(model, backend="c"), law)
 
 
-LAWS = (("satellite", "mrac"), ("triangle", "path"), ("slosh", "regulator"))
+LAWS = (("satellite", "mrac"), ("triangle", "path"), ("slosh", "lyapunov-v2"))
 
 
 def closed_loop(subject: Program) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
@@ -106,8 +102,8 @@ def check_lines(text: str, expected: list[list[str]]) -> None:
     lines = [line.strip() for line in text.partition(".")[0].splitlines()]
     assert len(lines) == 4 * SAMPLES
     for k in range(SAMPLES):
-        mrac, path, regulator, again = lines[4 * k : 4 * k + 4]
-        for line, rows in zip((mrac, path, regulator), expected, strict=True):
+        mrac, path, lyapunov, again = lines[4 * k : 4 * k + 4]
+        for line, rows in zip((mrac, path, lyapunov), expected, strict=True):
             assert line == rows[k], k
         assert again == mrac
 

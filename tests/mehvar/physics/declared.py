@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mehvar.physics.gates import Gate
 from mehvar.physics.machine import Machine
-from tests.mehvar.physics import craft, draining, pushed, satellite, slosh, triangle
+from tests.mehvar.physics import craft, pushed, satellite, slosh, triangle
 
 Structure = tuple[tuple[str, str], ...]
 Case = tuple[str, Structure]
@@ -32,16 +32,10 @@ CRAFT: Case = (
 """The satellite with all that is beyond its paper."""
 SHAKEN: Case = ("satellite", tuple({**dict(CRAFT[1]), "wheels": "unbalanced"}.items()))
 """The same with wheels off balance."""
-DRAINING: Case = (
-    "slosh",
-    (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"), ("craft", "beyond")),
-)
-"""The spacecraft with all that is beyond its paper."""
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
     ("triangle", (("masses", "general"), ("model", "dynamic"), ("rods", "uniform"))),
-    ("triangle", (("masses", "general"), ("model", "tethered"))),
     ("satellite", ()),
     ("satellite", (("chart", "quaternion"),)),
     CRAFT,
@@ -49,7 +43,6 @@ CASES: tuple[Case, ...] = (
     _slosh(2, "paper"),
     _slosh(1, "hinge"),
     _slosh(2, "ball", "quaternion"),
-    DRAINING,
     _slosh(6, "ball"),
 )
 """Each value of each choice beside others. The last solves the hull's equations instead of the tensions'."""
@@ -57,7 +50,6 @@ FURTHER: tuple[Case, ...] = (
     ("triangle", (("masses", "general"),)),
     ("triangle", (("model", "dynamic"),)),
     ("triangle", (("model", "dynamic"), ("rods", "uniform"))),
-    ("triangle", (("model", "tethered"),)),
     _slosh(1, "paper"),
     _slosh(3, "paper"),
     _slosh(2, "hinge"),
@@ -85,8 +77,6 @@ def gates_of(subject: Machine) -> list[Gate]:
     """Return the gates that a model declares for a structure."""
     if subject.system.structure in (dict(CRAFT[1]), dict(SHAKEN[1])):
         return craft.gates_of(subject)
-    if subject.system.structure.get("craft") == "beyond":
-        return draining.gates_of(subject)
     return _DECLARATIONS[subject.system.name](subject)
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Physics of the triangle that forces move: Newton's law for its bodies in Cartesian coordinates.
 
-Rods push, or tethers pull; rods may have mass, and then velocities of the corners have a mass matrix.
+Rods may have mass, and then velocities of the corners have a mass matrix.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ import numpy as np
 
 from mehvar.physics.gates import Gate, balance, identity
 from mehvar.physics.machine import Array, Machine, Points
-from tests.mehvar.physics import tethers, triangle
+from tests.mehvar.physics import triangle
 
 _ENDS = ((1, 2), (2, 0), (0, 1))
 
 
-def gates_of(subject: Machine) -> list[Gate]:
+def gates_of(_: Machine) -> list[Gate]:
     """Return what must hold."""
-    own = tethers.gates(begun) if _on_tethers(subject) else [identity("computed forces", _accelerated, _wanted)]
     return [
-        *own,
+        identity("computed forces", _accelerated, _wanted),
         identity("lengths, rates and momentum are those of the masses", lambda at: at.along(_flat), _relative),
         balance("Newton's law", _velocities, _accelerations),
         balance("energy", lambda at: at.result("energy", "kinetic")[:, 0], _power),
@@ -31,7 +30,7 @@ def gates_of(subject: Machine) -> list[Gate]:
         identity("shape and attitude place the masses", _by_shape, lambda at: _places(at).reshape(-1, 6)),
         balance("the paper's attitude rate", lambda at: at.result("outputs", "theta"), _turning),
         identity("limits", _limited, _clipped),
-        identity("start", lambda at: triangle.distances(_places(begun(at))), lambda at: _rods(at, "0")),
+        identity("start", lambda at: triangle.distances(_places(_begun(at))), lambda at: _rods(at, "0")),
         identity("state at the start", _first, _scenario),
         identity("target", _target_rods, lambda at: _rods(at, "f")),
         identity("target's attitude, masses in their order", _target_attitude, lambda at: _aligned(at["theta_f"])),
@@ -40,13 +39,9 @@ def gates_of(subject: Machine) -> list[Gate]:
     ]
 
 
-def _on_tethers(subject: Machine) -> bool:
-    return subject.system.structure["model"] == "tethered"
-
-
 def _push(at: Points) -> Array:
     """Return the forces along the rods, positive where they push."""
-    return -tethers.tensions(at) if _on_tethers(at.machine) else at.vector("F1", "F2", "F3")
+    return at.vector("F1", "F2", "F3")
 
 
 def _centred(at: Points, X: Array) -> Array:
@@ -151,8 +146,7 @@ def _areal(at: Points) -> Array:
 
 
 def _costs(at: Points) -> Array:
-    speeds = tethers.leaving(at) if _on_tethers(at.machine) else at.vector("u_l1", "u_l2", "u_l3")
-    drives = np.abs(_push(at) * speeds).sum(axis=1)
+    drives = np.abs(_push(at) * at.vector("u_l1", "u_l2", "u_l3")).sum(axis=1)
     own = at.vector(*(f"f{i}{axis}" for i in (1, 2, 3) for axis in "xy"))
     return np.column_stack([drives, np.abs(own).sum(axis=1)])
 
@@ -188,12 +182,11 @@ def _limited(at: Points) -> Array:
 
 
 def _clipped(at: Points) -> Array:
-    drives = "reel_max" if _on_tethers(at.machine) else "F_max"
-    limit = at.vector(*[drives] * 3, *["thrust_max"] * 6)
+    limit = at.vector(*["F_max"] * 3, *["thrust_max"] * 6)
     return np.clip(2 * at.values["u"], -limit, limit)
 
 
-def begun(at: Points) -> Points:
+def _begun(at: Points) -> Points:
     """Return the points at the start of their scenario."""
     return at.at(x=at.call("initial"))
 
@@ -203,26 +196,24 @@ def _rods(at: Points, end: str) -> Array:
 
 
 def _first(at: Points) -> Array:
-    first = begun(at)
+    first = _begun(at)
     states = ("l1", "l2", "l3", "u_l1", "u_l2", "u_l3", "H", "nu", "vx", "vy", "work", "impulse")
     return np.column_stack([first.result("outputs", "theta"), first.vector(*states)])
 
 
 def _scenario(at: Points) -> Array:
     named = at.vector("theta_0", "l1_0", "l2_0", "l3_0", "u_l1_0", "u_l2_0", "u_l3_0")
-    momentum = at["H_0"] + (at.call("reference")[:, 4] if _on_tethers(at.machine) else 0)
-    return np.column_stack([named, momentum, at["nu_0"], np.zeros((len(named), 4))])
+    return np.column_stack([named, at["H_0"], at["nu_0"], np.zeros((len(named), 4))])
 
 
 def _target_rods(at: Points) -> Array:
-    rho, phi, mu, theta = at.call("reference")[:, :4].T
+    rho, phi, mu, theta = at.call("reference").T
     return triangle.distances(triangle.placed(at, rho, phi, mu, theta))
 
 
 def _target_attitude(at: Points) -> Array:
-    rho, phi, mu, theta = at.call("reference")[:, :4].T
-    turned = at["spin"] * at["t"] if _on_tethers(at.machine) else 0
-    return np.column_stack([theta - turned, triangle.sense(triangle.placed(at, rho, phi, mu, theta))])
+    rho, phi, mu, theta = at.call("reference").T
+    return np.column_stack([theta, triangle.sense(triangle.placed(at, rho, phi, mu, theta))])
 
 
 def _aligned(theta: Array) -> Array:

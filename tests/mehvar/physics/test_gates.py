@@ -21,10 +21,6 @@ from tests.sampling import RANGES
 
 PURE_NUMBERS = {"mrac", "mrac_literal"}
 """Laws whose first covariance is a number that stands for 1/(N m)^2 too: units of torque must stay as they are."""
-MATRICES = {"regulator"}
-"""Laws whose gains are matrices of numbers in SI, the entries of one matrix in several units."""
-ADVISING = {"regulator: sample_of_gains"}
-"""Parameters that a warning alone reads, and that change no run: for which period the regulator's gains are made."""
 PICTURES = {"geometry"}
 """Groups that are only drawn, at sizes of the picture's own: metres of a hull and of an arrow for a newton."""
 
@@ -55,14 +51,13 @@ def test_equations_pass_their_gates(case):
 @up_to_two_pendulums
 def test_every_parameter_matters(case):
     subject = subject_of(case)
-    laws = {law.name for law in subject.system.controllers}
-    assert idle_parameters(subject) == sorted(name for name in ADVISING if name.partition(":")[0] in laws)
+    assert not idle_parameters(subject)
 
 
 @up_to_two_pendulums
 def test_units_can_be_changed(case):
     subject = subject_of(case)
-    names = [request.name for request in requests(subject.system) if request.name not in PICTURES | MATRICES]
+    names = [request.name for request in requests(subject.system) if request.name not in PICTURES]
     scales = {name: SAME_TORQUE if name in PURE_NUMBERS else SCALES for name in names}
     failed = {name: error for name in names if not (error := misfit(subject, name, scales[name])) <= TOLERANCE}
     assert not failed

@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.physics.machine import Machine, points
 from mehvar.physics.mutation import run, weighted
-from tests.mehvar.physics.declared import CRAFT, DRAINING, SHAKEN, gates_of, title
+from tests.mehvar.physics.declared import CRAFT, SHAKEN, gates_of, title
 from tests.mehvar.physics.installed import machine
 
 SAMPLE = 60
@@ -22,10 +22,7 @@ CASES = (
     pytest.param(SHAKEN, marks=pytest.mark.soak),
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
-    pytest.param(  # DRAINING has it too
-        ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))), marks=pytest.mark.soak
-    ),
-    DRAINING,
+    ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),
 )
 
 

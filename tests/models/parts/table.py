@@ -7,6 +7,7 @@ from mehvar.models.parts import (
     Bob,
     Chain,
     ControlMomentGyro,
+    Engine,
     ExternalForce,
     Hinge,
     Hub,
@@ -80,6 +81,8 @@ PARTS: dict[str, Part] = {
     "chain": Chain("a", LINKS),
     "tank": Tank("a", **FUEL),
     "tank with a bob": Tank("a", **FUEL, share=0.6, length=0.3, damping=2.0, rest=(0, 0, -1)),
+    "tank that feeds an engine": Tank("a", **FUEL | {"thrust": None, "exhaust": None}),
+    "engine": Engine("a", direction=SKEW, axis=(0.1, 1.0, 0.3), lag=0.2, at=(-1.0, 0.2, 0.1), rate_limit=0.8),
     "rod": Rod("a", **BESIDE, stiffness=20.0, damping=0.3, mount=(0.3, 0.2, 0.1)),
     "tether": Tether("a", **BESIDE, stiffness=20.0, damping=0.3, mount=(0.3, 0.2, 0.1)),
 }

@@ -16,6 +16,7 @@ from mehvar.base.units import dimension
 from mehvar.models.parts import (
     Aggregates,
     Bob,
+    Cable,
     Chain,
     Coordinate,
     Hinge,
@@ -28,6 +29,7 @@ from mehvar.models.parts import (
     PointMass,
     Slider,
     SprungMass,
+    Tether,
     UnbalancedWheel,
     Wheel,
     point_inertia,
@@ -341,6 +343,51 @@ def test_bodies_on_lines_are_free_where_these_are_slack():
     rates, hub = slack.rates(x, u), bare().rates(x, u)
     assert apart({n: rates[n] for n in hub}, hub) < ROUNDING
     assert {event.name for event in slack.system.events} == {"a_taut", "a_pulls"}
+
+
+MASSES = {"a": 2.0, "b": 3.0, "c": 1.5}
+LENGTHS = {"ab": 1.0, "ac": 1.2, "bc": 0.9}
+
+
+@functools.cache
+def joined(hub: str) -> Balances:
+    """Return three masses that three tethers join, with one of them as the hub."""
+    line = {"stiffness": 20.0, "damping": 0.3}
+    bodies = [
+        Tether(n, mass=MASSES[n], inertia=(1, 2, 2), start=(1, 1, 1), length=LENGTHS["".join(sorted(hub + n))], **line)
+        for n in MASSES
+        if n != hub
+    ]
+    between = "".join(body.name for body in bodies)
+    cable = Cable("cable", between=(bodies[1], bodies[0]), length=LENGTHS[between], **line)
+    return assembled((Hub(hub, mass=MASSES[hub], inertia=(1, 2, 2)), *bodies, cable))
+
+
+def test_three_masses_on_tethers_move_alike_whichever_is_the_hub():
+    rng = np.random.default_rng(17)
+    for _ in range(8):
+        places, speeds = ({n: rng.normal(size=3) * 0.7 for n in MASSES} for _ in range(2))
+        moved = []
+        for hub in MASSES:
+            x = dict.fromkeys(joined(hub).x_names, 0.0) | {"q0": 1.0}
+            x |= {f"v{axis}": speed for axis, speed in zip("xyz", speeds[hub], strict=True)}
+            others = [n for n in MASSES if n != hub]
+            for n in others:
+                for axis, place, speed in zip("xyz", places[n] - places[hub], speeds[n] - speeds[hub], strict=True):
+                    x |= {f"{n}_q0": 1.0, f"{n}_{axis}": place, f"{n}_v{axis}": speed}
+            rates = joined(hub).rates(x, {})
+            own = np.array([rates[f"v{axis}"] for axis in "xyz"])
+            relative = {n: np.array([rates[f"{n}_v{axis}"] for axis in "xyz"]) for n in others}
+            moved.append({hub: own} | {n: own + more for n, more in relative.items()})
+        for other in moved[1:]:
+            assert all(np.abs(other[n] - moved[0][n]).max() < ROUNDING * 100 for n in MASSES)
+
+
+def test_a_cable_keeps_the_balances():
+    rng = np.random.default_rng(18)
+    for _ in range(8):
+        assert joined("a").residual(joined("a").state(rng), np.zeros(0)) < 1e-13
+    assert {event.name for event in joined("a").system.events} >= {"cable_taut", "cable_pulls"}
 
 
 @pytest.mark.soak

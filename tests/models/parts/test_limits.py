@@ -8,8 +8,9 @@ import pytest
 import mehvar
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Hub, Spacecraft, Tank, Thruster, Wheel
+from mehvar.models.parts import Engine, Hub, Spacecraft, Tank, Thruster, Torquer, Wheel
 
+from .balances import assembled
 from .table import FUEL, PARTS
 
 
@@ -44,6 +45,29 @@ def actuate():
 )
 def test_what_acts_is_within_the_limits(actuate, commanded, speed, acts):
     assert actuate(*commanded, speed=speed) == acts
+
+
+def test_gimbals_follow_with_their_lag_and_within_their_limits():
+    engine = Engine("e", (1, 0, 0), (0, 1, 0), lag=0.1, at=(-1, 0, 0), limit=5.0, angle_limit=0.3, rate_limit=0.2)
+    craft = Spacecraft("craft")
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 3.0)))
+    craft.add(engine)
+    model = mehvar.build(craft)
+    run = mehvar.simulate(model, lambda t, x: [9.0, 1.0, -0.015], period=0.1, t_end=4.0, dt_out=0.5)
+    assert run["u_e_force"][1] == 5.0
+    np.testing.assert_allclose(run["e_angle2"], -0.015 * (1 - np.exp(-10 * run.t)), atol=1e-7)  # never too fast
+    assert run["e_angle1"][1] == pytest.approx(0.2 * 0.5, rel=1e-6)
+    assert run["e_angle1"][-1] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_the_force_of_an_engine_turns_with_its_gimbals():
+    engine = Engine("e", (1, 0, 0), (0, 1, 0), lag=0.1, at=(-1, 0, 0))
+    balances = assembled([Hub("hub", mass=10.0, inertia=(1.0, 2.0, 4.0)), engine, Torquer("turn")])
+    x = dict.fromkeys(balances.x_names, 0.0) | {"q0": 1.0, "e_angle1": 0.3, "e_angle2": 0.2}
+    rates = balances.rates(x, dict.fromkeys(balances.u_names, 0.0) | {"e_force": 20.0})
+    force = 20.0 * np.array([np.cos(0.3) * np.cos(0.2), np.sin(0.2), -np.sin(0.3) * np.cos(0.2)])
+    np.testing.assert_allclose([rates[f"v{a}"] for a in "xyz"], force / 10.0, atol=1e-15)
+    np.testing.assert_allclose([rates[f"w{a}"] for a in "xyz"], np.cross([-1, 0, 0], force) / [1, 2, 4], atol=1e-15)
 
 
 @pytest.mark.parametrize("name", PARTS)

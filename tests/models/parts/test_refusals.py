@@ -9,9 +9,11 @@ from mehvar.models.check import check
 from mehvar.models.parts import (
     Aggregates,
     Bob,
+    Cable,
     Chain,
     ControlMomentGyro,
     Coordinate,
+    Engine,
     Hinge,
     Hub,
     Instrument,
@@ -22,6 +24,7 @@ from mehvar.models.parts import (
     Slider,
     Spacecraft,
     Tank,
+    Tether,
     Thruster,
     Value,
     Wheel,
@@ -29,6 +32,9 @@ from mehvar.models.parts import (
 from mehvar.models.quantities import ModelError, Quantity
 
 BALL = (1.0, 1.0, 1.0)
+HUB = Hub("hub", mass=1.0, inertia=BALL)
+LINE = {"length": 1.0, "stiffness": 1.0}
+BODY, OTHER = (Tether(n, mass=1.0, inertia=BALL, start=(0, 0, 1), **LINE) for n in ("body", "other"))
 
 
 def assembled(*parts, **options):
@@ -71,6 +77,9 @@ def assembled(*parts, **options):
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob has share and length"),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), exhaust=1.0), "t: a force has thrust and exhaust"),
+        (lambda: assembled(Engine("e", (1, 0, 0), (2, 0, 0), 1.0)), "e.direction = .*: must not be along"),
+        (lambda: assembled(HUB, BODY, Cable("c", between=(BODY, OTHER), **LINE)), "c.between: other is not mounted on"),
         (lambda: Spacecraft("craft", attitude="euler angles"), "attitude = 'euler angles': must be one of quaternion"),
         (lambda: Spacecraft("craft", motion="orbit"), "motion = 'orbit': must be one of free"),
     ],

@@ -18,6 +18,7 @@ from scipy.stats import binomtest
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.report.verdicts import Verdicts
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.requirements import (
     DecisionRule,
     decide,
@@ -148,6 +149,15 @@ def test_a_store_of_known_numbers_has_known_verdicts() -> None:
         assert word in text
 
 
+def test_a_verdict_counts_the_runs_with_values_that_are_not_allowed() -> None:
+    status = np.zeros(1000, np.uint8)
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "not allowed" not in verdict.reason
+    status[:3] = IMPOSSIBLE
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "; 3 runs with values that are not allowed count as not fulfilled" in verdict.reason
+
+
 def test_listed_and_designed_runs_decide_nothing() -> None:
     for campaign in ('{"vary": {"a": "values(1, 2)"}}', '{"sampling": "sobol", "vary": {"a": "uniform(0, 1)"}}'):
         store = filled({}, **RULES, campaign=campaign)
@@ -201,7 +211,7 @@ def test_a_campaign_ends_when_it_is_decided_and_its_store_says_the_same(
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ({"require": {}}, "has no requirement"),
+        ({"require": {}}, "left out without a requirement"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "sampling": "sobol"}, "sobol design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "vary": {"theta_0": [1.0, 1.1]}, "n": 2}, "listed design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "confidence": 1.5}, "confidence = 1.5"),

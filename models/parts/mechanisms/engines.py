@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Engines on gimbals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ..part import Load, Motion, Mounted, Part, State, start
+from ..values import Number, Parameters, Vector, direction, place, scalar
+from .rotors import parallel
+
+
+@dataclass(frozen=True)
+class Engine(Part):
+    """An engine without mass on two gimbals, which follow their commands with a lag.
+
+    The first gimbal turns the force about the axis, the second towards the axis. The force is commanded; what it burns
+    is the flow out of a `Tank` without thrust.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`. Its states are NAME_angle1 and NAME_angle2; its inputs NAME_force, N, and the commanded angles
+        NAME_target1 and NAME_target2.
+    direction : three numbers
+        Of the force at the angles zero; what it has across the axis counts, at length one.
+    axis : three numbers
+        Of the first gimbal; any length.
+    lag : number
+        Time constant of the gimbals, s.
+    at : three numbers
+        Where the force acts, m.
+    limit, angle_limit, rate_limit : number, optional
+        Largest force, N, gimbal angle and rate of it.
+    """
+
+    direction: Annotated[Vector, direction("t", "direction of the force")]
+    axis: Annotated[Vector, direction("a", "axis of the first gimbal")]
+    lag: Annotated[Number, scalar("lag", "s", "time constant of the gimbals")]
+    at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
+    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
+    angle_limit: Annotated[Number | None, scalar("amax", "rad", "largest gimbal angle")] = None
+    rate_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest rate of a gimbal")] = None
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        result = super().values(parameters)
+        if parallel(self.axis, self.direction):
+            raise ModelError(f"{self.name}.direction = {self.direction!r}: must not be along axis = {self.axis!r}")
+        return result
+
+    def inputs(self) -> tuple[Quantity, ...]:
+        force = Quantity(f"{self.name}_force", "N", f"force of {self.name}")
+        return (
+            force,
+            *(Quantity(f"{self.name}_target{k}", "rad", f"commanded angle {k} of {self.name}") for k in (1, 2)),
+        )
+
+    def _angles(self) -> tuple[Quantity, ...]:
+        return tuple(Quantity(f"{self.name}_angle{k}", "rad", f"gimbal angle {k} of {self.name}") for k in (1, 2))
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        return tuple(start(q, scenario) for q in self._angles())
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        v, (first, second) = at.values, (at.frame.circle(q.symbol) for q in self._angles())
+        across = v.axis.cross(v.direction)
+        side = at.vector("side", across / sp.sqrt(across.dot(across)), "direction of the force at 90 degrees", "1")
+        turned = first[0] * side.cross(v.axis) + first[1] * side
+        return (Load(self.inputs()[0].symbol * (second[0] * turned + second[1] * v.axis), v.at),)
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        targets, angles = self.inputs()[1:], self._angles()
+        errors = ((t.symbol - a.symbol) / at.values.lag for t, a in zip(targets, angles, strict=True))
+        return tuple(_clipped(error, at.values.rate_limit) for error in errors)
+
+    def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
+        force, *targets = commanded
+        pushed = sp.Max(force, 0)
+        within = (_clipped(target, at.values.angle_limit) for target in targets)
+        return (pushed if at.values.limit is None else sp.Min(pushed, at.values.limit), *within)
+
+
+def _clipped(value: Expr, limit: Expr | None) -> Expr:
+    return value if limit is None else sp.Max(-limit, sp.Min(limit, value))
