@@ -88,6 +88,7 @@ def expected(form, outside):
 
 
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
+@pytest.mark.share(3)
 def test_tables_against_scipy(case, backend):
     form, outside, folder = case
     model, rate = load(folder, backend), expected(form, outside)
@@ -100,6 +101,7 @@ def test_tables_against_scipy(case, backend):
     assert np.isfinite(model.functions["jac_p"]([2.7], [0.0], p)).all()  # between equal values too
 
 
+@pytest.mark.share(2)
 def test_runs_and_lanes_through_tables(case, tmp_path):
     from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
     from mehvar.runtime.batch.store.store import open_store

@@ -100,6 +100,7 @@ def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, h
         stop(*processes)
 
 
+@pytest.mark.soak
 def test_a_worker_gets_the_jacobians_of_an_implicit_method(scheduler: str, client: Client, tmp_path: Path) -> None:
     campaign = replace(CAMPAIGN, n=8, options={"t_end": 0.5, "method": "rodas5p"})
     process = worker(scheduler, "implicit", FOLDER=str(tmp_path), MEHVAR_CACHE=str(tmp_path / "cache"))
