@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exceptions of signal handlers, such as Ctrl-C, at points where Python would drop them."""
+"""Exceptions of signal handlers, such as Ctrl-C, at points where Python would drop them or libraries are not ready."""
 
 from __future__ import annotations
 
 import signal
 import sys
 import threading
+import time
 import traceback
-from types import TracebackType
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType, TracebackType
 from typing import Any
+
+_SIGNALS = tuple(map(int, signal.valid_signals()))
+_PATIENCE = 2.0
+"""Seconds after which a further signal no longer waits. Half is a slow disk's block; twice as long seems stuck."""
 
 
 def is_of_handler(error: BaseException) -> bool:
@@ -17,6 +24,45 @@ def is_of_handler(error: BaseException) -> bool:
     return isinstance(error, KeyboardInterrupt) or any(
         frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__)
     )
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Call the handlers of signals after the block; one that comes 2 s after the first is called at once.
+
+    An exception inside `threading.Condition` leaves its lock taken for ever, and zarr, dask and thread pools wait by
+    such locks. Handlers run in the main thread: in other threads this does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handlers: dict[int, Callable[[int, FrameType | None], Any]] = {}
+    due: list[tuple[int, FrameType | None]] = []
+    end = float("inf")
+
+    def later(number: int, frame: FrameType | None) -> None:
+        nonlocal end
+        if time.monotonic() > end:
+            handlers[number](number, frame)
+        else:
+            due.append((number, frame))
+            end = min(end, time.monotonic() + _PATIENCE)
+
+    try:
+        for number in _SIGNALS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                handlers[number] = handler
+                signal.signal(number, later)
+        yield
+    finally:
+        end = 0.0  # a handler that is not back in its place when another one raises is called through `later`
+        try:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+        finally:
+            for number, frame in due:
+                handlers[number](number, frame)
 
 
 class KeptInterrupts:

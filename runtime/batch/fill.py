@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, MehvarError, bad_value, is_shortage
 
 from ..arguments import check_arguments
-from ..interrupts import KeptInterrupts
+from ..interrupts import KeptInterrupts, deferred
 from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
@@ -156,7 +157,7 @@ def run_batch(
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
-        allowed = f"left out: whether it is the same law in Python cannot be told: {own.untold}"
+        allowed = f"left out: the law in Python cannot be identified: {own.untold}"
         raise bad_value("resume", resume, allowed, origin)
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
@@ -255,14 +256,16 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
         if name == "numerics":
             differences = other_numerics(stored, value)
             raise InputError(
-                f"{store} was made with other numerics, whose bits do not mix: {differences}; "
-                "continue it where it was made, or begin another"
+                f"{store} was made with other numerics: {differences}; "
+                "continue it where it was made, or begin another store"
             )
         if name == "law":
             stored, value = _other_lines(stored, value)
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
-        raise InputError(f"{store} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
+        raise InputError(
+            f"{store} was made with {name} = {stored!r}, not {value!r}: repeat its command, or choose another name"
+        )
 
 
 def _other_lines(old: str, new: str) -> tuple[str, str]:
@@ -389,18 +392,22 @@ def _here(blocks: Blocks) -> BlockSource:
     """Return a source that computes blocks in this process, the next one while the last one is stored."""
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
-        stop = threading.Event()
+        stop, done = threading.Event(), SimpleQueue[Future[Values | None]]()  # which a signal may interrupt
         with ThreadPoolExecutor(1) as pool:
             try:
-                waiting: list[tuple[int, Future[Values | None]]] = []
+                waiting: list[int] = []
                 for block, runs in missing:
-                    waiting.append((block, pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)))
+                    with deferred():
+                        compute = pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)
+                        compute.add_done_callback(done.put)
+                    waiting.append(block)
                     if len(waiting) > 1:
-                        yield *_next_of(waiting), blocks.provenance
-                while waiting:
-                    yield *_next_of(waiting), blocks.provenance
+                        yield waiting.pop(0), _values(done.get()), blocks.provenance
+                for block in waiting:
+                    yield block, _values(done.get()), blocks.provenance
             finally:
-                stop.set()
+                with deferred():
+                    stop.set()
 
     return produce
 
@@ -411,9 +418,8 @@ def _there(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
     return on_workers(client, plan, blocks.numerics)
 
 
-def _next_of(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:
-    block, future = waiting.pop(0)
+def _values(future: Future[Values | None]) -> Values:
     values = future.result()
     if values is None:
         raise KeyboardInterrupt
-    return block, values
+    return values

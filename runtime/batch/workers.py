@@ -16,7 +16,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, Queue
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mehvar.base import cache
@@ -24,6 +24,7 @@ from mehvar.base.errors import InputError, MehvarError
 from mehvar.base.manifest import FILE
 
 from ..compiling.compiler import require_compiler
+from ..interrupts import deferred
 from ..model.generated import generated_text
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
@@ -127,14 +128,15 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
         waiting = iter(missing)
         numbers: dict[Any, int] = {}
-        done: Queue[Any] = Queue()
+        done: SimpleQueue[Any] = SimpleQueue()
         watch = _Watch(client)
 
         def submit() -> None:
             for block, runs in itertools.islice(waiting, 1):
-                future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
-                numbers[future] = block
-                future.add_done_callback(done.put)
+                with deferred():
+                    future = client.submit(_compute, shared, runs.start, len(runs), pure=False, priority=-block)
+                    numbers[future] = block
+                    future.add_done_callback(done.put)
 
         threads = sum(client.nthreads().values())
         for _ in range(_AHEAD * max(threads, 1)):
@@ -227,7 +229,7 @@ def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
 def _lost(client: Client, error: BaseException) -> ClusterError:
     """Return the error to raise for an error of dask's."""
     if client.status != "running":
-        return ClusterError(f"the scheduler {_address(client)} is gone")
+        return ClusterError(f"the scheduler {_address(client)} does not answer")
     return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
 
 
@@ -255,6 +257,6 @@ def _blocks(key: str, bundle: Bundle) -> Blocks:
         folder = cache.entry("models", key, bundle.write)
         blocks = Blocks(Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign))), threads=1)
         if differences := other_numerics(bundle.numerics, blocks.numerics.text()):
-            raise InputError(f"its numerics are others, and bits do not mix: {differences}")
+            raise InputError(f"its numerics differ: {differences}")
         _READY[key] = blocks
     return _READY[key]

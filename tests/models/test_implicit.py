@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import random
 import re
+import threading
 
 import numpy as np
 import pytest
@@ -155,18 +156,50 @@ def test_robertsons_reaction(tmp_path):
         assert np.abs(run.x.sum(axis=1) - 1).max() < 1e-11
 
 
-def test_a_nonlinear_equation_after_a_jump_of_its_input(tmp_path):
-    """A command that jumps at each sample moves the algebraic state at once."""
+def jumping(folder, command, **fields):
+    """Write a motor whose command changes sign with its angle."""
     system, c = motor(), Group("c", (parameter("V", "V", 12.0),))
     sign = sp.sign(sp.sin(system.states.w * system.parameters.Ts * 10))
-    wave = Controller("steps", "", c, (c.V * sign,), period="Ts")
-    folder = folder_of(dataclasses.replace(system, controllers=(wave,)), tmp_path)
+    wave = Controller("steps", "", c, (c.V * command(sign),), period="Ts")
+    return folder_of(dataclasses.replace(system, controllers=(wave,), **fields), folder)
+
+
+def test_a_nonlinear_equation_after_a_jump_of_its_input(tmp_path):
+    """A command that jumps at each sample moves the algebraic state at once."""
+    folder = jumping(tmp_path, lambda sign: sign)
     options = {"method": "rodas5p", "parameters": {"z": 0.05}, "initial": {"w": 6.2}, "rtol": 1e-9, "atol": 1e-9}
     for backend in ("c", "python"):
         run = simulate(folder, "steps", backend=backend, **options)
         i, w, v = run.x[1:, 0], run.x[1:, 1], run.u[:-1, 0]
         assert np.ptp(v) == 24
         np.testing.assert_allclose(v - 2 * i - 0.05 * w - 0.05 * i**3, 0, atol=1e-7)
+
+
+def test_a_jump_that_is_far_from_its_solution_is_solved(tmp_path):
+    """From 1 to 1.95 times the other way, the first correction of a cubic ends where the slope is nearly zero."""
+    folder = jumping(tmp_path, lambda sign: sp.Rational(1475, 1000) * sign - sp.Rational(475, 1000))
+    i, options = (12 / 5) ** (1 / 3), {"method": "rodas5p", "rtol": 1e-9, "atol": 1e-9}
+    run = simulate(folder, "steps", parameters={"z": 5.0, "R": 1e-3}, initial={"w": 6.2, "i": i}, **options)
+    assert run.status.complete
+    v, i, w = run.u[0, 0], run.x[1, 0], run.x[1, 1]
+    assert v < 0
+    assert v - 1e-3 * i - 0.05 * w - 5 * i**3 == pytest.approx(0, abs=1e-6)
+
+
+def test_a_jump_after_which_no_value_solves_the_equation_ends_the_run(tmp_path):
+    x, p = motor().states, motor().parameters
+    either = motor().inputs.v - p.R * sp.sqrt(x.i**2) - p.z * x.i**3 - p.k * x.w
+    folder = jumping(tmp_path, lambda sign: sign, rhs=(either, p.k * x.i - p.b * x.w))
+    runs, initial = [], {"w": 6.2, "i": 5.845}
+
+    def call():
+        runs.append(simulate(folder, "steps", method="rodas5p", initial=initial))
+
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(10.0)
+    assert runs
+    assert not runs[0].status.complete
 
 
 @pytest.mark.parametrize("method", ["rk4", "dopri5", "dop853", "rock4"])

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mehvar.base.errors import InputError
 
+from ...interrupts import deferred
 from .places import make_place
 
 FILE = "lock"
@@ -57,6 +58,7 @@ class Lock:
         """Register that the folder has been renamed."""
         self._place = folder / FILE
 
+    @deferred()
     def release(self) -> None:
         """Release the lock."""
         self._place.unlink(missing_ok=True)

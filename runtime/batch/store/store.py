@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, MehvarError
 
+from ...interrupts import deferred
 from .attributes import NAMES, check_attributes, check_batch, check_variables
 from .layout import STATUS, Layout, Variable, consolidate
 from .lock import Lock, holder, is_abandoned
@@ -162,6 +163,7 @@ class Store:
         missing = sorted(set(range(self.blocks())) - set(whole))
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
 
+    @deferred()
     def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
         """Store a block; return when its chunks, and then its record, are on disk.
 
@@ -197,6 +199,7 @@ class Store:
         except OSError as error:
             raise _store_error(error, self.name) from error
 
+    @deferred()
     def end(self, n: int) -> None:
         """End the batch after its first n runs, a whole number of blocks or all; later runs are removed.
 
@@ -267,6 +270,7 @@ class Store:
         """Return the attributes of each variable and coordinate."""
         return {name: dict(array.attrs) for name, array in self._arrays.items()}
 
+    @deferred()
     def dataset(self) -> xarray.Dataset:
         """Open it with xarray; values are read, and checked against the records, on use."""
         import xarray
@@ -320,15 +324,17 @@ class Store:
 
         Missing or changed chunks are refused before Zarr reads them.
         """
-        try:
-            yield
-        except MehvarError:
-            raise
-        except Exception as error:
-            what = " ".join(str(error).split())
-            raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
+        with deferred():
+            try:
+                yield
+            except MehvarError:
+                raise
+            except Exception as error:
+                what = " ".join(str(error).split())
+                raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
 
 
+@deferred()
 def create(path: Path | None, layout: Layout) -> Store:
     """Make a store without runs; it appears under its name when complete, locked by this process.
 
@@ -360,6 +366,7 @@ def create(path: Path | None, layout: Layout) -> Store:
         raise OSError(error.errno or 0, f"cannot write {path}: {_reason(error)}") from error
 
 
+@deferred()
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
     """Open a store to continue it, locked by this process; repair damaged metadata, names and instants.
 
@@ -416,11 +423,12 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         return opened
     if writer := holder(folder):
         raise InputError(
-            f"{folder} is being written by {writer}: its metadata are incomplete at this moment; try again"
+            f"{folder} is being written by {writer}: its metadata are incomplete; try again later"
         ) from opened
     raise opened
 
 
+@deferred()
 def _opened(folder: Path) -> Store | DamageError:
     if files := foreign(folder):
         check_identified(folder)
@@ -448,7 +456,7 @@ def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
     from .chunks import Chunks
 
     chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
-    # for writing, this process has made or repaired it: the group's own copy of the metadata is good
+    # opened for writing, this process has made or repaired it, so the group's copy of the metadata is intact
     return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=mode == "r+"), chunks
 
 
@@ -460,14 +468,14 @@ def _arrays(group: Any) -> dict[str, Any]:
     import zarr
 
     with zarr.config.set({"array.write_empty_chunks": True}):
-        # one after the other: opened at once, several damaged arrays leave errors behind that nobody collects
+        # one after the other: opened at once, several damaged arrays leave uncollected errors
         arrays = {name: group[name] for name in group.attrs["variables"]}
         dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
         arrays |= {name: group[name] for name in sorted(dimensions) if name in group}
     for name, array in arrays.items():
         foreign = {codec["name"] for codec in array.metadata.to_dict()["codecs"]} - _CODECS
         if foreign:
-            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which no batch is")
+            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which mehvar does not use")
     return arrays
 
 

@@ -70,9 +70,9 @@ static void mv_solve(const mv_loop *l, real *u)
 }
 
 /* Newton's method for algebraic states, when a law's input jumps: it ends where a correction is a tenth of the tolerance,
- * as the next would be its square, or after so many. Own: starts that are far off take up to six; what is left after
- * ten the error control sees. */
-#define NEWTON_STEPS 10
+ * as the next would be its square, or after so many, as at the start of a run: far starts and double roots gain a bit a
+ * step. What is left then the error control sees. */
+#define NEWTON_STEPS 50
 #define SETTLED 0.1
 
 /* Let algebraic states be what their equations say; the others stay. In W their rows are then those of one. */

@@ -42,3 +42,15 @@ def test_a_root_whose_sign_is_drawn_takes_more_points(whole, points):
     judge, expression = judged(whole)
     assert judge.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {judge.seed}"
     assert judge.is_rooted(expression) is (points == 32)
+
+
+def test_the_root_of_a_square_that_is_written_out_exists_everywhere():
+    """The other side has no root: that both exist together is proved, not tried at points."""
+    root = sp.sqrt(x**2 + 4 * x * y + 4 * y**2)
+    pool = Pool()
+    sides = Sides(pool).entries(sp.Matrix([x * (root + 1) - x * root, x]))
+    judge = Judge(pool, lambda name: name == "m", PointSampler({"x": WHOLE, "y": WHOLE}, frozenset()))
+    free = Meaning(pool, lambda _: None)
+    verdict = judge.decide((free, sides[0]), (free, sides[1]))
+    assert verdict.equal
+    assert verdict.how == judge.how((free, sides[0]), (free, sides[1]))

@@ -363,6 +363,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     assert "left" in text
 
 
+@pytest.mark.soak
 def test_a_killed_batch_goes_on_with_the_same_bytes(tmp_path: Path) -> None:
     """The benchmark `kill_test.py`, made small."""
     spec = importlib.util.spec_from_file_location("kill_test", KILL_TEST)

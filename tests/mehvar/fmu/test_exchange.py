@@ -71,6 +71,7 @@ class Unit:
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path: Path, fmi: str) -> None:
     unit, model = Unit(tmp_path, fmi), load("satellite")
     period = next(p.default for p in model.manifest.parameters if p.name == "Ts")
@@ -84,7 +85,16 @@ def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path:
         assert unit("SetTime", c.c_double(instant)) == OK
 
 
+def test_discrete_states_without_a_place_for_each_answer_are_refused(tmp_path: Path) -> None:
+    unit, flags, instant = Unit(tmp_path, "3.0", "triangle", "path"), (c.c_bool * 5)(), c.c_double()
+    places = [*(c.byref(flags, k) for k in range(5)), c.byref(instant)]
+    for k in range(6):
+        assert unit("UpdateDiscreteStates", *(None if i == k else place for i, place in enumerate(places))) == ERROR
+    assert unit("UpdateDiscreteStates", *places) == OK
+
+
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
     unit, n = Unit(tmp_path, fmi), len(load("satellite").state_names)
     unit.next_event()

@@ -77,6 +77,12 @@ def test_pieces_and_threads_change_no_bit(triangle: runtime.Model, whole: Store,
         assert np.array_equal(store.read(name), whole.read(name)[: store.n], equal_nan=store.n > 0 and name != STATUS)
 
 
+def test_a_store_says_where_its_model_is_by_a_shipped_name_or_by_folder(whole: Store, pendulum: runtime.Model) -> None:
+    own = run_batch(pendulum, Campaign("pd", n=1, options={"t_end": 0.05}))
+    assert whole.attributes["model_source"] == "triangle"
+    assert own.attributes["model_source"] == str(pendulum.manifest.folder.absolute())
+
+
 def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole: Store) -> None:
     """As the threads of a cluster's worker do."""
     blocks = Blocks(Plan(triangle, TRIANGLE), threads=1)

@@ -100,6 +100,7 @@ def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, h
         stop(*processes)
 
 
+@pytest.mark.soak
 def test_a_worker_gets_the_jacobians_of_an_implicit_method(scheduler: str, client: Client, tmp_path: Path) -> None:
     campaign = replace(CAMPAIGN, n=8, options={"t_end": 0.5, "method": "rodas5p"})
     process = worker(scheduler, "implicit", FOLDER=str(tmp_path), MEHVAR_CACHE=str(tmp_path / "cache"))
@@ -234,7 +235,7 @@ def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -
             process.wait()
     assert batch.returncode == 1, said
     assert said.count("\n") == 1, said
-    assert said.startswith(f"mehvar: the scheduler {address} is gone; ")
+    assert said.startswith(f"mehvar: the scheduler {address} does not answer; ")
     assert said.endswith(f"go on with: mehvar {' '.join(line)} --resume\n")
     assert verify(out).sound
     assert open_store(out).stored()

@@ -96,14 +96,35 @@ class Rebooting:
         pass
 
 
+class Counted(Link):
+    """Counts evaluations of the law."""
+
+    steps = 0
+
+    def step(self, numbers):
+        self.steps += 1
+        return super().step(numbers)
+
+
 @pytest.mark.parametrize("every", [101, 150])
 def test_a_board_that_reboots_gets_its_memory_back(every):
     bench = Bench(samples=150)
-    link = Link(Rebooting(bench.port, every), bench.program.layout)
+    port = Rebooting(bench.port, every)
+    link = Link(port, bench.program.layout)
     link.connect()
     law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
     assert bench.same(bench.simulate(law=law))
-    assert law.restored >= 2
+    assert law.restored == port.writes // every >= 2
+
+
+def test_samples_since_a_checkpoint_alone_are_repeated():
+    """Also where the host reads the memory less often than it needs checkpoints."""
+    bench = Bench(samples=150)
+    link = Counted(Rebooting(bench.port, 101), bench.program.layout)
+    link.connect()
+    law = BoardLaw(link, bench.expected.parameters, bench.program.layout, every=1000)
+    assert bench.same(bench.simulate(law=law))
+    assert link.steps <= bench.samples + 25 * law.restored
 
 
 def test_restarts_at_one_sample_end_a_run_at_a_number_that_can_be_set():

@@ -86,3 +86,14 @@ def test_the_watchdog_of_an_stm32_bites_after_its_count_and_only_once_started(pr
         write(machine, 0x3000, 0xAAAA)
     machine.advance(1.05 * ms + 20)
     assert machine.watchdog is None
+
+
+def test_the_ticks_of_a_cortex_m_count_down_from_what_the_program_wrote() -> None:
+    """ARMv7-M, SysTick: 0x14 is the reload, 0x18 the count; bit 16 of 0x10 says once that it passed zero."""
+    machine = quiet("stm32f4")
+    machine._write_system(0x14, 999)
+    machine._write_system(0x18, 5)
+    assert machine._read_system(0x18) == 999
+    machine.advance(1.0)
+    assert machine._read_system(0x18) == 999 - round(machine._board.hertz / 1000) % 1000
+    assert [machine._read_system(0x10) for _ in range(2)] == [7 | 1 << 16, 7]

@@ -76,6 +76,15 @@ def test_a_margin_that_crosses_zero_is_located(folder, law, backend):
             assert run.statistics["rejected"] <= 6
 
 
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_margin_that_falls_at_a_constant_rate_is_located_at_the_first_trial(folder, backend):
+    """Later, and in the first step."""
+    for low, expected in ((1.0, 1.0), (1.999, 0.001)):
+        run = simulate(folder, "smooth", w=1e-9, a_0=2.0, v_0=-1.0, low=low, t_end=4.0, backend=backend)
+        assert run.t_stop == pytest.approx(expected, abs=1e-9)
+        assert run.statistics["rejected"] == 1
+
+
 def test_fixed_steps_do_not_pass_over_a_margin_that_touches_zero(folder):
     for law in LAWS:
         run = simulate(folder, law, method="rk4", step=0.1)

@@ -93,6 +93,30 @@ def test_dop853_has_the_published_coefficients() -> None:
         np.testing.assert_array_equal(coefficients.reshape(expected.shape), expected, err_msg=name)
 
 
+class Tableau(ctypes.Structure):
+    """The first fields of a method's coefficients in C."""
+
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("stages", "order", "end_in_error")),
+        *((name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "b", "c", "e", "e3", "g", "d")),
+        *((name, ctypes.c_int) for name in ("dense", "slopes")),
+        ("dense_g", ctypes.POINTER(ctypes.c_double)),
+    ]
+
+
+@pytest.mark.parametrize(("number", "order"), [(0, 4), (1, 5), (2, 8)], ids=["rk4", "dopri5", "dop853"])
+def test_explicit_methods_have_the_order_they_are_known_for(number: int, order: int) -> None:
+    """Stages stand where the sums of their rows are; polynomials in time alone are integrated up to the order."""
+    method = (Tableau * 3).in_dll(load_native(), "mv_tableaux")[number]
+    n = method.stages
+    a = np.ctypeslib.as_array(method.a, (n, 16))[:, :n]
+    b, c = (np.ctypeslib.as_array(values, (n,)) for values in (method.b, method.c))
+    np.testing.assert_allclose(a.sum(axis=1), c, atol=1e-13)
+    for power in range(order):
+        assert b @ c**power == pytest.approx(1 / (power + 1), abs=1e-13)
+    assert b @ a @ c == pytest.approx(1 / 6, abs=1e-13)
+
+
 @pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-9), ("dopri5", 1e-8), ("rock4", 1e-8), ("rk4", 1e-7)])
 def test_continuous_loop_against_scipy(model: Model, method: Any, tolerance: float) -> None:
     run = simulate(model, "pd", method=method)

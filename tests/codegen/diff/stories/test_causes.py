@@ -133,6 +133,7 @@ def test_what_is_derived_from_a_cosine_that_became_a_sine_follows_it(old, new, f
     first, *others = comparison.sources
     assert tuple(equation.name for equation in others) == followers
     assert {equation.cause for equation in others} == {first.name}
+    assert not any(equation.edits for equation in others)
     assert first.cause == ""
 
 

@@ -31,3 +31,10 @@ def test_a_chain_of_comparisons_means_what_it_means_in_python(one, other, form):
 def test_a_comparison_of_what_is_no_number_is_refused(text):
     with pytest.raises(InputError, match="must be a condition"):
         Criterion(text)
+
+
+def test_numbers_that_are_compared_have_one_unit_and_words_of_a_status_have_none():
+    units = {"T_x": "s", "T_y": "s", "rho": "m"}
+    Criterion("T_x < T_y and status == done").check(units, {})
+    with pytest.raises(InputError, match="T_x is in s, rho in m"):
+        Criterion("status == done and T_x < rho").check(units, {})

@@ -18,6 +18,7 @@ from scipy.stats import binomtest
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.report.verdicts import Verdicts
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.requirements import (
     DecisionRule,
     decide,
@@ -148,6 +149,15 @@ def test_a_store_of_known_numbers_has_known_verdicts() -> None:
         assert word in text
 
 
+def test_a_verdict_counts_the_runs_with_values_that_are_not_allowed() -> None:
+    status = np.zeros(1000, np.uint8)
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "not allowed" not in verdict.reason
+    status[:3] = IMPOSSIBLE
+    (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)
+    assert "; 3 runs with values that are not allowed count as not fulfilled" in verdict.reason
+
+
 def test_listed_and_designed_runs_decide_nothing() -> None:
     for campaign in ('{"vary": {"a": "values(1, 2)"}}', '{"sampling": "sobol", "vary": {"a": "uniform(0, 1)"}}'):
         store = filled({}, **RULES, campaign=campaign)
@@ -201,7 +211,7 @@ def test_a_campaign_ends_when_it_is_decided_and_its_store_says_the_same(
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ({"require": {}}, "nothing is required"),
+        ({"require": {}}, "left out without a requirement"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "sampling": "sobol"}, "sobol design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "vary": {"theta_0": [1.0, 1.1]}, "n": 2}, "listed design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "confidence": 1.5}, "confidence = 1.5"),
@@ -220,7 +230,7 @@ def test_listed_values_have_a_share_and_no_interval(tmp_path: Path) -> None:
     assert status == 0
     assert "success: 3 of 3, share 1; no interval: the values are listed" in text
     assert "95 % interval" not in text.split("sensitivities")[0]
-    with pytest.raises(InputError, match="listed values are no sample"):
+    with pytest.raises(InputError, match="is not a random sample"):
         mehvar.batch("triangle", "path", vary={"theta_0": [0.5, 1.0]}, t_end=0.1, until="ci(success) < 0.9")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals that come at any time to runs with functions in Python: each ends the run with what its handler raised.
+"""Signals that come at any time to runs and batches: each ends the call with what its handler raised.
 
 python -m tests.runtime.run.own.interrupts COUNT [SEED]
 
@@ -13,15 +13,19 @@ import math
 import random
 import signal
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import mehvar
 from mehvar import runtime
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
 from tests.fuzz.inputs import PENDULUM
 
 Run = Callable[[], object]
@@ -42,7 +46,7 @@ def remembering(_t: float, x: Any, z: Any) -> tuple[list[float], Any]:
 
 
 def runs(model: runtime.Model) -> dict[str, Run]:
-    """Return a run of each kind that calls a function of the user's."""
+    """Return a run of each kind that calls a function of the user's, and one of a store."""
     short = {"period": 0.005, "dt_out": 0.005, "t_end": 1.0}
     return {
         "law": lambda: runtime.simulate(model, law, **short),
@@ -50,7 +54,16 @@ def runs(model: runtime.Model) -> dict[str, Run]:
         "inputs": lambda: runtime.simulate(model, None, inputs={"torque": math.sin}, **short),
         "progress": lambda: runtime.simulate(model, "pd", progress=lambda t, end: None, t_end=1.0, dt_out=0.001),
         "batch": lambda: mehvar.batch(model, law_of_many, 4, threads=1, **short),
+        "store": lambda: _stored(model),
     }
+
+
+def _stored(model: runtime.Model) -> None:
+    """Write a batch of several blocks and open it."""
+    with tempfile.TemporaryDirectory() as folder:
+        campaign = Campaign("pd", 4, options={"t_end": 0.1, "dt_out": 0.01})
+        run_batch(model, campaign, Path(folder) / "runs.zarr", chunk=2, threads=1)
+        mehvar.open_result(Path(folder) / "runs.zarr")
 
 
 def law_of_many(_t: float, x: Any) -> list[Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A signal's handler that raises, whenever it comes to a run with functions in Python, ends the run with that."""
+"""A signal's handler that raises, whenever it comes to a run or a batch with functions in Python, ends it with that."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mehvar import runtime
 from .interrupts import campaign, runs
 
 
-@pytest.mark.parametrize("kind", ["law", "memory", "inputs", "progress"])
+@pytest.mark.parametrize("kind", ["law", "memory", "inputs", "progress", "batch"])
 def test_no_interrupt_is_swallowed_or_changed(pendulum: runtime.Model, kind: str) -> None:
     counts = campaign(runs(pendulum)[kind], 40, seed=4)
     assert counts["raised"] == 40, counts
