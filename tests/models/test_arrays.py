@@ -178,7 +178,7 @@ def test_an_array_of_parameters_is_set_as_an_array(case):
         (("[[3, 1, 0]", "[[3, 1, 2]"), "has 2 in row 1, column 3 and 0 opposite"),
         (("[[3, 1, 0]", "[[0, 1, 0]"), "must be positive definite"),
         (("[[3, 1, 0]", "[[3, 1]"), "rows of numbers that are equally long"),
-        (("[[3, 1, 0], [1,", "[[1,"), "must be left out, for default has the shape"),
+        (("[[3, 1, 0], [1,", "[[1,"), "must be left out, as default has the shape"),
         (("default = [1, 2, 3]", "default = []"), "must be numbers"),
         (("default = [1, 2, 3]", 'default = [1, "x"]'), "default"),
         (("default = [1, 2, 3]", 'default = 1, outside = "hold"'), "outside = 'hold' would be ignored"),

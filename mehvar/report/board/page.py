@@ -170,6 +170,6 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
 
 def _chain(bound: dict[str, Any] | None) -> str:
     if bound is None:
-        return "the image does not tell"
+        return "unknown from the image"
     calls = " → ".join(f"{link['function']} {link['bytes']}" for link in bound["chain"])
     return f"bound from instructions and calls, one fault included: {calls}"

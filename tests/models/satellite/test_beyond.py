@@ -381,5 +381,5 @@ def test_what_a_choice_divides_by_is_named_where_it_is_zero(values: dict[str, fl
 
 
 def test_instruments_are_refused_without_the_laws_that_read_them() -> None:
-    with pytest.raises(ModelError, match=r"sensors = 'instruments' .* must go with 'three'"):
+    with pytest.raises(ModelError, match=r"sensors = 'instruments' .* needs torquers = 'three'"):
         system(sensors="instruments", torquers="three")

@@ -154,7 +154,7 @@ def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
     out = tmp_path / "runs.zarr"
     try:
         client.wait_for_workers(1, timeout=60)
-        message = r"the worker tcp://.* cannot take part: its numerics are others.*mehvar's own C \("
+        message = r"the worker tcp://.* cannot take part: its numerics differ.*mehvar's own C \("
         with pytest.raises(WorkerError, match=message):
             run_batch("triangle", CAMPAIGN, out, client=client, chunk=8)
         assert open_store(out).stored() == []
@@ -235,7 +235,7 @@ def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -
             process.wait()
     assert batch.returncode == 1, said
     assert said.count("\n") == 1, said
-    assert said.startswith(f"mehvar: the scheduler {address} is gone; ")
+    assert said.startswith(f"mehvar: the scheduler {address} does not answer; ")
     assert said.endswith(f"go on with: mehvar {' '.join(line)} --resume\n")
     assert verify(out).sound
     assert open_store(out).stored()

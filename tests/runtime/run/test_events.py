@@ -204,7 +204,7 @@ def test_surfaces_are_the_kinks_of_an_expression():
         ({"reset": {sp.Symbol("other"): sp.S.One}}, "must be the symbol of a state"),
         ({"name": "two words"}, "letters, digits and underscores"),
         ({"name": "down"}, "is defined twice"),
-        ({"guard": sp.S.One}, "is a function of nothing"),
+        ({"guard": sp.S.One}, "depends on nothing"),
         ({"guard": sp.Symbol("other")}, "'other' belongs to no group"),
     ],
 )
@@ -225,7 +225,7 @@ def test_a_unit_of_a_reset_is_checked():
 def test_a_sampled_law_has_no_surfaces():
     system = turning()
     law = dataclasses.replace(system.controllers[1], events=(Event("kink", system.states.angle),))
-    with pytest.raises(ModelError, match="a sampled law switches at its samples alone"):
+    with pytest.raises(ModelError, match="a sampled law switches only at its samples"):
         check(dataclasses.replace(system, controllers=(law,)))
 
 
