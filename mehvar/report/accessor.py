@@ -222,8 +222,8 @@ class Results:
         >>> bool(runs.mehvar.again(17)["theta"][-1] == runs["final"][17][3])
         True
         """
-        from mehvar.report.recorded import Recorded
         from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+        from mehvar.runtime.batch.store.recorded import Recorded
         from mehvar.runtime.run.results import to_dataset
 
         if not self._is_batch:

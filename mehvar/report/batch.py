@@ -21,10 +21,10 @@ from mehvar.runtime.batch.evaluation.statistics import (
     interval,
     metric_statistics,
 )
+from mehvar.runtime.batch.store.recorded import Recorded
 
 from .content import picture
 from .page import Drawing, Section, Table, Text
-from .recorded import Recorded
 from .subjects import installed_derivation, version_table
 
 _PANELS = 4

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Variable
+from .layout import NOT_RUN, STATUS, Variable
 
 if TYPE_CHECKING:
     import xarray
