@@ -266,7 +266,7 @@ def texts_of(
     try:
         parse_manifest(files[FILE], (tables or Path(system.name)) / FILE)
     except InputError as error:
-        raise GenerateError(f"{system.name}: what was derived could not be run: {error}") from error
+        raise GenerateError(f"{system.name}: the derived code does not run: {error}") from error
     return files
 
 
@@ -278,7 +278,7 @@ def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise GenerateError(
-            f"{manifest.model}: {twice[0]!r} would stand for two things in the generated C: "
+            f"{manifest.model}: {twice[0]!r} has two meanings in the generated C: "
             "rename a law, a function or an element of a vector"
         )
 
@@ -322,11 +322,11 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
-    """Derive a law of one's own on a plant, which is derived once."""
+    """Derive a user's law on a plant, which is derived once."""
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     if not hasattr(package, "laws"):
-        raise GenerateError(f"{folder / '__init__.py'} lacks laws")
+        raise GenerateError(f"{folder / '__init__.py'} must define laws(plant, d)")
     prefer_vocabulary(plant_tree)
     sources = _plant_inputs(tree, model)
     plant = (
@@ -350,7 +350,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     if not hasattr(package, "system"):
-        raise GenerateError(f"{folder / '__init__.py'} lacks system")
+        raise GenerateError(f"{folder / '__init__.py'} must define system()")
     choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:
@@ -370,7 +370,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
-    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    """Return a model's structural choices, or raise GenerateError if they are malformed."""
     words = isinstance(choices, Mapping) and all(
         isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
         for name, values in choices.items()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plants that laws of one's own act on, derived once: the next law on the same plant finds it in the cache."""
+"""Plants that users' laws act on, derived once: the next law on the same plant finds it in the cache."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive:
 
 
 def _text(plant: System) -> bytes | None:
-    """Return a plant as bytes; None where it does not come back equal, as with functions of a module of one's own."""
+    """Return a pickled plant; None if it does not load equal, as with functions of a user's module."""
     try:
         text = pickle.dumps(plant)
         return text if pickle.loads(text) == plant else None
-    except Exception:  # what a class of the user's does when it is pickled can be anything
+    except Exception:  # a user's class may raise anything when it is pickled
         return None
 
 

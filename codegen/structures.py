@@ -85,7 +85,7 @@ def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[s
 
 
 def accepted(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
-    """Return a structure with the fewest further choices with which the model takes it; None if there are none."""
+    """Return a structure with the fewest added choices that make it valid; None if there are none."""
     where = tree.plant(model) or (tree, model)
     package, choices = load_model(*where), choices_of(*where)
     from mehvar.models.quantities import ModelError  # of the vocabulary that the model has imported

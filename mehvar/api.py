@@ -314,7 +314,7 @@ def stored_batch(
         dispersed = {names: _listed(text) for names, text in (vary or {}).items()}
         n = _runs(dispersed) if n is None else n
         if (controller is None and inputs is None) or n is None:
-            raise InputError("a batch needs controller and n; or inputs and n, for an open loop")
+            raise InputError("a batch needs n, and controller or inputs")
         origin, source = "the call", model
         manifest = model.manifest if isinstance(model, Model) else find_model(model)
         shared, settings = split_settings(options, manifest.choices, "batch", origin)

@@ -55,7 +55,7 @@ class CampaignFile(_Table):
     require: dict[str, str] = {}
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
-        """Return the campaign with the fields of a command line over it; `set` and `vary` name by name."""
+        """Return the campaign with fields of the command line replaced; `set` and `vary` are merged by name."""
         tables = {name: {**getattr(self, name), **flags.get(name, {})} for name in ("set", "vary")}
         return self.model_copy(update={**flags, **tables})
 

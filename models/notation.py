@@ -85,7 +85,7 @@ class Names:
         """
         lower, upper = sp.Rational(str(low)), sp.Rational(str(high))
         if lower >= upper:
-            raise ModelError(f"name {what!r} is tried between {lower} and {upper}: no room")
+            raise ModelError(f"name {what!r} is tried between {lower} and {upper}: the first must be below the second")
         if isinstance(what, Quantity):
             symbol, printed = what.symbol, latex or what.latex or str(sp.latex(what.symbol))
         else:
@@ -116,7 +116,7 @@ class Names:
         """Return what a derived name means."""
         meaning = self.table[symbol].meaning
         if meaning is None:
-            raise ModelError(f"name {str(symbol)!r} is free: it has no meaning of its own")
+            raise ModelError(f"name {str(symbol)!r} is free: it has no derived meaning")
         return meaning
 
     def as_latex(self, side: Side) -> str:

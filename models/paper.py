@@ -340,4 +340,4 @@ class Paper:
             if meaning is not None:
                 waiting.extend(symbols_of(meaning))
             elif name is not None and name.member and not members:
-                raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family; no case says which")
+                raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family: add a case that names it")

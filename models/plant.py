@@ -39,7 +39,7 @@ def _without_laws(scenario: Scenario) -> Scenario:
 
 
 def _without_reports(system: System) -> Iterable[Metric]:
-    """Yield the metrics that are not about what the laws keep or report."""
+    """Yield the metrics of the plant; those of a law's memory and reports are left out."""
     reports = {q.name for law in system.controllers for q in law.memory}
     reports |= {output.quantity.name for law in system.controllers for output in law.outputs}
     for metric in system.metrics:

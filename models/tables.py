@@ -119,7 +119,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
     for group, rows in _read_toml(path).items():
         if not isinstance(rows, dict):
             raise ModelError(
-                f"{place_in(path, group)}: {group!r} stands outside a group; write it under [plant.{group}] or the like"
+                f"{place_in(path, group)}: {group!r} stands outside a group; write it under a group: [plant.{group}]"
             )
         quantities = tuple(q for name, row in rows.items() for q in _parameters(path, group, name, row))
         groups[group] = Group(group, quantities)

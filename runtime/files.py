@@ -41,7 +41,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if target.is_dir():
         raise InputError(f"cannot write {target}: it is a folder")
     if target.exists() and not target.is_file():
-        raise InputError(f"cannot write {target}: it is a device, a pipe or a socket, which a file would replace")
+        raise InputError(f"cannot write {target}: it is a device, a pipe or a socket; choose another name")
     temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         yield temporary

@@ -11,6 +11,7 @@ import gc
 import multiprocessing.spawn
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,18 @@ LONG = (
     PAGES,
 )
 """Modules that take a minute or more of a processor: one that began last would leave the others without work."""
+
+
+_CASES: Counter[str] = Counter()
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Move the cases of a test beyond its `share` to soak."""
+    if share := item.get_closest_marker("share"):
+        test = item.nodeid.partition("[")[0]
+        if _CASES[test] % share.args[0]:
+            item.add_marker(pytest.mark.soak)
+        _CASES[test] += 1
 
 
 def _place(item: pytest.Item) -> int:

@@ -89,7 +89,7 @@ class PrintedFunction:
 
     @cached_property
     def tags(self) -> Tags:
-        """The elements of arguments that members of a family have."""
+        """Elements of arguments by member of a family."""
         return tags_of(self.arguments, self.families)
 
     @property

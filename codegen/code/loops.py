@@ -121,7 +121,7 @@ def loops(tape: Tape, tags: Tags) -> Loops | None:
 
 
 def _stores(tape: Tape, found: Members, phase: Sequence[int]) -> tuple[list[list[Store]], list[tuple[int, int]]]:
-    """Return what loops give as results, and what they do not."""
+    """Return the results that loops compute, and the rest."""
     stores: list[list[Store]] = [[] for _ in range(max(phase) + 1)]
     apart: list[tuple[int, int]] = []
     for r, result in enumerate(tape.results):

@@ -183,7 +183,7 @@ class Versions:
                     break
 
     def _match_used(self, left: dict[Key, Item]) -> None:
-        """Match definitions with different names and values at the same places of the same users."""
+        """Match renamed and changed definitions by the places at which the same expressions use them."""
         alone = [item for item in self.news if item.key not in self.partner and item.row.kind == "definition"]
         for item in reversed(alone):  # users come after their definitions
             users = [user for user in self.news if user.key in self.partner and item.name in self._names(user.root)]

@@ -97,8 +97,8 @@ _FAR = 1e9
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and the message fit into three lines of a terminal."""
 _TOLD = 64
-"""Agreeing points, with 50 digits, that decide a cell where the field cannot prove equality: as many as there are
-ordinary points, see `_BRANCHED` in `judge`."""
+"""Agreeing points, with 50 digits, that decide a cell where the field cannot prove equality: the number of ordinary
+points, see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Limit on these points per line, so that they lie on sixteen lines or more."""
 _MOST_INSIDE = 12

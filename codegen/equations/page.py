@@ -33,7 +33,7 @@ _TITLES = {
     "memory update": "Memory of the laws after a sample",
     "memory rate": "Rates of the continuous laws' own states",
     "law output": "What the laws report",
-    "actuator": "What becomes of a command",
+    "actuator": "From a command to the input that acts",
     "sensor": "Measurement",
     "delay": "Samples after which inputs act",
     "diffusion": "Process noise, beside the rates",

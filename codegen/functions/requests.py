@@ -203,7 +203,7 @@ def _sampled(system: System, law: Controller) -> list[Request]:
 
 
 def _applied(system: System, law: Controller) -> Group:
-    """Return the inputs that were applied; a law that reads none of them gets them under names that none has."""
+    """Return the inputs that were applied; a law that reads none of them gets them under unused names."""
     unread = (replace(q, name=f"{q.name} applied") for q in system.inputs)
     return Group("v", law.applied.quantities or tuple(unread))
 

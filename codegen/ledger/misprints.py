@@ -223,7 +223,7 @@ def _same_product(old: Any, new: Any, _change: Sequence[Edit]) -> bool:
 
 
 def _one_term(old: Any, new: Any, change: Sequence[Edit]) -> bool:
-    """Return True if summands are one term: products differing in one factor, or in two and less than half.
+    """Return True if two products are one term: they differ in one factor, or in two that are less than half.
 
     Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
     be paired at random.

@@ -94,12 +94,12 @@ def cache_folder() -> Path:
         if not reason:
             return folder
         if os.environ.get("MEHVAR_CACHE"):
-            raise InputError(f"$MEHVAR_CACHE must be a folder of yours that only you can write: {folder}: {reason}")
+            raise InputError(f"$MEHVAR_CACHE must be a folder that only you can write to: {folder}: {reason}")
     return _own_temporary()
 
 
 def is_private(folder: Path) -> bool:
-    """Return True for a folder of this user into which nobody else can put a file."""
+    """Return True for a folder of this user that no other user can write to."""
     try:
         return not _exposure(folder)
     except OSError:
@@ -196,13 +196,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Return the reason why others could have put a library into a folder; empty if nobody could."""
+    """Return the reason why others could have put a library into a folder, or an empty text."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Return who else may write a file or a folder; empty if nobody may."""
+    """Return the others who may write a file or a folder, or an empty text."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

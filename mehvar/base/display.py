@@ -11,7 +11,7 @@ from html import escape
 from typing import Any
 
 _PATIENCE = 1.0
-"""Seconds before a bar appears: nobody waits for less, and most cells stay without one."""
+"""Seconds before a bar appears; most cells end earlier."""
 _REFRESH = 0.25
 """Seconds between two states of a bar: faster than one reads the numbers, slower than a browser redraws."""
 

@@ -678,7 +678,7 @@ def _check_sizes(manifest: Manifest, name: str, signature: str, sizes: Mapping[s
 
 def _check_controller(manifest: Manifest, law: Controller) -> None:
     if law.name == OPEN_LOOP:
-        raise SchemaError(f": {OPEN_LOOP!r} is what a run without a law is called", "controllers")
+        raise SchemaError(f": {OPEN_LOOP!r} is reserved for a run without a law", "controllers")
     place, name = f"controllers.{law.name}", identifier(law.name)
     parameters, own = ([q.name for q in group] for group in (manifest.parameters, law.parameters))
     for field_name, value, allowed in (("period", law.period, parameters), ("delay", law.delay, own)):

@@ -82,7 +82,7 @@ def parse(text: str) -> Any:
     except SchemaError:
         raise
     except RecursionError as error:
-        raise SchemaError(": is not JSON that we read: it is nested too deeply") from error
+        raise SchemaError(": is nested too deeply to be read") from error
     except ValueError as error:
         raise SchemaError(f": is not JSON: {error}") from error
 
@@ -148,7 +148,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _no_number(word: str) -> float:
-    raise ValueError(f"{word} is no number of JSON")
+    raise ValueError(f"{word} is not a JSON number")
 
 
 def read(schema: type[T], data: object, any_age: bool = False, **others: object) -> T:

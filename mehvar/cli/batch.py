@@ -93,7 +93,7 @@ def command(
     Raises
     ------
     InputError
-        For anything unknown, malformed or out of bounds, and for a store that is there already.
+        For anything unknown, malformed or out of bounds, and for an existing store.
     """
     manifest = find_model(read_campaign(Path(model)).model if model.endswith(".toml") else model)
     batch = _campaign(

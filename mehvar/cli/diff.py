@@ -72,7 +72,7 @@ def command(
         if structures:
             raise bad_value("--structures", " ".join(structures), "left out with --paper, which compares papers")
         if plot is not None or chosen == "markdown":
-            raise InputError("--paper runs nothing and writes text, JSON or a page: leave --plot and markdown out")
+            raise InputError("--paper draws no run and writes no markdown: leave --plot out; choose text, json or html")
         return _papers(model, chosen, out)
     if plot is not None:
         checked_suffix(plot)
@@ -165,5 +165,5 @@ def _format(form: str | None, out: Path | None) -> str:
         raise bad_value("--format", form, f"left out or {implied}, as {out} ends")
     chosen = form or implied or "text"
     if chosen == "html" and out is None and sys.stdout.isatty():
-        raise InputError("--format html writes a page: say where with --out FILE.html")
+        raise InputError("--format html needs a file: add --out FILE.html")
     return chosen

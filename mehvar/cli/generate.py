@@ -58,13 +58,13 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
     """
     tree = find_tree(Path.cwd())
     if tree is None and out is None:
-        raise InputError("this folder is in no tree with models/ and generated/: say where to write with --out DIR")
+        raise InputError("no project (models/ beside generated/) at or above this folder: add --out DIR")
     tree = tree or installed_tree()
     names = _names(tree, models)
     if not models and tree.orphans:
-        raise InputError(f"{next(iter(tree.orphans.values()))}: bring it back, or remove what is left of the model")
+        raise InputError(f"{next(iter(tree.orphans.values()))}: restore it, or remove the rest of the model")
     if structure and out is None:
-        raise InputError("--structure derives a variant: say where to write it with --out DIR")
+        raise InputError("--structure derives a variant, which needs a folder: add --out DIR")
     if out is not None and len(names) != 1:
         raise InputError(f"--out takes one model, not {len(names)}: {', '.join(names)}")
     if emit not in (None, "casadi"):

@@ -97,7 +97,7 @@ def scaffold(name: str, into: Path, kind: str = "system") -> Path:
 
 
 def scaffold_law(name: str, plant: str, into: Path) -> Path:
-    """Write a law of one's own on a plant and generate it; it is complete or absent.
+    """Write a user's law on a plant and generate it; it is complete or absent.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 
 def _example(manifest: Manifest) -> dict[str, object]:
-    """Return the parts of the example law on a plant: a gain on a state for each input, as long as there are states."""
+    """Return the parts of the example law on a plant: a gain on one state for each input, at most one a state."""
     from mehvar.base.units import dimension, product, unit_text
 
     gains = []

@@ -92,7 +92,7 @@ def diff(
     """
     if not isinstance(model, str) and not isinstance(old, str):
         if new != WORK or structures:
-            raise InputError("diff(before, after) compares two systems, and takes neither new nor structures")
+            raise InputError("diff(before, after) compares two systems: leave new and structures out")
         return _made(model, old)
     name, before, after = (_text(n, v) for n, v in (("model", model), ("old", old), ("new", new)))
     texts = [structures] if isinstance(structures, str) else structures

@@ -113,7 +113,7 @@ class _Loop:
 
     def _crossings(self, what: Callable[[complex], float]) -> Iterator[float]:
         """Yield the frequencies at which a quantity of the response changes its sign, rounding aside."""
-        from scipy.optimize import brentq  # half a second that an unchanged model need not wait
+        from scipy.optimize import brentq  # takes half a second, which an unchanged model does not need
 
         signs = [(w, what(value)) for w, value in zip(self._frequencies, self._values, strict=True)]
         telling = [(w, sign) for w, sign in signs if math.isfinite(sign) and abs(sign) > _ROUNDING]

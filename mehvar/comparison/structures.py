@@ -174,7 +174,7 @@ def _read(text: str, choices: Mapping[str, Sequence[str]]) -> dict[str, str]:
 
 
 def _variant(model: str, old: Version, new: Version, structure: Mapping[str, str]) -> Variant:
-    """Derive a structure on both sides; one that neither takes, with further choices that make the model take it."""
+    """Derive a structure on both sides; if neither accepts it, add the choices that it needs."""
     variant = _derived(model, old, new, structure)
     if not variant.is_refused:
         return variant

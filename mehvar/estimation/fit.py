@@ -182,7 +182,7 @@ class _Problem:
                 raise bad_value(name, value, "a number > 0", "sigma")
         self._variables = list(sigma or sorted(shown))
         if not self._variables:
-            raise InputError(f"data: has no state or output of {model.name} over t: {', '.join(sorted(known))}")
+            raise InputError(f"data: must have a state or output of {model.name} over t: {', '.join(sorted(known))}")
         check_units(data, {name: known[name] for name in self._variables}, "data")
         run = self._run({})
         self._known(run)
@@ -191,7 +191,7 @@ class _Problem:
         self._scale = np.where(self._start != 0, np.abs(self._start), 1.0)
         if run.attrs["t_stop"] < float(data.t[-1]) * (1 - 1e-12):
             raise InputError(
-                f"the run that the search starts from ends at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
+                f"the run with the first guess ended early at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
             )
         self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
@@ -319,7 +319,9 @@ class _Problem:
         values = self._start + relative * self._scale
         run = self._run(dict(zip(self._free, map(float, values), strict=True)))
         if run.sizes["t"] < self._data.sizes["t"]:
-            raise InputError(f"the run with the estimates ends at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}")
+            raise InputError(
+                f"the run with the estimates ended early at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
+            )
         return Fit(
             names=self._free,
             values=values,

@@ -132,7 +132,7 @@ def tune(
         raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
     if (design := design_of(store.attributes)) != "random":
-        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by; draw them at random")
+        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by: use random")
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
     for name in free:
@@ -142,7 +142,7 @@ def tune(
     before = _costs(store, number)
     if not np.isfinite(before).all():
         bad = int(np.argmax(~np.isfinite(before)))
-        raise InputError(f"cost = {cost!r}: run {bad} of the start did not reach its end, or has no such number")
+        raise InputError(f"cost = {cost!r}: run {bad} with the first gains ended early, or lacks a number of the cost")
     scale, low, high = _scales(loaded, controller, free, start)
     worst = 10 * float(np.abs(before).max()) + 1  # more than any cost of a step that a search would take
 

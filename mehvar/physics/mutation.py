@@ -106,7 +106,7 @@ def run(
     Raises
     ------
     ValueError
-        If the equations themselves do not pass a gate.
+        If the unchanged equations fail a gate.
     """
     changed, terms = weighted(system)
     subject = Machine(changed, ranges, [term.weight for term in terms])
@@ -114,7 +114,7 @@ def run(
     further = [derived_equations()] if system.residual else []
     broken = [gate.name for gate in (*declared, *further) if gate.error(at) > TOLERANCE]
     if broken:
-        raise ValueError(f"{system.name}: the equations themselves do not pass {', '.join(broken)}")
+        raise ValueError(f"{system.name}: the unchanged equations fail {', '.join(broken)}")
     same = _Unchanged(subject)
     tally = Tally(len(terms))
     for k, change in _sample(len(terms), sample):

@@ -29,6 +29,7 @@ BAND_LOW, BAND_HIGH = "band-low", "band-high"
 """The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
 _MOST_CHANGES = 4
 """Of a title, which is one line: with twice as many it is two."""
+_SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""
 
@@ -181,7 +182,7 @@ def label(symbol: str, meaning: str, unit: str) -> str:
 
 def pretty_unit(unit: str) -> str:
     """Return a unit with raised exponents."""
-    return unit.replace("^2", "²").replace("^3", "³")
+    return re.sub(r"\^([+-]?\d+)(?!\.?\d)", lambda match: match[1].translate(_SUPERSCRIPTS), unit)
 
 
 def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:

@@ -117,7 +117,7 @@ class Results:
             if self._is_batch:
                 return metrics_picture(self._runs(success), names)
             if names or success is not None:
-                raise InputError("names and success are of a batch: a run is drawn whole")
+                raise InputError("names and success are for a batch: leave them out for a run")
             return result_picture(self._dataset, self._manifest)
 
     def scatter(self, x: str, y: str, success: str | None = None) -> Axes:

@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 from mehvar import html
 from mehvar.base.errors import bad_value
 from mehvar.pictures.scene import Scene
+from mehvar.pictures.style import pretty_unit
 from mehvar.runtime.files import write_atomic
 
 from .content import Picture, scene_data
@@ -24,7 +25,6 @@ _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
 _STYLES = ("uplot/uPlot.min.css", "palette.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -165,13 +165,11 @@ def uri(picture: Picture) -> str:
 
 
 def typeset(text: str) -> Markup:
-    """Return text with proper minus signs, powers of ten, Greek letters and subscripts."""
-
-    def power(match: re.Match[str]) -> str:
-        return f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
-
+    """Return text with proper minus signs, powers, degrees, thousands, Greek letters and subscripts."""
     text = str(escape(text))
-    text = re.sub(r"(\d)e([+-]?\d+)", power, text)
+    text = re.sub(r"(\d)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text)
+    text = pretty_unit(re.sub(r"(?<=\d) deg\b", "°", text))
+    text = re.sub(r"(?<![\w.,−-])\d{5,}(?![\w.])", lambda match: f"{int(match[0]):,}".replace(",", "\u202f"), text)
     text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
     text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)
-    return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w)(?!\w)", r"\1<sub>\2</sub>", text))
+    return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w|\d+)(?!\w)", r"\1<sub>\2</sub>", text))

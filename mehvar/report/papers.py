@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -82,7 +82,10 @@ def _overview(
     content = {
         "reports": reports, "pages": pages, "others": others, "facts": facts, "verdicts": list(ClaimVerdict),
         "counts": tally(claim for report in reports for claim in report.claims),
-        "failing": {kind: list(_failing(reports, kind)) for kind in (PAPERS, OWN)},
+        "failing": {
+            kind: [(report.manifest.model, claim) for report in reports for claim in _failing(report.claims, kind)]
+            for kind in (PAPERS, OWN)
+        },
         "own": {report.manifest.model: tally(report.claims)[PAPERS] for report in reports},
     }  # fmt: skip
     return Page(
@@ -97,13 +100,10 @@ def _overview(
     )
 
 
-def _failing(reports: Sequence[PaperReport], kind: str) -> Iterator[tuple[str, Claim]]:
-    """Yield the claims of a kind that do not hold, each with the name of its paper's model."""
+def _failing(claims: Sequence[Claim], kind: str) -> list[Claim]:
+    """Return the claims of a kind that do not hold."""
     holding = (ClaimVerdict.HOLDS, ClaimVerdict.NOTE, ClaimVerdict.READING)
-    for report in reports:
-        for claim in report.claims:
-            if claim.kind == kind and claim.verdict not in holding:
-                yield report.manifest.model, claim
+    return [claim for claim in claims if claim.kind == kind and claim.verdict not in holding]
 
 
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
@@ -111,9 +111,15 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
     stage = paper_stage(name, report.paper, report.scene)
     runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []
     content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
+    counts = tally(report.claims)
+    content |= {
+        "counts": {"claims of the paper": counts[PAPERS], OWN: counts[OWN]},
+        "failing": _failing(report.claims, PAPERS),
+    }
     bands = [report.bands] if report.bands else []
     parts = [
         ("figures", "Figures and claims", report.pictures),
+        ("reading", "How the paper was read", ()),
         ("batch", "What if: runs drawn at random", bands),
         ("board", "The laws on a microcontroller", ()),
         ("casadi", "Our text against CasADi's own C", ()),
@@ -126,8 +132,8 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
     return Page(
         f"{name}: {report.manifest.title}",
         [
+            Section(f"{name}-summary", "Summary", [_part("summary", content)]),
             Section(f"{name}-animation", "Animation", [stage, *runs_here]),
-            Section(f"{name}-reading", "How the paper was read", [_part("reading", content)]),
             *(Section(f"{name}-{part}", title, [_part(part, content, shown)]) for part, title, shown in parts),
         ],
         report.paper.captions.citation,

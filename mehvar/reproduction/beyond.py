@@ -121,7 +121,7 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
         ("claim", [text.number for text in words.claim], list(checks)),
     ):
         if numbers != functions:
-            raise InputError(f"{path}: {kind}s {numbers} are not those that the code has, {functions}")
+            raise InputError(f"{path}: {kind}s {numbers} do not match the functions of the code, {functions}")
     return Beyond(words, draw, checks)
 
 

@@ -223,7 +223,7 @@ def _caption(figure: FigureCaption, lost_picture: str) -> str:
 
 def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:
     if list(numbers) != list(functions):
-        raise InputError(f"{path}: {kind}s {list(numbers)} are not those that the code has, {list(functions)}")
+        raise InputError(f"{path}: {kind}s {list(numbers)} do not match the functions of the code, {list(functions)}")
 
 
 def papers_tree() -> Tree:
@@ -238,8 +238,8 @@ def papers_tree() -> Tree:
         if paper_models(tree):
             return tree
     raise InputError(
-        f"no paper to reproduce: papers/MODEL/reproduction.py is not in a project at or above {Path.cwd()}, and a "
-        "wheel has none; those of mehvar's papers are in its checkout: run the command there"
+        f"no paper to reproduce: no project at or above {Path.cwd()} has papers/MODEL/reproduction.py. "
+        "Run the command in a checkout of mehvar, which has its papers"
     )
 
 
@@ -258,7 +258,7 @@ def paper_part(model: str, part: str) -> ModuleType:
     """
     tree = _home(model)
     if tree is None:
-        raise InputError(f"no paper of {model}: papers/{model}/reproduction.py is neither here nor beside mehvar")
+        raise InputError(f"no paper of {model}: papers/{model}/reproduction.py was not found here or beside mehvar")
     return load_paper(tree, identifier(model), part)
 
 

@@ -154,7 +154,7 @@ def _verdict(text: StatementText, claims: Mapping[str, ClaimVerdict], equations:
         return max(parts, key=list(StatementVerdict).index)
     if text.figures or text.remark:
         return StatementVerdict.BACKGROUND
-    raise InputError(f"statements.toml: {text.place}: nothing to judge it by, and no remark that says why")
+    raise InputError(f"statements.toml: {text.place}: must name a claim or a figure, or have a remark with the reason")
 
 
 def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapping[str, object]) -> None:
@@ -166,7 +166,7 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
 def missing(
     statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
 ) -> Iterator[str]:
-    """Name everything that a paper prints and that has no entry, and every claim that no statement rests on.
+    """Name printed items without an entry, and claims without a statement.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ def _table(name: str, shape: tuple[int, ...], form: str, over: tuple[str, ...], 
 
 def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: str, where: str) -> None:
     if shape[0] != shape[1]:
-        raise ModelError(f"{where}: form = {form!r}: must be left out, for default has the shape {shape}")
+        raise ModelError(f"{where}: form = {form!r}: must be left out, as default has the shape {shape}")
     for i, j in itertools.combinations(range(shape[0]), 2):
         if numbers[i][j] != numbers[j][i]:
             raise ModelError(

@@ -66,7 +66,7 @@ def check_radians(unit: str, where: str) -> None:
     """Refuse degrees: the functions of an expression take and give radians, and both are numbers to a dimension."""
     if "deg" in re.findall("[A-Za-z]+", unit):
         raise ModelError(
-            f"{where}: unit = {unit!r}: must be in rad; only a parameter may be in deg, for the text to turn"
+            f"{where}: unit = {unit!r}: must be in rad; only a parameter that sympy.rad converts may be in deg"
         )
 
 
@@ -241,7 +241,7 @@ class Dimensions:
         if not node.exp.is_Rational:
             self._number(node.exp, "an exponent is a number")
             raise MisfitError(
-                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}, no fixed number"
+                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: must be a fixed number"
             )
         return product((base, Fraction(int(node.exp.p), int(node.exp.q))))
 

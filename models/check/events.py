@@ -24,7 +24,7 @@ def check_events(system: System) -> None:
         for event in law.events:
             where = f"{event.origin}: event {event.name!r} of law {law.name!r}"
             if law.period:
-                raise ModelError(f"{where} would be ignored: a sampled law switches at its samples alone")
+                raise ModelError(f"{where} would be ignored: a sampled law switches only at its samples")
             if event.reset or event.ends:
                 raise ModelError(f"{where}: a law's event is a surface: resets and ends belong to the system's events")
         _check_distinct((*system.events, *law.events))

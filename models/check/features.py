@@ -115,8 +115,7 @@ def _check_law(law: Controller) -> None:
                 raise ModelError(f"{law.origin}: {name} of law {law.name!r} would be ignored: the law is {kind}")
     if law.period and law.rates:
         raise ModelError(
-            f"{law.origin}: rates of law {law.name!r} would be ignored: the law is sampled, and its memory is what "
-            "update makes of it"
+            f"{law.origin}: rates of law {law.name!r} would be ignored: the law is sampled; give update instead"
         )
 
 
@@ -163,7 +162,7 @@ def _check_noise(system: System) -> None:
                 )
     if step and not any(law.period for law in system.controllers):
         raise ModelError(
-            f"{step.origin}: random_step would be ignored: it comes at the samples of a law, and no law has a period"
+            f"{step.origin}: random_step would be ignored: it acts at the samples of a law, and no law has a period"
         )
 
 

@@ -77,11 +77,13 @@ def _check_words(system: System) -> None:
     """Refuse a model or a law whose name is a word of the command line at the same place."""
     if system.name == WORK:
         raise ModelError(
-            f"{system.origin}: the model is called {WORK!r}, which is what `mehvar diff` calls present sources"
+            f"{system.origin}: the model is called {WORK!r}, the word of `mehvar diff` for present sources: rename it"
         )
     for law in system.controllers:
         if law.name == OPEN_LOOP:
-            raise ModelError(f"{law.origin}: the law is called {OPEN_LOOP!r}, the word for a run without a law")
+            raise ModelError(
+                f"{law.origin}: the law is called {OPEN_LOOP!r}, the word for a run without a law: rename it"
+            )
 
 
 def check_name(name: str, what: str) -> None:
@@ -179,7 +181,7 @@ def _check_arguments(system: System) -> None:
     for what, name, origin in uses:
         if name in ARGUMENTS:
             raise ModelError(
-                f"{origin}: {what} has the name of an argument of a run: taken are {', '.join(sorted(ARGUMENTS))}"
+                f"{origin}: {what} has the name of an argument of a run; reserved are {', '.join(sorted(ARGUMENTS))}"
             )
 
 

@@ -39,7 +39,7 @@ def _check_parameters(system: System) -> None:
                 f"{where} is a {type(q).__name__}: must be of the class Parameter, with default and bounds"
             )
         if isinstance(q.default, str) and not computed:
-            raise ModelError(f"{where}: default = {q.default!r} would not be computed: only laws have formulas")
+            raise ModelError(f"{where}: default = {q.default!r} must be a number: only laws have formulas")
         if not isinstance(q.default, str) and not (math.isfinite(q.default) and q.default in q.bounds):
             raise ModelError(f"{where}: default = {q.default:g} is outside its bounds {q.bounds}")
 

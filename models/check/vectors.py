@@ -247,7 +247,7 @@ def _variant(system: System, variant: Variant) -> Iterator[Vector]:
 def _function(system: System, function: Function) -> Vector:
     received = {q.symbol for group in function.arguments for q in group}
     chart, more = system.coordinates, dict[sp.Symbol, str]()
-    if chart:  # what the chart has for the state and input that the function receives
+    if chart:  # the chart's coordinates for the state and input of the function
         pairs = (*zip(chart.states, chart.from_state, strict=False), *zip(chart.inputs, chart.from_input, strict=False))
         for quantity, value in pairs:
             if isinstance(value, sp.Expr) and free_symbols([value], system.definitions) <= received | more.keys():

@@ -83,7 +83,7 @@ def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
 
 
 def _order(full: set[Place], size: int) -> tuple[Place, ...]:
-    """Return pivots that keep the factors sparse: of all that may be one that which fills in least.
+    """Return pivots that keep the factors sparse: of the allowed ones the one with the least fill-in.
 
     Source: Markowitz, Management Science 3 (1957) 255. Pivots of the diagonal go first: those of an inertia matrix are
     positive in any order, and so are, with the other sign, those of multipliers once the motion is eliminated.
@@ -94,7 +94,7 @@ def _order(full: set[Place], size: int) -> tuple[Place, ...]:
         places = sorted((i, j) for i, j in full if i in rows and j in columns)
         places = [place for place in places if place[0] == place[1]] or places
         if not places:
-            raise SingularError("the places of its zeros leave no pivot")
+            raise SingularError("its zeros leave no pivot")
         below = {j: [i for i in rows if (i, j) in full] for j in columns}
         beside = {i: [j for j in columns if (i, j) in full] for i in rows}
         row, column = min(places, key=lambda at: (len(beside[at[0]]) - 1) * (len(below[at[1]]) - 1))

@@ -211,7 +211,7 @@ def _about_centre(
 
 
 def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Matrix:
-    """Return the inverse of an inertia of parameters alone, of the rotations that there are."""
+    """Return the inverse of a constant inertia, for the rotations of the craft."""
     keep = [k - 3 for k in unknowns if k > 2]
     named = frame.tensor("held_J", inertia, "inertia about the centre of mass, wheels free")
     block = named.extract(keep, keep)

@@ -106,7 +106,7 @@ class Spacecraft:
             If its name is none, or another part's.
         """
         if not isinstance(part, Part):
-            raise ModelError(f"{self.name}: {part!r} is no part")
+            raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
         if isinstance(part, Orbit):
             raise ModelError(f"{self.name}: an orbit is given to the craft: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
@@ -167,7 +167,7 @@ class Spacecraft:
             If another law has the name.
         """
         if _name("law", name) in self._laws:
-            raise ModelError(f"{self.name}: a law named {name!r} is there already; laws need different names")
+            raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
         self._laws[name] = title or name, write, sampled
 
     def system(
@@ -263,7 +263,7 @@ class Spacecraft:
         return mounted
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
-        """Return what becomes of commanded inputs where a part limits them."""
+        """Return the inputs that act after the limits of the parts."""
         inputs = [part.inputs() for part in self.parts]
         commands = [
             [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in own] for own in inputs

@@ -347,7 +347,7 @@ class Mounted:
 class Part(ABC):
     """A part of a spacecraft.
 
-    A part of one's own overrides `coordinates` and `aggregates`; the equations follow.
+    A user's part overrides `coordinates` and `aggregates`; the equations follow.
 
     Parameters
     ----------
@@ -359,7 +359,7 @@ class Part(ABC):
 
     def __new__(cls, *args: Any, **fields: Any) -> Self:
         if missing := sorted(cls.__abstractmethods__):
-            raise ModelError(f"{cls.__name__} is no complete part: it lacks the method {missing[0]}; write it")
+            raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {missing[0]}; write it")
         return super().__new__(cls)
 
     @classmethod

@@ -198,7 +198,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
             rows.append((q, before[key], after[key]))
     count = sp.Piecewise((sp.Min(SAMPLES.symbol + 1, estimator.WARM), healthy), (0, True))
     extra = ((SAMPLES, sp.S.Zero, count),)
-    # F = F0 I and its trace add what has different units
+    # F = F0 I and its trace add numbers of different units
     return dataclasses.replace(
         _controller(name, title, law, commands, shared.drive, healthy, rows, extra), in_numbers=True
     )
@@ -284,6 +284,6 @@ def _controller(
 
 def _conditions(law: Group) -> tuple[Condition, ...]:
     samples = law.design_delay
-    # a margin must be positive, so exact values need some; no number that is meant otherwise is so close to 0 or 1
+    # a margin must be positive: the slack admits exactly 0 and 1, and no other sensible value is so close to them
     whole = sp.Rational(1, 10**9) - sp.Abs(samples * (1 - samples))
     return (Condition(whole, "design_delay = {design_delay:g} samples is not known: it must be 0 or 1"),)

@@ -141,8 +141,8 @@ def system(
     """
     if sensors == "instruments" and (torquers, laws) != ("three", "more"):
         raise ModelError(
-            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: must go with 'three', which "
-            "read the magnetometer, and 'more', which take out the gyro's bias"
+            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: needs torquers = 'three', "
+            "which read the magnetometer, and laws = 'more', which estimate the gyro's bias"
         )
     choices = {
         "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,
@@ -226,7 +226,7 @@ def _wheels(kind: str, p: Group, s: Group, d: Derivation) -> Wheels:
 
 
 def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Define the rates of the state, and the magnetic field in body axes where something is a function of it."""
+    """Define the rates of the state, and the magnetic field in body axes if an expression uses it."""
     plant, wheels, orbit, rotation = craft.p, craft.wheels, craft.orbit, craft.placed.rotation
     d.section("Torques")
     gradient = gradient_torque(rotation, total_inertia(plant, wheels), orbit.pull, d)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations as a whole: written down with their numbers, and as residuals to hold an evaluation against."""
+"""The derived equations as a whole: with their numbers, and as residuals that check an evaluation."""
 
 from __future__ import annotations
 

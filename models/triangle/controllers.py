@@ -202,7 +202,7 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         zeta1', zeta2'.
     """
     alpha = d.define("alpha", sp.sign(shifted.theta), "(40)", "side of the arc", latex=r"\alpha")
-    # at the target itself K is 0/0; below 1e-12 it has its largest value with any error above 1e-12 rad
+    # at the target K is 0/0; distances below 1e-12 are raised to 1e-12, which keeps K large for errors above 1e-12 rad
     distance_squared = sp.Max(shifted.rho**2, sp.Rational(1, 10**24))
     ratio = sp.Min(2 * sp.Abs(shifted.theta) / distance_squared, _LARGEST_K)
     ratio = d.define("K", ratio, "(42)", "attitude error over the square of the distance", latex="K")
@@ -216,7 +216,7 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         "x",
     )
     # An arc of area |theta~| needs a distance of about its root: near the target rounding must not kick the state out.
-    # No circle that touches rho = R is smaller than R - a, and a small one must not be run round fast.
+    # Circles that touch rho = R are at least R - a large, and the law must be slow on a small one.
     escape = d.define(
         "escape",
         sp.Min(law.rho_escape, sp.sqrt(sp.Abs(shifted.theta)), law.R - shifted.a),

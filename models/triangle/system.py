@@ -80,7 +80,7 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
         For rods with mass in the kinematic model.
     """
     if rods == "uniform" and model != "dynamic":
-        raise ModelError(f"rods = 'uniform' with model = {model!r}: must go with 'dynamic'")
+        raise ModelError(f"rods = 'uniform' with model = {model!r}: needs model = 'dynamic'")
     return dynamic(masses, rods) if model == "dynamic" else _kinematic(masses)
 
 

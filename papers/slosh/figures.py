@@ -43,10 +43,11 @@ def _draw(ax: Axes, run: Run, name: str, color: str, until: float = np.inf, **lo
     ax.plot(run.t[part], np.degrees(values[part]) if in_degrees else values[part], color=color, **look)
 
 
-def _both(ax: Axes, runs: Runs, name: str, color: str, until: float = np.inf) -> None:
-    """Draw a series of the full loop under V1 and, dashed, of the reduced one."""
-    _draw(ax, runs(LAWS[0], "paper", **FULL), name, color, until, label="full model")
-    _draw(ax, runs(LAWS[0], "paper", **REDUCED), name, BLACK, until, ls=_DASHED, lw=0.9, label="reduced model")
+def _both(ax: Axes, runs: Runs, name: str, color: str, until: float = np.inf, symbol: str = "") -> None:
+    """Draw a series of the full loop under V1 and, dashed, of the reduced one; `symbol` tells it from others there."""
+    full, reduced = (f"{symbol}, {plant}" if symbol else plant for plant in ("full model", "reduced model"))
+    _draw(ax, runs(LAWS[0], "paper", **FULL), name, color, until, label=full)
+    _draw(ax, runs(LAWS[0], "paper", **REDUCED), name, BLACK, until, ls=_DASHED, lw=0.9, label=reduced)
 
 
 def _legend(figure: Figure, handles: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
@@ -81,7 +82,7 @@ def attitude(runs: Runs) -> Figure:
     figure = new_figure(7.0, 3.4)
     ax = figure.subplots()
     for k in range(3):
-        _both(ax, runs, f"att{k + 1}", AXES[k], until=300)
+        _both(ax, runs, f"att{k + 1}", AXES[k], until=300, symbol=rf"$\vartheta_{k + 1}$")
     claimed(ax, 200)
     time_axis(ax, label(r"$\vartheta_j$", "attitude", "°"))
     angles = [(rf"$\vartheta_{k + 1}$", {"color": AXES[k]}) for k in range(3)]

@@ -118,7 +118,7 @@ class Blocks:
         ]
 
     def coordinates(self) -> dict[str, Coordinate]:
-        """Return the names and instants along second dimensions."""
+        """Return the coordinates of second dimensions: names and instants."""
         wide = self.quantities()
         coordinates = {
             "state": Coordinate(list(self.plan.model.state_names)),

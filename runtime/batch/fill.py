@@ -157,7 +157,7 @@ def run_batch(
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
-        allowed = f"left out: whether it is the same law in Python cannot be told: {own.untold}"
+        allowed = f"left out: the law in Python cannot be identified: {own.untold}"
         raise bad_value("resume", resume, allowed, origin)
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
@@ -256,14 +256,16 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
         if name == "numerics":
             differences = other_numerics(stored, value)
             raise InputError(
-                f"{store} was made with other numerics, whose bits do not mix: {differences}; "
-                "continue it where it was made, or begin another"
+                f"{store} was made with other numerics: {differences}; "
+                "continue it where it was made, or begin another store"
             )
         if name == "law":
             stored, value = _other_lines(stored, value)
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
-        raise InputError(f"{store} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
+        raise InputError(
+            f"{store} was made with {name} = {stored!r}, not {value!r}: repeat its command, or choose another name"
+        )
 
 
 def _other_lines(old: str, new: str) -> tuple[str, str]:

@@ -146,7 +146,7 @@ class Plan:
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
         check_sampled_parts(manifest, self.nominal.values, self.options.hold, origin)
         if self.options.hold is not None and (both := set(self.names) & sampled_parameters(manifest).keys()):
-            raise InputError(f"{min(both)} cannot vary (from {origin}): the loop has one period")
+            raise InputError(f"{min(both)} cannot vary (from {origin}): all runs of a batch share one period")
         self._check_read()
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})

@@ -109,7 +109,7 @@ def plan_of(
     """
     if controller is None and inputs is None:
         controller = _session_law(store)
-    _check_law(store, controller, inputs)  # before the model: trust in it would not bring the law back
+    _check_law(store, controller, inputs)  # before the model, because a trusted model does not restore the law
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
@@ -126,7 +126,9 @@ def plan_of(
 def _session_law(store: Batch) -> LawFunction | None:
     """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
-    name = str(store.attributes["controller"]).partition(":")[2]  # as in python:pd; a command has a `main` of its own
+    name = str(store.attributes["controller"]).partition(":")[
+        2
+    ]  # as in python:pd; the `main` of a command is another module
     defined = getattr(sys.modules.get("__main__"), name, None) if name else None
     if isinstance(defined, FunctionType) and not defined.__module__.startswith("mehvar."):
         return ran or defined
@@ -143,8 +145,8 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
             how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
             raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
-            f"{store.name} ran under {law}, which this session does not define: define or import it, or pass it, as in "
-            "runs.mehvar.again(17, controller=LAW); attribute 'law' of the batch has its source"
+            f"{store.name} ran under {law}, which this session does not define. Define or import it, or pass it, as in "
+            "runs.mehvar.again(17, controller=LAW); its source is the attribute 'law' of the batch"
         )
     for name, value in given.items():
         if value is not None and name != needed:
@@ -191,7 +193,9 @@ def _trusted_model(store: Batch, trust: bool) -> str:
             f"{_way(source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
-        raise TrustError(f"{store.name} was made from another version of {source!r}: it cannot be repeated")
+        raise TrustError(
+            f"{store.name} was made from another version of {source!r}: restore that version to repeat a run"
+        )
     return source
 
 

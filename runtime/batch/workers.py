@@ -229,7 +229,7 @@ def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
 def _lost(client: Client, error: BaseException) -> ClusterError:
     """Return the error to raise for an error of dask's."""
     if client.status != "running":
-        return ClusterError(f"the scheduler {_address(client)} is gone")
+        return ClusterError(f"the scheduler {_address(client)} does not answer")
     return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
 
 
@@ -257,6 +257,6 @@ def _blocks(key: str, bundle: Bundle) -> Blocks:
         folder = cache.entry("models", key, bundle.write)
         blocks = Blocks(Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign))), threads=1)
         if differences := other_numerics(bundle.numerics, blocks.numerics.text()):
-            raise InputError(f"its numerics are others, and bits do not mix: {differences}")
+            raise InputError(f"its numerics differ: {differences}")
         _READY[key] = blocks
     return _READY[key]

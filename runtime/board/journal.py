@@ -94,7 +94,9 @@ def read_journal(path: Path, layout: Layout) -> Entries:
     head, newline, _ = content.partition(b"\n")
     identity = _identity(head) if newline else None
     if identity is None or identity.get("layout") != layout.hash.hex():
-        raise InputError(f"journal = {str(path)!r}: no journal of {layout.model} {layout.law} as they are now")
+        raise InputError(
+            f"journal = {str(path)!r}: belongs to another version of {layout.model} {layout.law}; choose another name"
+        )
     at, complete, check = len(head) + 1, False, zlib.crc32(head + newline)
     inputs, outputs, numbers = layout.sizes[:3]
     rows: list[Floats] = []
@@ -112,7 +114,9 @@ def read_journal(path: Path, layout: Layout) -> Entries:
             break
         check = zlib.crc32(kind + body, check)
         if content[end : end + _LENGTH.size] != _LENGTH.pack(check):
-            raise InputError(f"journal = {str(path)!r}: it is damaged at byte {at} or before; its run cannot be told")
+            raise InputError(
+                f"journal = {str(path)!r}: it is damaged at byte {at} or before; its run cannot be identified"
+            )
         if kind == _SAMPLE:
             rows.append(np.frombuffer(body, "<f4").astype(np.float32))
         elif kind == _MEMORY:
@@ -159,8 +163,8 @@ class Journal:
         entries = read_journal(path, layout) if content else None
         if entries is not None and entries.complete:
             raise InputError(
-                f"journal = {str(path)!r}: its run is over; `mehvar board replay` computes it again, another name or "
-                "removing it begins a new one"
+                f"journal = {str(path)!r}: its run is complete. Compute it again by `mehvar board replay`, "
+                "or choose another name for a new run"
             )
         self._rows: Floats = np.empty((0, 0), np.float32) if entries is None else entries.rows
         self.tunings: list[Tuning] = [] if entries is None else list(entries.tunings)
@@ -177,7 +181,9 @@ class Journal:
         if k >= self.length:
             return None
         if self._rows[k, : self._inputs].tobytes() != numbers.tobytes():
-            raise InputError(f"journal = {str(self._path)!r}: sample {k} was another one; remove the file")
+            raise InputError(
+                f"journal = {str(self._path)!r}: sample {k} differs from the recorded one; remove the file"
+            )
         return self._rows[k, self._inputs :]
 
     def append(self, numbers: Floats, u: Floats) -> None:

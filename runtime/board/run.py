@@ -286,7 +286,7 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
 
 
 def _loaded(request: BoardRequest, image: Image) -> Elf | None:
-    """Return the image that runs; nobody knows which one a board on a serial port has, nor how it was compiled."""
+    """Return the image that runs; that of a board on a serial port is unknown."""
     return None if image.board is None or request.target not in TARGETS else read_elf(image.path)
 
 

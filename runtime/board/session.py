@@ -176,7 +176,7 @@ class BoardLaw:
                 self.restored += 1
                 self._link.connect()
                 restore = True
-        raise LinkError(f"the board lost its memory {self._restarts} times at sample {k}: --restarts N bears more")
+        raise LinkError(f"the board lost its memory {self._restarts} times at sample {k}: allow more with --restarts N")
 
     def _restore(self, k: int) -> None:
         """Bring the board to its state before sample k."""

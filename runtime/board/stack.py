@@ -148,7 +148,7 @@ class _Graph:
         for name, parts in self._elf.functions.items():
             if any(a <= address < a + n for a, n in parts):
                 return name
-        raise UnboundedError(f"{caller} jumps to {address:#010x}, where no function is")
+        raise UnboundedError(f"{caller} jumps to {address:#010x}, which is in no function")
 
     def _stored(self) -> set[str]:
         words = set()

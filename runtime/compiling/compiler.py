@@ -68,8 +68,8 @@ def require_compiler() -> Compiler:
     compiler = find_compiler()
     if compiler is None:
         raise MissingError(
-            'no C compiler found: set $CC, install gcc or clang, or: pip install "mehvar[cc]"; '
-            "functions alone need none: load(..., backend='python')"
+            'no C compiler found: set $CC, install gcc or clang, or run: pip install "mehvar[cc]". '
+            "Functions work without one: load(..., backend='python')"
         )
     return compiler
 

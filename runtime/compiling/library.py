@@ -86,13 +86,13 @@ def load_library(
     folder = cache.entry(_KIND, entry, fill)
     with suppress(OSError):
         return ctypes.CDLL(str(folder / file))
-    cache.discard(folder)  # whole, and yet refused by the loader: perhaps a new one is not
+    cache.discard(folder)  # the file is intact but the loader refused it; a new one may load
     path = cache.entry(_KIND, entry, fill) / file
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
         raise BuildError(
-            f"cannot load {path}: {error}; if programs may not run there, set $MEHVAR_CACHE elsewhere"
+            f"cannot load {path}: {error}; if programs may not run there, set $MEHVAR_CACHE to another folder"
         ) from error
 
 
@@ -146,7 +146,7 @@ def _native() -> ctypes.CDLL:
 
 
 def _compile(folder: Path, file: str, sources: Mapping[str, str], command: Sequence[str], compiler: Compiler) -> None:
-    """Compile in a folder inside that of the library, which then holds nothing else."""
+    """Compile in a temporary folder inside that of the library, and move only the result out."""
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         for name, text in sources.items():
             (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)

@@ -56,7 +56,7 @@ class CasadiBackend(CBackend):
     def _build(self, file: str, real: Real) -> ctypes.CDLL:
         assert real == "double"
         calls = _calls_text(self._manifest.model, file, self._manifest.functions.values())
-        # Long, and only compared with: compile time matters more than run time. Slosh takes 6 s, and 23 with -O1.
+        # Long C that serves comparison only: compile time matters more than run time. Slosh takes 6 s, and 23 with -O1.
         sources = {file: generated_text(self._manifest, file), "calls.c": calls}
         return load_library(identifier(file.removesuffix(".c")), sources, ["calls.c"], ["-O0"])
 

@@ -81,8 +81,8 @@ def _root(manifest: Manifest, name: str) -> Path:
             _check_unchanged(manifest, root, name)
             return root
     raise InputError(
-        f"{own} has no {name}, and no models/{model} beside it to make it from; "
-        f"mehvar generate {model} --out DIR writes every file, with --emit casadi CasADi's C too"
+        f"{own} lacks {name}, and models/{model} is not beside it to derive it. "
+        f"Write every file with: mehvar generate {model} --out DIR (--emit casadi for CasADi's C)"
     )
 
 

@@ -462,7 +462,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend is None and find_compiler() is None:
         warnings.warn(
             "no C compiler found: functions are evaluated by NumPy, and runs need a compiler; "
-            'install gcc or clang, or: pip install "mehvar[cc]"',
+            'install gcc or clang, or run: pip install "mehvar[cc]"',
             RuntimeWarning,
             stacklevel=2,
         )

@@ -20,7 +20,7 @@ class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
     pickling are plain arrays.
     """
 
-    __slots__ = ()  # a misspelt name is an error where it is written too
+    __slots__ = ()  # writing to a misspelt name is an error, too
     names: Sequence[str] = ()
 
     if TYPE_CHECKING:  # the properties of the names, which a checker cannot know

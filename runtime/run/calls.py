@@ -68,7 +68,7 @@ def loop_calls(
         if name not in functions:
             raise InputError(f"the generated folder lacks the function {name}; generate the model again")
     calls = {call: functions[name] for call, name in names.items()}
-    # of functions of one slope the manifest holds the plain one to its signature: C calls all by one type
+    # the manifest checks the signature of the plain slope only; C calls all slopes by one type
     for call, plain in (("rhs", "rhs"), ("rhs_jac", "rhs"), ("loop", f"{law}_loop"), ("loop_jac", f"{law}_loop")):
         if call in calls and plain in functions:
             present, expected = _arguments(calls[call]), _arguments(functions[plain])

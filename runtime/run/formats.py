@@ -91,7 +91,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
         readers = "pandas.read_csv, pandas.read_parquet and scipy.io.loadmat read the other formats"
         raise bad_value("path", name, f"a result in NetCDF, whose name ends in .nc; {readers}")
     if not _whole(Path(path).read_bytes()):
-        raise InputError(f"{name} is not a result file as it was written: its bytes do not match its checksum")
+        raise InputError(f"{name} is damaged: its bytes do not match its checksum")
     try:
         with h5py.File(path, "r") as file:  # first: for unreadable attributes h5netcdf leaves a broken object behind
             dict(file.attrs)
@@ -102,7 +102,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
         raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
     if result.attrs.pop(_DIGEST, None) != _digest(result):
-        raise InputError(f"{name} is not a result file as it was written: its content does not match its {_DIGEST}")
+        raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}")
     return result
 
 
@@ -228,7 +228,7 @@ def _series(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return the variables along time, or raise InputError for a dataset that is not a table."""
     wide = [str(name) for name, array in dataset.data_vars.items() if array.dims not in ((), ("t",))]
     if wide or set(dataset.coords) != {"t"}:
-        raise InputError("only a single run can be a table: save this dataset as .nc, or take what you need of it")
+        raise InputError("only a single run can be a table: save this dataset as .nc, or select one run")
     for name, array in {"t": dataset["t"], **dataset.data_vars}.items():
         if array.dtype.kind not in _NUMBERS or (name == "t" and not array.ndim):
             raise bad_value("variable", name, "real numbers along time in a table; save this dataset as .nc")

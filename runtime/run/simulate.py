@@ -151,7 +151,7 @@ class Run:
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
-        """Return for each report of the law that exceeds its bound when, how long and by how much."""
+        """Return when, how long and by how much each report of the law exceeded its bound."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
             for word, bound, sign in (("above", report.at_most, 1), ("below", report.at_least, -1)):

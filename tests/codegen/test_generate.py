@@ -52,6 +52,7 @@ def python(code: str, folder: Path, *arguments: str, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.soak
 def test_who_derives_changes_nothing(tree):
     """A text beside the models that derives them asks nothing in their name, nor does a console script there."""
     program = tree.root / "bin" / "derive"
@@ -116,7 +117,8 @@ def _under_seed(seed, every, folder):
     return json.loads(python(ANSWERS, folder, str(every), PYTHONHASHSEED=seed, MEHVAR_CACHE=str(folder / seed)))
 
 
-@pytest.mark.parametrize(("seed", "every"), [("2", 150), pytest.param("3", 37, marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize(("seed", "every"), [("2", 150), ("3", 37)])
 def test_the_order_of_a_set_changes_no_text_and_no_verdict(seed, every, tmp_path):
     """Of an assembled craft and of pairs of many classes: a set of names has another order under every hash seed."""
     texts, answers = _under_seed("1", every, tmp_path)

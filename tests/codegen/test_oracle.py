@@ -171,6 +171,7 @@ def case(request, tmp_path_factory):
     return Case(*request.param, tmp_path_factory.mktemp("oracle"))
 
 
+@pytest.mark.share(2)
 def test_casadis_own_c_agrees(case):
     for function in case.functions:
         values = case.arguments[function.name]
@@ -178,6 +179,7 @@ def test_casadis_own_c_agrees(case):
         assert_close(casadi_compiled(case, function, values), wanted, TOLERANCE["double"], function.name)
 
 
+@pytest.mark.share(2)
 def test_generated_c_agrees_lane_by_lane(case):
     for real, lanes in case.builds:
         for function in case.functions:

@@ -117,6 +117,7 @@ def test_gates(folder):
     assert errors.keys() == {gate.name for gate in declared}
 
 
+@pytest.mark.soak
 def test_the_rest(folder, tmp_path):
     checks.backends_agree(folder, "drive", "phi_1", 1e-8)
     checks.runs_repeat(folder, ("drive", "sampled"), {"l_2": "uniform(0.88, 0.95)", "w_0": "normal(6, 0.1)"}, tmp_path)

@@ -101,6 +101,7 @@ def every_job(*models: str) -> list[Job]:
         *(pytest.param(target, ("slosh",), marks=pytest.mark.soak) for target in TARGETS),
     ],
 )
+@pytest.mark.share(2)
 def test_all_c_compiles_for_another_system(target: str, models: tuple[str, ...], tmp_path: Path) -> None:
     """To objects: for linking, zig would first compile the whole C library of Windows."""
     jobs = every_job(*models)

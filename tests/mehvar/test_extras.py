@@ -51,7 +51,7 @@ def test_a_missing_compiler_is_named_with_two_ways_to_one(monkeypatch):
     from mehvar.runtime.compiling import compiler
 
     monkeypatch.setattr(compiler, "find_compiler", lambda: None)
-    with pytest.raises(MehvarError, match=r"install gcc or clang, or: pip install .mehvar\[cc\]"):
+    with pytest.raises(MehvarError, match=r"install gcc or clang, or run: pip install .mehvar\[cc\]"):
         compiler.require_compiler()
 
 

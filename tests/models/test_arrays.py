@@ -88,6 +88,7 @@ def expected(form, outside):
 
 
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
+@pytest.mark.share(3)
 def test_tables_against_scipy(case, backend):
     form, outside, folder = case
     model, rate = load(folder, backend), expected(form, outside)
@@ -100,6 +101,7 @@ def test_tables_against_scipy(case, backend):
     assert np.isfinite(model.functions["jac_p"]([2.7], [0.0], p)).all()  # between equal values too
 
 
+@pytest.mark.share(2)
 def test_runs_and_lanes_through_tables(case, tmp_path):
     from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
     from mehvar.runtime.batch.store.store import open_store
@@ -176,7 +178,7 @@ def test_an_array_of_parameters_is_set_as_an_array(case):
         (("[[3, 1, 0]", "[[3, 1, 2]"), "has 2 in row 1, column 3 and 0 opposite"),
         (("[[3, 1, 0]", "[[0, 1, 0]"), "must be positive definite"),
         (("[[3, 1, 0]", "[[3, 1]"), "rows of numbers that are equally long"),
-        (("[[3, 1, 0], [1,", "[[1,"), "must be left out, for default has the shape"),
+        (("[[3, 1, 0], [1,", "[[1,"), "must be left out, as default has the shape"),
         (("default = [1, 2, 3]", "default = []"), "must be numbers"),
         (("default = [1, 2, 3]", 'default = [1, "x"]'), "default"),
         (("default = [1, 2, 3]", 'default = 1, outside = "hold"'), "outside = 'hold' would be ignored"),

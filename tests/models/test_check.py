@@ -88,7 +88,7 @@ def test_names_that_would_be_one_constant_in_c_are_refused():
 
 def test_words_of_the_command_line_name_no_model_and_no_law():
     law = dataclasses.replace(triangle().controllers[0], name="none")
-    with pytest.raises(ModelError, match="the law is called 'none', the word for a run without a law"):
+    with pytest.raises(ModelError, match="the law is called 'none', the word for a run without a law: rename it"):
         check(dataclasses.replace(triangle(), controllers=(law,)))
     with pytest.raises(ModelError, match="the model is called 'work'"):
         check(dataclasses.replace(triangle(), name="work"))
@@ -257,7 +257,7 @@ REFUSED = [
      r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, but declares J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("a state in degrees", CART, ("states", "quantities", 0, "unit"), lambda v: "deg",
-     r"\(place\): unit = 'deg': must be in rad; only a parameter may be in deg"),
+     r"\(place\): unit = 'deg': must be in rad; only a parameter that sympy.rad"),
     ("an output in degrees", CART, ("outputs", "quantities", 0, "unit"), lambda v: "deg/s", r"must be in rad"),
     ("a metric in degrees", CART, ("metrics", 0, "unit"), lambda v: "deg m", r"'deg m': must be in rad"),
     ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
@@ -279,7 +279,7 @@ REFUSED = [
     ("a default that is not allowed", CART, ("parameters", "quantities", 0, "default"), lambda v: np.nan,
      r"parameter 'mass': default = nan is outside its bounds"),
     ("a formula that nothing computes", CART, ("parameters", "quantities", 0, "default"), lambda v: "2*k",
-     r"default = '2\*k' would not be computed"),
+     r"default = '2\*k' must be a number: only laws"),
     ("a choice without variant", CART, ("variants",), lambda v: (), r"variants lacks \('none',\)"),
     ("a variable of a result", CART, ("outputs", "quantities", 0, "name"), lambda v: "u_force",
      r"output 'u_force' has the name of variable of input 'u_force'"),
@@ -318,8 +318,8 @@ REFUSED = [
      lambda v: (dataclasses.replace(v[0], default="leak"), dataclasses.replace(v[1], default="gain")),
      r"the defaults of gain, leak are formulas in terms of themselves"),
     ("a limit that never holds", CART, ("limits", 0, "margin"), lambda v: sp.S.NegativeOne,
-     r"margin 1 of limits, row 1 of 1: -1 is a function of nothing"),
-    ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One, r"function of nothing"),
+     r"margin 1 of limits, row 1 of 1: -1 depends on nothing"),
+    ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One, r"depends on nothing"),
     ("noise that nothing reads", CART, ("sensor", "measured", 0), lambda v: CART.states.place + CART.parameters.sigma,
      r"noise 'hiss' would be ignored"),
     ("a command that does not act", CART, ("actuator", "applied", 0), lambda v: CART.parameters.top,

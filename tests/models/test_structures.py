@@ -15,4 +15,4 @@ def test_a_declared_structure_is_derived_or_refused_by_a_rule_of_its_model(model
 
 
 def test_a_rule_of_a_model_says_what_it_refuses():
-    assert "must go with 'dynamic'" in outcome("triangle", {"rods": "uniform"})
+    assert "needs model = 'dynamic'" in outcome("triangle", {"rods": "uniform"})

@@ -78,5 +78,7 @@ def test_the_page_that_is_named_exists(beyond: Beyond) -> None:
 def test_a_claim_without_a_function_is_refused(tmp_path: Path) -> None:
     shutil.copy(installed_tree().root / "papers" / "triangle" / "beyond.toml", tmp_path)
     drawn = {1: lambda *_: None, 2: lambda *_: None}
-    with pytest.raises(InputError, match=r"beyond\.toml: claims \['B1', .*are not those that the code has, \['B1'\]"):
+    with pytest.raises(
+        InputError, match=r"beyond\.toml: claims \['B1', .*do not match the functions of the code, \['B1'\]"
+    ):
         read_beyond(tmp_path, drawn, {"B1": lambda *_: []})  # type: ignore[dict-item,arg-type]

@@ -14,7 +14,7 @@ from mehvar.runtime.interrupts import deferred
 
 
 class PressedError(Exception):
-    """What the handler raises."""
+    """Exception of the handler."""
 
 
 @pytest.fixture(autouse=True)

@@ -76,7 +76,7 @@ class Extended:
         self._extra = naming(versions.pool, extension.names)
 
     def __call__(self, old: Item, new: Item) -> bool:
-        """Return True if one text is the other with terms of the members added to its sums: a proof by form."""
+        """Return True if a text equals the other after terms of the members are added to its sums."""
         few, many = (old.root, new.root) if self._longer_is_new else (new.root, old.root)
         return few != many and self._extends(few, many)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board build`: the firmware of a law, and its sources for a project of one's own."""
+"""`mehvar board build`: the firmware of a law, and its sources for a user's project."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def command(
     if image.board is None or not image.board.name.startswith("stm32"):
         raise bad_value("board", board, "an STM32 board: stm32f4 or stm32f4-usart2", "--board")
     commands = flash_commands(image)
-    typer.echo("not tested on silicon: nobody has run this on a real board yet")
+    typer.echo("not tested on silicon: this has not run on a real board")
     for command in commands:
         typer.echo("$ " + shlex.join(command))
     if dry_run:
@@ -43,7 +43,9 @@ def command(
         if shutil.which(command[0]):
             return 3 if subprocess.run(command, check=False).returncode else 0
     tools = ", ".join(command[0] for command in commands)
-    raise InputError(f"no tool to flash with: install one of {tools}, or run a command above elsewhere")
+    raise InputError(
+        f"no flash tool is installed: install one of {tools}, or run one of these commands on another machine"
+    )
 
 
 def flash_commands(image: Image) -> list[list[str]]:

@@ -55,7 +55,7 @@ def command(
     if path.suffix == ".toml":
         verdicts = _run(path, requirements, confidence, out, resume)
     elif out is not None or resume:
-        raise InputError("--out and --resume are for a campaign: the runs of a store are there")
+        raise InputError("--out and --resume need a campaign file: a store has its runs; leave them out")
     else:
         verdicts = Verdicts(open_store(path), requirements or None, confidence)
     if as_json:

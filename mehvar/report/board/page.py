@@ -161,8 +161,7 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
     if results["selftest"]:
         test = results["selftest"]
         rows += [("self-test", f"{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
-    if results["ticks"]:
-        ticks = results["ticks"]
+    if (ticks := results["ticks"]) and ticks["most"]:  # an emulated clock stands still
         rows += [
             ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
         ]
@@ -171,6 +170,6 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
 
 def _chain(bound: dict[str, Any] | None) -> str:
     if bound is None:
-        return "the image does not tell"
+        return "unknown from the image"
     calls = " → ".join(f"{link['function']} {link['bytes']}" for link in bound["chain"])
     return f"bound from instructions and calls, one fault included: {calls}"

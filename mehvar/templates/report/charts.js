@@ -15,7 +15,7 @@
   const tick = (value) => {
     if (value === null) return "";
     const size = Math.abs(value), short = Number(value.toPrecision(4));
-    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en")).replace("-", "−");
+    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replace("-", "−");
   };
 
   /** The largest of 1, 2, 5 times a power of ten that is not above a value. */
@@ -42,7 +42,7 @@
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
     paths: line.step ? uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: false }, spanGaps: true, value: (_, v) => Report.number(v),
+    points: { show: false }, spanGaps: true, pxAlign: 0, value: (_, v) => Report.number(v),
   });
 
   /** Levels and marks of a panel, drawn under its series. */
@@ -94,7 +94,7 @@
       width: host.clientWidth || 300, height, series: [
         { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: logarithmic[1] ? { distr: 3 } : { distr: 1, range } },
-      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
+      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
       legend: { show: panel.lines.some((line) => line.name), live: true }, bands: bands(panel.lines),

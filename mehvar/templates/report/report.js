@@ -40,11 +40,18 @@
   };
   filters.forEach((filter) => filter.addEventListener("change", apply));
 
+  /** Paper has no folds: what was measured is printed. */
+  let folded = [];
+  const fold = (open) => folded.forEach((part) => { part.open = open; });
+  addEventListener("beforeprint", () => { folded = document.querySelectorAll("details.checks:not([open])"); fold(true); });
+  addEventListener("afterprint", () => fold(false));
+
   /** Keep what a link leads to under its eye while charts above it are still being built; until the reader moves. */
   const land = () => {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     if (!target) return;
     for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
+    target.querySelectorAll(":scope > details.checks").forEach((part) => { part.open = true; });
     const align = () => target.scrollIntoView({ block: "start", behavior: "instant" });
     const watch = new ResizeObserver(align), moves = ["wheel", "touchmove", "keydown", "pointerdown"];
     const leave = () => { watch.disconnect(); moves.forEach((name) => removeEventListener(name, leave)); };

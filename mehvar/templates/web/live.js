@@ -30,7 +30,7 @@
 
   const line = ([q], k) => ({
     label: q.name, stroke: Report.color(COLORS[k % COLORS.length]), dash: k < COLORS.length ? [] : [5, 3], width: 1.5,
-    points: { show: false }, value: (_, v) => (v === null ? "–" : short(v)),
+    points: { show: false }, pxAlign: 0, value: (_, v) => (v === null ? "–" : short(v)),
   });
 
   const plot = (panel, host) => {

@@ -61,7 +61,7 @@ class Law:
         for part in sensors:
             if isinstance(part, kind):
                 return part.symbols
-        raise ModelError(f"law {self.name}: no sensor shows {words}")
+        raise ModelError(f"law {self.name}: no sensor measures {words}")
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",

@@ -80,7 +80,7 @@ class Tank(Part):
         if (self.share is None) != (self.length is None):
             raise ModelError(f"{self.name}: a bob has share and length; give both, or none")
         if self.share is None and self.damping is not None:
-            raise ModelError(f"{self.name}.damping: nothing swings; give share and length")
+            raise ModelError(f"{self.name}.damping needs a bob: give share and length")
         self._bob  # its own checks  # noqa: B018
 
     @property

@@ -26,7 +26,7 @@ from ..values import Number, Parameters, Vector, scalar, vector
 
 @dataclass(frozen=True)
 class Instrument(Part):
-    """A sensor: it measures `seen`, with as many `errors`, which are standard normal numbers times their sizes."""
+    """A sensor with the measurements `seen` and their `errors`: standard normal numbers times a size."""
 
     @abstractmethod
     def seen(self) -> tuple[Quantity, ...]:

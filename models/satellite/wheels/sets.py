@@ -12,7 +12,7 @@ from ...system import Condition, Derivation, Expr, Group, Quantity
 from .imbalance import Imbalance, imbalance, symmetric
 
 FEWEST = 3
-"""Wheels about fewer axes leave the body free about one: no law here is meant for that."""
+"""Wheels about fewer axes leave the body free about one: no law here is made for that."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class Factors:
 
 
 def factorise(matrix: sp.Matrix, name: str, d: Derivation) -> Factors:
-    """Factorise a symmetric positive definite matrix of which the lower triangle is read.
+    """Factorise a symmetric positive definite matrix, reading its lower triangle.
 
     Parameters
     ----------

@@ -224,7 +224,7 @@ class DecisionRule:
 
     def __init__(self, requirements: Sequence[Requirement], confidence: float, design: str) -> None:
         if not requirements:
-            raise bad_value("until", DECIDED, "left out where nothing is required")
+            raise bad_value("until", DECIDED, "left out without a requirement")
         if design != "random":
             raise bad_value("until", DECIDED, f"left out with a {design} design: only independent runs decide")
         self._requirements, self._open = requirements, set(range(len(requirements)))
@@ -301,7 +301,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
     texts = own if texts is None else texts
     confidence = usual if confidence is None else checked_confidence(confidence, "the call")
     if not texts:
-        raise InputError(f"nothing is required of {store.name}: give a requirement {_USAGE}")
+        raise InputError(f"{store.name} has no requirement: give one {_USAGE}")
     requirements = read_requirements(texts, scalars(store), notes(store), "the requirements")
     blocks, _ = whole_blocks(store)
     fixed = len(blocks) == store.blocks() and not store.attributes["until"]

@@ -145,7 +145,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
         raise SchemaError(": 'options' must be a table", "numerics")
     drawn = {name.strip() for names in campaign.vary for name in names.split(",")}
     if {name.removeprefix("initial_") for name in texts.drawn} != {name.removeprefix("initial_") for name in drawn}:
-        raise SchemaError(f" = {about.drawn!r}: must be what its campaign varies", "drawn")
+        raise SchemaError(f" = {about.drawn!r}: must be the names that its campaign varies", "drawn")
 
 
 def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None:
@@ -158,7 +158,7 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
     """
     identity = {name: attributes[name] for name in IDENTITY if name in attributes}
     if batch_hash(identity, about["chunk"]) != about["batch"]:
-        raise SchemaError(": are of another batch than its records", "its attributes")
+        raise SchemaError(": belong to another batch than its records", "its attributes")
 
 
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:

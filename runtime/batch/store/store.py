@@ -423,7 +423,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         return opened
     if writer := holder(folder):
         raise InputError(
-            f"{folder} is being written by {writer}: its metadata are incomplete at this moment; try again"
+            f"{folder} is being written by {writer}: its metadata are incomplete; try again later"
         ) from opened
     raise opened
 
@@ -456,7 +456,7 @@ def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
     from .chunks import Chunks
 
     chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
-    # for writing, this process has made or repaired it: the group's own copy of the metadata is good
+    # opened for writing, this process has made or repaired it, so the group's copy of the metadata is intact
     return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=mode == "r+"), chunks
 
 
@@ -468,14 +468,14 @@ def _arrays(group: Any) -> dict[str, Any]:
     import zarr
 
     with zarr.config.set({"array.write_empty_chunks": True}):
-        # one after the other: opened at once, several damaged arrays leave errors behind that nobody collects
+        # one after the other: opened at once, several damaged arrays leave uncollected errors
         arrays = {name: group[name] for name in group.attrs["variables"]}
         dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
         arrays |= {name: group[name] for name in sorted(dimensions) if name in group}
     for name, array in arrays.items():
         foreign = {codec["name"] for codec in array.metadata.to_dict()["codecs"]} - _CODECS
         if foreign:
-            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which no batch is")
+            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which mehvar does not use")
     return arrays
 
 

@@ -84,7 +84,7 @@ class Verification:
     writer : str or None
         The process that is writing it now.
     others : tuple of str
-        Files that no record lists and nobody reads: files of the user, or of a killed process and a block that is
+        Unread files that no record lists: of the user, or of a killed process and a block that is
         not stored. They do not affect the verdict.
     """
 
@@ -215,13 +215,13 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def check_identified(folder: Path) -> None:
-    """Refuse a folder of which no record and no attributes say which batch it is: a repair would have no measure."""
+    """Refuse a folder whose records and attributes name no batch: it cannot be repaired."""
     if any(map(read_record, (folder / FOLDER).glob("*.json"))):
         return
     try:
         checked_attributes(folder, None)
     except InputError as error:
-        raise InputError(f"{folder} is not a batch store: nothing in it says of which batch it is") from error
+        raise InputError(f"{folder} is not a batch store: it names no batch") from error
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:

@@ -140,7 +140,7 @@ def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
     """Refuse evidence without a function that ran, or without instructions of the closed loop's longest step."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
-        raise EvidenceError(f"a step runs {', '.join(missing)}, to which no call leads whose target the image tells")
+        raise EvidenceError(f"a step runs {', '.join(missing)}, which no call with a known target reaches")
     most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
     if seen < most:
         raise EvidenceError(f"a step has {seen} instructions in the campaign, fewer than the {most} of the closed loop")
@@ -197,7 +197,7 @@ def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
 
 
 def _stretched(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return numbers of which some, or none, were scaled up or down."""
+    """Return numbers with a random part of them scaled up or down."""
     which = rng.random(values.size) < rng.choice([0.0, 0.05, 0.3])
     return np.where(which, values * 10 ** rng.uniform(*_SCALES, values.size), values)
 

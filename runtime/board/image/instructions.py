@@ -129,7 +129,7 @@ def _decoded_riscv(code: bytes, address: int) -> tuple[Instruction, ...]:
             target = at + int(match[0], 0)
         decoded.append(RiscV(at, size, mnemonic, operands, target, frozenset()))
     if sum(i.size for i in decoded) != len(code):
-        raise UnboundedError(f"an instruction at {address + sum(i.size for i in decoded):#010x} is not known")
+        raise UnboundedError(f"an instruction at {address + sum(i.size for i in decoded):#010x} is unknown")
     return tuple(decoded)
 
 

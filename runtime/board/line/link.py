@@ -194,7 +194,7 @@ class Link:
             name = (flag.name or "").lower()
             self.counters.flags[name] = self.counters.flags.get(name, 0) + 1
         if flags & Flags.FRESH:
-            raise RestartError(f"{self._port.name}: the board has no memory to go on from")
+            raise RestartError(f"{self._port.name}: the board lost the memory of the law and cannot go on")
         u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
         return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
 
@@ -295,8 +295,8 @@ class Link:
         expected = self._layout
         if hello.real_size != 4:
             raise InputError(
-                f"{self._port.name}: the board computes in numbers of {hello.real_size} bytes, not of 4 (float): "
-                "build and flash it"
+                f"{self._port.name}: the board has numbers of {hello.real_size} bytes, and must have 4 (float): "
+                "build and flash it again"
             )
         if hello.hash == expected.hash and hello.sizes != expected.sizes:
             counts = f"{list(hello.sizes)} numbers in its vectors, not {list(expected.sizes)}"

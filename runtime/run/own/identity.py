@@ -38,7 +38,7 @@ _FIELDS = (MemberDescriptorType, type(vars(namedtuple("_Pair", "one"))["one"]))
 """Types of class attributes for entries of __slots__, and for fields of a named tuple."""
 _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
-"""Folders of modules that nobody edits between two runs of a batch: those of environments, and of Python."""
+"""Folders of modules that stay unedited between two runs of a batch: those of environments and of Python."""
 _LONGEST = 200
 """Characters of a value that are shown; a longer one, such as a table of numbers, is shown by its digest."""
 _OPEN: tuple[object, ...] = (
@@ -85,13 +85,13 @@ def source(function: Callable[..., Any]) -> str:
         If something that it reads cannot be identified.
     """
     if not isinstance(function, FunctionType | MethodType):
-        raise UntoldError(f"{type(function).__name__} is no function that is defined by a text")
+        raise UntoldError(f"{type(function).__name__} is not a function with source code")
     try:
         text = inspect.getsource(function)
     except (OSError, TypeError) as error:
-        raise UntoldError(f"the text of {function.__name__} is not known") from error
+        raise UntoldError(f"the source of {function.__name__} was not found") from error
     if function.__name__ == "<lambda>":
-        raise UntoldError("a lambda is known by its line only")
+        raise UntoldError("a lambda has no source of its own: define the law with def")
     walk = _Walk()
     try:
         walk.value(function.__name__, function)
@@ -137,7 +137,7 @@ class _Walk:
             self._class(name, value)
         elif isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc):
             if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
-                raise UntoldError(f"{name} is of numpy.frompyfunc, which does not tell its function")
+                raise UntoldError(f"{name} is of numpy.frompyfunc, which hides its function")
             self._lines[name] = _known_as(value)
             if _is_bound(value):
                 self.value(f"{name}.__self__", value.__self__)
@@ -222,7 +222,7 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UntoldError(f"{name} gives other numbers at another time or in another process: read t and x")
+        raise UntoldError(f"{name} differs between times or processes: use t and x")
 
 
 def _is_moving(module: str) -> bool:
@@ -245,7 +245,9 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     """
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
-        raise UntoldError(f"{code.co_name} reads {min(hidden)}, which gives access to everything")
+        raise UntoldError(
+            f"{code.co_name} reads {min(hidden)}, which can reach any object: name the values that the law needs"
+        )
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
         if path and step.opname in _ATTRIBUTES:
@@ -294,7 +296,7 @@ def _digest(text: str) -> str:
 
 def _is_key(name: str, key: object) -> bool:
     if not isinstance(key, (*_PLAIN, tuple)):
-        raise UntoldError(f"{name} has the key {key!r}, which is no number and no text")
+        raise UntoldError(f"{name} has the key {key!r}: must be a number or a text")
     return True
 
 

@@ -202,7 +202,7 @@ def _recorded(
     if t[0] != 0:
         raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
-        raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to no more than that")
+        raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to that or less")
     columns = {}
     for q in manifest.inputs:
         name = next((name for name in (f"u_cmd_{q.name}", f"u_{q.name}") if name in run), None)
@@ -241,5 +241,5 @@ def _held(run: Any, origin: str) -> tuple[float | None, int]:
         if not 0 < hold < math.inf or delay < 0:
             raise ValueError(f"hold = {hold}, delay = {delay}")
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
-        raise InputError(f"inputs (from {origin}): its attribute options is not what a run leaves: {error}") from error
+        raise InputError(f"inputs (from {origin}): its attribute 'options' is damaged: {error}") from error
     return hold, delay

@@ -73,6 +73,7 @@ def test_the_same_sign_for_every_pendulum_is_one_story():
     assert group.names == ("k_phi1", "k_phi2")
 
 
+@pytest.mark.share(3)
 def test_inlining_definitions_changes_nothing(model):
     """Half of the definitions are written out wherever they are used."""
     new = model

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a way of a branching node requires holds where the node goes it, and only there."""
+"""The condition of a branch holds exactly where the node takes that branch."""
 
 import random
 from fractions import Fraction

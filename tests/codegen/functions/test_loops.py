@@ -211,6 +211,7 @@ def test_a_law_may_compute_in_float(folder):
     ("law", "options"), [("sum-law", {"delay": 2}), ("smooth", {}), ("smooth", {"method": "dopri5"})]
 )
 @pytest.mark.parametrize("plant", ["full", "free"])
+@pytest.mark.share(3)
 def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
     """Projection, actuator, noise, delay, memory, a moving reference and a variant, lane by lane."""
     model = load(folder, "c")

@@ -162,7 +162,7 @@ def test_without_a_compiler_a_run_says_how_to_install_one():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, "PATH": ""})
     assert done.returncode == 2
-    assert 'no C compiler found: set $CC, install gcc or clang, or: pip install "mehvar[cc]"' in done.stderr
+    assert 'no C compiler found: set $CC, install gcc or clang, or run: pip install "mehvar[cc]"' in done.stderr
     assert "Traceback" not in done.stderr
 
 

@@ -199,7 +199,7 @@ def test_a_batch_in_memory() -> None:
     assert dict(ds.sizes) == {"run": 5, "state": 4, "variable": 18}
     assert ds.initial_theta.attrs["units"] == "rad"
     assert next(iter(ds.data_vars)) == "initial_theta"
-    with pytest.raises(mehvar.InputError, match="needs controller and n"):
+    with pytest.raises(mehvar.InputError, match="needs n, and controller"):
         mehvar.batch("triangle")
 
 
@@ -363,6 +363,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     assert "left" in text
 
 
+@pytest.mark.soak
 def test_a_killed_batch_goes_on_with_the_same_bytes(tmp_path: Path) -> None:
     """The benchmark `kill_test.py`, made small."""
     spec = importlib.util.spec_from_file_location("kill_test", KILL_TEST)

@@ -39,7 +39,7 @@ def test_parts_that_come_and_go():
 
 
 def test_wrong_arguments_are_refused():
-    with pytest.raises(MehvarError, match="takes neither new nor structures"):
+    with pytest.raises(MehvarError, match="leave new and structures out"):
         mehvar.diff(craft_of(), craft_of(), "work~1")
     with pytest.raises(MehvarError, match=r"model = .*must be a text"):
         mehvar.diff(craft_of(), "HEAD")

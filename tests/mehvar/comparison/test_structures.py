@@ -18,7 +18,7 @@ EDITS = {
     "structure={}": 'structure={"kind": kind, "wall": wall}',
     "Quantity, System": "ModelError, Quantity, System",
     "    d = Derivation()\n": """    if (kind, wall) == ("linear", "near"):
-        raise ModelError("wall = 'near': must go with 'firm'")
+        raise ModelError("wall = 'near': needs 'firm'")
     force = -p.k * x - p.d * v
     if kind == "firm":
         force -= 3 * p.k * x

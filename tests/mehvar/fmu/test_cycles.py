@@ -36,6 +36,7 @@ def sanitized(folder: Path, program: str, token: str, *flags: str) -> subprocess
 
 
 @needs("gcc")
+@pytest.mark.soak
 def test_ten_thousand_instances_leave_nothing_behind(tmp_path):
     done = sanitized(tmp_path, "cycles.c", unpacked(tmp_path, controller="path"))
     assert (done.returncode, done.stdout) == (0, "10000 cycles\n"), done.stderr
@@ -51,6 +52,7 @@ def test_ten_thousand_instances_leave_nothing_behind(tmp_path):
         pytest.param("satellite", "pd", "2.0", marks=pytest.mark.soak),
     ],
 )
+@pytest.mark.share(2)
 def test_wrong_calls_are_refused_and_change_nothing(model, law, fmi, tmp_path):
     """Unknown references, steps of no length or past the end, functions out of order, null pointers."""
     token = unpacked(tmp_path, model, controller=law, fmi=fmi)
@@ -60,6 +62,7 @@ def test_wrong_calls_are_refused_and_change_nothing(model, law, fmi, tmp_path):
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_casadi_imports_the_plant(fmi, tmp_path):
     """Right-hand sides by DaeBuilder are ours, bit for bit."""
     unpacked(tmp_path, kind="me", fmi=fmi)

@@ -71,6 +71,7 @@ class Unit:
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path: Path, fmi: str) -> None:
     unit, model = Unit(tmp_path, fmi), load("satellite")
     period = next(p.default for p in model.manifest.parameters if p.name == "Ts")
@@ -93,6 +94,7 @@ def test_discrete_states_without_a_place_for_each_answer_are_refused(tmp_path: P
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
     unit, n = Unit(tmp_path, fmi), len(load("satellite").state_names)
     unit.next_event()

@@ -19,6 +19,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.share(2)
 def test_variables_are_the_manifests(fmi, folder):
     model = mehvar.load("triangle")
     mehvar.export_fmu("triangle", folder / "triangle.fmu", fmi=fmi, kind="me")

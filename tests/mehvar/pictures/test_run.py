@@ -106,6 +106,7 @@ def test_a_run_of_one_sample_can_be_drawn(dataset, request, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.share(3)
 def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(swing, tmp_path, suffix):
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     save(run_picture(*swing), first)

@@ -132,7 +132,7 @@ def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch)
         again = batch.mehvar.again(2, *law)
         np.testing.assert_array_equal(again.isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
     SESSION_LAWS.clear()
-    with pytest.raises(mehvar.InputError, match="which this session does not define: define or import it"):
+    with pytest.raises(mehvar.InputError, match=r"which this session does not define\. Define or import it"):
         batch.mehvar.again(2)
     monkeypatch.setattr("__main__.damp", damp, raising=False)
     assert batch.mehvar.again(2).attrs["controller"] == "python:damp"
@@ -163,7 +163,7 @@ def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
     ("call", "message"),
     [
         (lambda run, batch: batch.mehvar.plot("nothing"), "unknown number of the runs 'nothing'"),
-        (lambda run, batch: run.mehvar.plot("theta"), "a run is drawn whole"),
+        (lambda run, batch: run.mehvar.plot("theta"), "leave them out for a run"),
         (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension of this result 'run'"),
         (lambda run, batch: run.mehvar.compare(batch), "a run, compared with a run"),
         (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),

@@ -43,6 +43,7 @@ def said(dataset):
 
 
 @pytest.mark.parametrize("name", REPRODUCED)
+@pytest.mark.share(3)
 def test_no_sentence_about_a_run_stays_when_the_run_is_another(name):
     law, settings = OTHERWISE[name]
     plain, other = (said(mehvar.simulate(name, law, **given)) for given in ({}, settings))

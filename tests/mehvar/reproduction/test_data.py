@@ -38,7 +38,9 @@ def test_a_wrong_caption_is_told_with_its_file_and_field(tmp_path, old, new, mes
 
 def test_claims_without_checks_and_numbers_without_a_name_are_told(tmp_path):
     folder = shutil.copytree(DATA, tmp_path / "triangle")
-    with pytest.raises(InputError, match=r"claims.toml: claims \['1', .* are not those that the code has, \['1'\]"):
+    with pytest.raises(
+        InputError, match=r"claims.toml: claims \['1', .* do not match the functions of the code, \['1'\]"
+    ):
         read_reproduction(folder, draw=dict.fromkeys(range(1, 12)), checks={"1": None}, scene=None, picture=None)
     with pytest.raises(InputError, match=r"claim 2 \(claims.toml\) lacks the expected number 'time'"):
         ClaimText("2", "text").number_of("time")

@@ -37,7 +37,7 @@ def test_a_statement_is_as_good_as_the_worst_of_what_it_rests_on(claims, equatio
 
 
 def test_a_statement_that_rests_on_nothing_needs_a_remark():
-    with pytest.raises(InputError, match="abstract 1: nothing to judge it by"):
+    with pytest.raises(InputError, match="abstract 1: must name a claim or a figure"):
         judge(of(StatementText("abstract 1", "t")), (), {})
     (statement,) = judge(of(StatementText("abstract 1", "t", remark="history")), (), {})
     assert statement.verdict is StatementVerdict.BACKGROUND

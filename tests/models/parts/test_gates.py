@@ -80,6 +80,7 @@ def test_momentum_and_energy_balance_in_every_chart(attitude):
 
 
 @pytest.mark.parametrize("case", LOSSY)
+@pytest.mark.share(3)
 def test_dampers_take_energy(case):
     balances, rng = craft(case), np.random.default_rng(2)
     for _ in range(10):
@@ -115,12 +116,14 @@ def paired(case: str, seed: int, first: float, second: float) -> tuple[dict[str,
 
 # two chains take ten times as long as two hinges, of which a chain is made
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
+@pytest.mark.share(4)
 def test_two_halves_are_the_whole(case):
     results, expected = paired(case, 3, 0.5, 0.5)
     assert apart(results, expected) < ROUNDING
 
 
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
+@pytest.mark.share(4)
 def test_a_part_without_mass_is_none_and_the_order_of_adding_does_not_matter(case):
     tiny = 1e-12
     results, expected = paired(case, 4, 1.0, tiny)
@@ -159,6 +162,7 @@ def turned_numbers(values: Mapping[str, float], turn: np.ndarray) -> dict[str, f
 
 
 @pytest.mark.parametrize("case", PARTS)
+@pytest.mark.share(3)
 def test_a_mount_turned_is_its_parameters_turned(case):
     part, rng = PARTS[case], np.random.default_rng(5)
     turn = PERMUTED if isinstance(part, UnbalancedWheel) else TURNED  # its angle zero is towards an axis of the hub

@@ -27,6 +27,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.share(2)
 def test_accelerations_agree(case):
     balances = assembled((HUB, ExternalForce("push"), Torquer("turn"), *CASES[case]))
     model, rng = engine(HUB, CASES[case]), np.random.default_rng(3)

@@ -56,7 +56,7 @@ def assembled(*parts, **options):
         (lambda: assembled(Hub("hub", mass=Value(1.0, bounds="3..5"), inertia=BALL)), "hub_m: bounds '3..5'"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL), Hub("hub", mass=1.0, inertia=BALL)), "mounted already"),
         (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
-        (lambda: assembled("hub"), "'hub' is no part"),
+        (lambda: assembled("hub"), "'hub' is not a part"),
         (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
         (lambda: Bob("tank", mass=1.0, length=1.0, rest=(0, 0, -2)), r"tank.rest = \(0, 0, -2\): must be an axis"),
         (
@@ -76,7 +76,7 @@ def assembled(*parts, **options):
             "g.friction: a motor",
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob has share and length"),
-        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping: nothing swings"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),
         (lambda: Tank("t", 1.0, (0, 0, 0), exhaust=1.0), "t: a force has thrust and exhaust"),
         (lambda: assembled(Engine("e", (1, 0, 0), (2, 0, 0), 1.0)), "e.direction = .*: must not be along"),
         (lambda: assembled(HUB, BODY, Cable("c", between=(BODY, OTHER), **LINE)), "c.between: other is not mounted on"),
@@ -164,5 +164,5 @@ def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, 
     class Own(base):
         pass
 
-    with pytest.raises(ModelError, match=f"Own is no complete part: it lacks the method {method}; write it"):
+    with pytest.raises(ModelError, match=f"Own is not a complete part: it lacks the method {method}; write it"):
         Own("own", *arguments)

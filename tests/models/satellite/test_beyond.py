@@ -28,6 +28,7 @@ JEOD = tomllib.loads((Path(__file__).parents[2] / "validation" / "jeod.toml").re
 """Logs of NASA's JEOD, github.com/nasa/jeod, verif/SIM_dyncomp."""
 
 
+@pytest.mark.soak
 def test_a_revolution_of_an_ellipse_against_newtons_laws_in_inertial_axes():
     """Wheels that spin up, torquers and a residual dipole, from a tumble: attitude, rates and wheels after an orbit."""
     values = {"eccentricity": 0.4, "semi_major_axis": 1.2e7, "inclination": 1.1, "dipole_x": 0.1, "dipole_z": -0.2}
@@ -352,6 +353,7 @@ def test_the_safe_mode_turns_the_panels_to_the_sun_out_of_the_shadow():
     ("law", "wheels"),
     [("quaternion", "any"), ("sliding", "any"), ("b-dot", "any"), ("sun", "any"), ("quaternion", "unbalanced")],
 )
+@pytest.mark.share(3)
 def test_a_board_computes_the_same_bits(law, wheels):
     outcome = run_on_board(craft(wheels), BoardRequest(law, "sil", samples=200))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 200 * 7)
@@ -379,5 +381,5 @@ def test_what_a_choice_divides_by_is_named_where_it_is_zero(values: dict[str, fl
 
 
 def test_instruments_are_refused_without_the_laws_that_read_them() -> None:
-    with pytest.raises(ModelError, match=r"sensors = 'instruments' .* must go with 'three'"):
+    with pytest.raises(ModelError, match=r"sensors = 'instruments' .* needs torquers = 'three'"):
         system(sensors="instruments", torquers="three")

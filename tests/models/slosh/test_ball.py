@@ -124,6 +124,7 @@ def test_a_controlled_run_over_the_top_keeps_its_tolerance(model):
         np.testing.assert_allclose(length, 1, atol=1e-14)
 
 
+@pytest.mark.soak
 def test_located_switches_keep_the_tolerance(tmp_path):
     """The whole tumble, the kink of the first tenth of a second included: without surfaces 5e-5 with 1e-9."""
     folder = tmp_path / "slosh"
@@ -148,6 +149,7 @@ def test_located_switches_keep_the_tolerance(tmp_path):
 
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
+@pytest.mark.share(3)
 def test_a_derivative_along_a_direction_costs_no_more_for_later_pendulums(inertia):
     counts = {n: operations(str(n), inertia) for n in (2, 4, 8)}
     sooner, later = (counts[4] - counts[2]) / 2, (counts[8] - counts[4]) / 4

@@ -48,6 +48,7 @@ def spread() -> tuple[np.ndarray, np.ndarray]:
     return np.vstack(shares), np.concatenate(masses)
 
 
+@pytest.mark.soak
 def test_a_motion_is_that_of_many_points_along_the_rods(general):
     """Rods that push in time, thrust, an orbit of eccentricity 0.4; all points move as the corners make them."""
     n, e = 0.7, 0.4

@@ -153,6 +153,7 @@ def broken(system: System, *names: str) -> System:
         (["w_roll", "alpha5_roll", "f3_roll", "A_{41}"], ["11", "34", "36", "40", "41"], ["7", "12", "22", "27", "39"]),
     ],
 )
+@pytest.mark.share(3)
 def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     system: System, wrong: list[str], turned: list[str], unmoved: list[str]
 ) -> None:

@@ -172,11 +172,12 @@ def test_every_statement_has_an_entry_and_every_claim_a_statement(runs, claims):
     ("change", "broken"),
     [
         ({"tau_m": 5.0}, {"R5", "R6", "R17"}),
-        pytest.param({"I_y": 2.5}, {"R1", "R5", "R15"}, marks=pytest.mark.soak),
-        pytest.param({"half_period": 100.0}, {"R1", "R2", "R3", "R4"}, marks=pytest.mark.soak),
-        pytest.param({"forgetting": 0.98}, {"9", "R9", "R17"}, marks=pytest.mark.soak),
+        ({"I_y": 2.5}, {"R1", "R5", "R15"}),
+        ({"half_period": 100.0}, {"R1", "R2", "R3", "R4"}),
+        ({"forgetting": 0.98}, {"9", "R9", "R17"}),
     ],
 )
+@pytest.mark.soak
 def test_a_changed_model_breaks_claims(change, broken):
     class Altered(Runs):
         def __call__(self, controller, scenario, initial=None, **settings):

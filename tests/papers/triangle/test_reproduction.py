@@ -101,6 +101,7 @@ class Altered(Runs):
         ({"disturbance": 0.01}, {"1", "2", "9"}),
     ],
 )
+@pytest.mark.share(3)
 def test_a_changed_model_breaks_claims(change, broken):
     altered = Altered(load("triangle"), **change)
     failed = {c.number for c in load_reproduction("triangle").claims(altered) if c.verdict is ClaimVerdict.FAILS}

@@ -139,7 +139,7 @@ def test_a_number_from_around_a_law_is_of_its_text_and_a_lambda_cannot_be_told(
     batch(pendulum, controller=scaled(1.0), out=out, resume=True, **options)
     with pytest.raises(InputError, match="was made with law = "):
         batch(pendulum, controller=scaled(2.0), out=out, resume=True, **options)
-    with pytest.raises(InputError, match="whether it is the same law in Python cannot be told: a lambda is known by"):
+    with pytest.raises(InputError, match="the law in Python cannot be identified: a lambda has no source"):
         batch(pendulum, controller=lambda _t, x: [-x.angle], out=out, resume=True, **options)
 
 
@@ -178,7 +178,7 @@ def repeated(out: Any, model: runtime.Model) -> Any:
         ({"inputs": {"torque": np.sin}}, InputError, "period = None"),
         ({"controller": p_sum, "period": 0.05, "hold": 0.05}, InputError, "hold = 0.05.*others by period"),
         ({"controller": "p-sum", "period": 0.05}, InputError, "period = 0.05.*hold says"),
-        ({}, InputError, "a batch needs controller and n; or inputs"),
+        ({}, InputError, "a batch needs n, and controller or inputs"),
         ({"controller": lambda _t, x: 1.0 if x.angle > 0 else 0.0, "period": 0.05}, LawError, "numpy.where decides"),
         ({"controller": lambda _t, x: x[:, :2], "period": 0.05}, LawError, r"t = 0 s .*\(2, 2\): must be .*\(1, 37\)"),
     ],

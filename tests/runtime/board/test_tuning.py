@@ -38,7 +38,7 @@ def test_a_tuned_run_and_its_journal_have_the_bits_of_this_machine(tmp_path, tar
     assert not path_of(journal).exists()
     result = replay(model, "mrac", journal)
     assert (result.samples, result.memories, result.first) == (80, 5 * 92, None)
-    with pytest.raises(InputError, match="its run is over"):
+    with pytest.raises(InputError, match="its run is complete"):
         run_on_board(model, BoardRequest("mrac", target, samples=80, selftest=0, profiled=False, journal=journal))
 
 

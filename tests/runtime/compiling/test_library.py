@@ -177,7 +177,7 @@ def test_cache_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path:
     occupied = tmp_path / "file"
     occupied.write_text("")
     monkeypatch.setenv("MEHVAR_CACHE", str(occupied / "cache"))
-    with pytest.raises(InputError, match=r"\$MEHVAR_CACHE must be a folder of yours .*Not a directory"):
+    with pytest.raises(InputError, match=r"\$MEHVAR_CACHE must be a folder that only you .*Not a directory"):
         seven()
 
 

@@ -108,6 +108,7 @@ def test_without_casadi_the_package_is_named(monkeypatch):
         holder(find_model("triangle"), "triangle_casadi.c")
 
 
+@pytest.mark.soak
 def test_two_processes_at_once_and_a_folder_that_cannot_be_written(tree, tmp_path):
     """Both derive, one entry stays; nothing is written beside the sources."""
     for path in (tree, *tree.iterdir()):

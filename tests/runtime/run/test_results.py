@@ -130,7 +130,7 @@ def test_full_disk_leaves_the_old_file_and_no_rest(tmp_path: Path, folder: Path)
 
 def test_a_pipe_or_device_is_not_replaced(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match="a file would replace"), replacing(tmp_path / "pipe"):
+    with pytest.raises(InputError, match="a socket; choose another name"), replacing(tmp_path / "pipe"):
         pass
     assert (tmp_path / "pipe").is_fifo()
 

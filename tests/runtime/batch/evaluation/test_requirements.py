@@ -211,7 +211,7 @@ def test_a_campaign_ends_when_it_is_decided_and_its_store_says_the_same(
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ({"require": {}}, "nothing is required"),
+        ({"require": {}}, "left out without a requirement"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "sampling": "sobol"}, "sobol design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "vary": {"theta_0": [1.0, 1.1]}, "n": 2}, "listed design"),
         ({"require": {"r": "quantile(0.5, theta_0) < 1"}, "confidence": 1.5}, "confidence = 1.5"),
@@ -230,7 +230,7 @@ def test_listed_values_have_a_share_and_no_interval(tmp_path: Path) -> None:
     assert status == 0
     assert "success: 3 of 3, share 1; no interval: the values are listed" in text
     assert "95 % interval" not in text.split("sensitivities")[0]
-    with pytest.raises(InputError, match="listed values are no sample"):
+    with pytest.raises(InputError, match="is not a random sample"):
         mehvar.batch("triangle", "path", vary={"theta_0": [0.5, 1.0]}, t_end=0.1, until="ci(success) < 0.9")
 
 

@@ -215,6 +215,7 @@ def test_no_look_at_a_batch_that_is_written_says_damaged(tmp_path: Path, monkeyp
     assert {*looks} == {""}
 
 
+@pytest.mark.share(2)
 def test_who_looks_keeps_nobody_from_writing(store: Path) -> None:
     """Nor from looking: a look locks a file that a killed process left."""
     (store / FILE).write_text("process 1 on nowhere\n")

@@ -269,7 +269,7 @@ def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, pr
     (project / "runs.zarr" / "records" / "1.json").unlink()
     with pytest.raises(InputError, match=r"law = 'gains.K = float 2.0', not 'gains.K = float 3.0'"):
         batch(laws(project, "gains", "K = 2.0", "K = 3.0"), "module", resume=True)
-    with pytest.raises(InputError, match=r"cannot be told: the module laws.gains is used as a whole"):
+    with pytest.raises(InputError, match=r"cannot be identified: the module laws.gains is used as a whole"):
         batch(laws(project), "dynamic", resume=True)
 
 
@@ -335,4 +335,4 @@ MOVING = (
 def test_a_law_that_reads_a_clock_a_generator_or_a_file_is_never_the_same(law: Callable[..., Any]) -> None:
     text, why = told(law)
     assert text == ""
-    assert "gives other numbers at another time or in another process" in why or "while it runs" in why
+    assert "differs between times or processes" in why or "while it runs" in why
