@@ -32,7 +32,7 @@ from .image.toolchains import board as board_named
 from .image.toolchains import toolchain
 from .journal import Journal, Tuning
 from .line.link import Counters, Hello, Link, Port, SelfTest
-from .line.packets import BareLaw, HostLaw
+from .line.packets import BareLaw
 from .session import RESTARTS, BoardLaw
 from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
@@ -270,11 +270,10 @@ def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[
 
 def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> BoardRun:
     law = BareLaw(port, image.program)
-    resolved = image.program.resolved
     begin = time.perf_counter()
     board = _simulate(model, request, law=law)
     seconds = time.perf_counter() - begin
-    single = _simulate(model, request, law=HostLaw(image.program, resolved))
+    single = _simulate(model, request, real="float")
     none = difference(np.empty(0), np.empty(0))
     elf = _loaded(request, image)
     return BoardRun(

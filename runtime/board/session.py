@@ -60,6 +60,8 @@ class BoardLaw:
         Restarts of the board at one sample that end the run.
     """
 
+    real = "float"
+
     def __init__(
         self,
         link: Link,

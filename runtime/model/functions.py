@@ -193,6 +193,16 @@ class CBackend:
         symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
+    def narrow(self, name: str, *arguments: FloatArray) -> FloatArray:
+        """Evaluate a function of one result in float, as a board does."""
+        function = next(f for f in self._manifest.functions.values() if identifier(f.name) == identifier(name))
+        (spec,) = function.results
+        arrays = [_as_array(function, spec, value) for spec, value in zip(function.arguments, arguments, strict=True)]
+        result = np.empty(spec.shape)
+        call = ctypes.CFUNCTYPE(None, *[_POINTER] * (len(arrays) + 1))(self.address(function.name, "float"))
+        call(*[array.ctypes.data for array in (*arrays, result)])
+        return result
+
     def _native_map(self) -> Any:
         if self._map is None:
             self._map = load_native().mv_map

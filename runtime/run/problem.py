@@ -15,7 +15,7 @@ from mehvar.base.errors import InputError, Origin, bad_value, unknown_name
 from mehvar.base.manifest import Controller, Event, Manifest, Scenario
 from mehvar.base.names import identifier
 
-from ..model.functions import FloatArray, Real
+from ..model.functions import CBackend, FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
 from .calls import check_loop, events_of, jacobian_name
@@ -231,7 +231,7 @@ def problem_of(
         c=resolved.c,
         s=resolved.s,
         x0=x0,
-        z0=_memory(model, law, resolved, x0) if own is None else own.start,
+        z0=start_memory(model, law, resolved, x0, options.real) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
         seed=options.seed,
         run=options.run,
@@ -401,12 +401,14 @@ def _solved(
     return None
 
 
-def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a law's memory before its first sample, or at the start."""
+def start_memory(model: Model, law: Controller, values: Resolved | Problem, x0: FloatArray, real: Real) -> FloatArray:
+    """Return a law's memory before its first sample, or at the start; in float it has the bits of a board."""
     if not law.memory:
         return np.empty(0)
-    r = model.functions["reference"](0.0, resolved.p, resolved.s)
-    return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
+    name, r = f"{identifier(law.name)}_start", model.functions["reference"](0.0, values.p, values.s)
+    if real == "float" and isinstance(model.evaluator, CBackend):
+        return model.evaluator.narrow(name, x0, r, values.p, values.c)
+    return np.array(model.functions[name](x0, r, values.p, values.c))
 
 
 def _noise(model: Model, ticks: int, hold_every: int | None, options: RunOptions) -> FloatArray:

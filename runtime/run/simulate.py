@@ -29,7 +29,7 @@ from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction, OwnLaw
-from .problem import Problem, Progress, Status, Trajectory, problem_of, variant_suffix
+from .problem import Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
 
 if TYPE_CHECKING:
@@ -337,7 +337,8 @@ def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
         raise bad_value("method", AUTO, "one that is known beforehand: the law elsewhere is asked once", origin)
     if problem.real != "double":
         raise bad_value("real", problem.real, "left out with law, which computes in its own way", origin)
-    return replace(problem, law=law)
+    z0 = start_memory(problem.model, problem.controller, problem, problem.x0, getattr(law, "real", "double"))
+    return replace(problem, law=law, z0=z0)
 
 
 def _start(

@@ -27,11 +27,11 @@ def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
 
 
 def closest(module: str, plan: dict[str, Any]) -> Subject:
-    """Return the tests of the first rule that has a module; the one that mirrors it comes first where there is one."""
+    """Return the tests of the first rule that has a module, after the one that mirrors it unless the rule names it."""
     rule = next(rule for rule in plan["closest"] if any(fnmatch(module, pattern) for pattern in rule["modules"]))
     path = Path(module)
     mirror = (Path("tests") / path.parent / f"test_{path.stem}.py").as_posix()
-    own = [mirror] if (ROOT / mirror).is_file() else []
+    own = [mirror] if (ROOT / mirror).is_file() and mirror not in rule["tests"] else []
     tests = tuple(dict.fromkeys([*own, *rule["tests"]]))
     return Subject("sample", (module,), 0, tests, tuple(plan["without"]), plan["limit"])
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice, product
 
 from ...equal import field
 from ...equal.field import Element, Undefined
@@ -26,6 +27,8 @@ from .groups import any_axis
 MOTION = "equations of motion"
 _POINTS = 3
 """Points of the field, as many as for any equality; see `codegen.equal.judge`."""
+_MOST_SETS = 32
+"""Sets of factors that are tried for a sum: two of each of five terms. Half as many leave the fifth term one."""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
 """Roles, or their first words, of quantities that may be scaled: a state or an input is no number of the model."""
 
@@ -65,9 +68,11 @@ def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
 
 
 def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
-    """Return the multiple of one quantity, or of one per member of a family, that explains most texts."""
+    """Return the multiple of one quantity, of one per member of a family, or of a sum, that explains most texts."""
     best: Cause | None = None
-    for name, members in _quantities(versions, source).items():
+    quantities = _quantities(versions, source)
+    sums = ((source.name, members) for members in _of_terms(versions, source, quantities))
+    for name, members in (*quantities.items(), *sums):
         scaled = _Scaled(versions, members)
         factor = scaled.factor(source)
         if factor is None:
@@ -135,6 +140,20 @@ def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
     free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}
     wanted = sorted({generic[name] for name in free if symbols[name].role.startswith(_SCALABLE)})
     return {name: frozenset(n for n in generic if generic[n] == name) for name in wanted}
+
+
+def _of_terms(versions: Versions, item: Item, quantities: Mapping[str, frozenset[str]]) -> list[frozenset[str]]:
+    """Return sets of quantities with a factor of each term of a sum: their multiples are a multiple of the sum."""
+    pool, root = versions.pool, versions.partner[item.key].root
+    parts = [root, *pool.operands(root)] if pool.nodes[root][0] == "mul" else [root]
+    total = next((part for part in parts if pool.nodes[part][0] == "add"), None)
+    if total is None:
+        return []
+    factors: list[list[str]] = []
+    for term in pool.operands(total):
+        symbols = [pool.nodes[part] for part in (term, *pool.operands(term)) if pool.nodes[part][0] == "sym"]
+        factors.append([str(name) for _, name in symbols if any(name in members for members in quantities.values())])
+    return [frozenset(names) for names in islice(product(*factors), _MOST_SETS)]
 
 
 class _Scaled:

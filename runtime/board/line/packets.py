@@ -78,7 +78,7 @@ class HostLaw:
         self._law = _function(backend.address(by_identifier[name], real), 8 if program.law.memory else 5)
         start = by_identifier.get(f"{name}_start")
         self._start = None if start is None else _function(backend.address(start, real), 5)
-        self._nu, self._real, self._memory = len(program.layout.outputs), real, bool(program.law.memory)
+        self._nu, self.real, self._memory = len(program.layout.outputs), real, bool(program.law.memory)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
         """Evaluate the law at the next sample."""
@@ -101,7 +101,7 @@ class HostLaw:
 
     def begin(self, z: Doubles) -> None:
         """Start from a memory, like a board whose host sets it."""
-        self._z = z.astype(np.float32).astype(np.float64) if self._real == "float" else z
+        self._z = z.astype(np.float32).astype(np.float64) if self.real == "float" else z
 
 
 def _function(address: int, arguments: int) -> ctypes._CFunctionType:

@@ -137,6 +137,17 @@ def test_what_is_derived_from_a_cosine_that_became_a_sine_follows_it(old, new, f
     assert first.cause == ""
 
 
+@pytest.mark.parametrize("old", ["(m*v**2 + k*w**2)/2", "m*v**2/2 + k*w**2/2"])
+def test_what_is_derived_from_a_sum_follows_its_multiple(old):
+    comparison = compare(
+        document(f"E = {old}\nf: m*v*x + k*w*y\ng: k*w*y"),
+        document("E = m*v**2 + k*w**2\nf: 2*m*v*x + 2*k*w*y\ng: 3*k*w*y"),
+    )
+    assert {equation.name: equation.cause for equation in comparison.sources} == {"E": "", "f": "E", "g": ""}
+    (story,) = (group for group in comparison.groups if group.kind == "follows")
+    assert story.says == "2 E in place of E"
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [
