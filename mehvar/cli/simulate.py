@@ -73,7 +73,9 @@ def command(
         typer.Option(metavar="HOW", help="Interpolation of --inputs: hold or linear; default: hold."),
     ] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .arrow, .mat.")
+    ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
     store: Annotated[
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
-from mehvar.runtime.run.formats import checked_format, open_result, save
+from mehvar.runtime.run.formats import checked_format, columnar, open_result, save
 
 if TYPE_CHECKING:
+    import pyarrow
     import xarray
 
-ENDINGS = {"parquet": ".parquet", "netcdf": ".nc", "csv": ".csv", "mat": ".mat"}
+ENDINGS = {"parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat"}
 """The file names' endings by the word that `--to` takes."""
 
 
@@ -63,16 +64,16 @@ def format_of(out: str | os.PathLike[str]) -> str:
 def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> list[Path]:
     """Write a result or a batch in another format.
 
-    In a flat format, `parquet` or `csv`, a batch is a table with a row for each run. Its series, if any, are a second
-    table beside it, with a row for each run and sample and a file name that ends in `_series`. Flat columns have names
-    `NAME_UNIT`; Parquet also has unit and description in the metadata of each column.
+    In a flat format, `parquet`, `arrow` or `csv`, a batch is a table with a row for each run. Its series, if any, are a
+    second table beside it, with a row for each run and sample and a file name that ends in `_series`. Flat columns have
+    names `NAME_UNIT`; Parquet and Arrow also have unit and description in the metadata of each column.
 
     Parameters
     ----------
     source : path
         A result file (`.nc`) or the folder of a batch.
     to : str
-        "parquet", "netcdf", "csv" or "mat".
+        "parquet", "arrow", "netcdf", "csv" or "mat".
     out : path
         The file to write.
 
@@ -175,7 +176,8 @@ def _write_table(path: Path, columns: Mapping[str, Column], dataset: xarray.Data
     named = {flat_name(name, column.unit): column for name, column in columns.items()}
     if len(named) < len(columns):
         raise InputError(f"{path}: two columns would have the same name; use netcdf or mat")
-    write_atomic(path, _parquet(named, dataset) if path.suffix.lower() == ".parquet" else _csv(named))
+    ending = path.suffix.lower()
+    write_atomic(path, _csv(named) if ending == ".csv" else columnar(_table(named, dataset), ending))
 
 
 def _csv(columns: Mapping[str, Column]) -> bytes:
@@ -185,9 +187,9 @@ def _csv(columns: Mapping[str, Column]) -> bytes:
     return bytes(frame.to_csv(index=False, lineterminator="\n").encode())
 
 
-def _parquet(columns: Mapping[str, Column], dataset: xarray.Dataset) -> bytes:
+def _table(columns: Mapping[str, Column], dataset: xarray.Dataset) -> pyarrow.Table:
+    """Return columns as an Arrow table, with units and descriptions in the schema."""
     import pyarrow
-    from pyarrow import parquet
 
     arrays = [pyarrow.array(np.ascontiguousarray(column.values)) for column in columns.values()]
     fields = [
@@ -195,9 +197,7 @@ def _parquet(columns: Mapping[str, Column], dataset: xarray.Dataset) -> bytes:
         for (name, column), array in zip(columns.items(), arrays, strict=True)
     ]
     about = {str(name): _text(value) for name, value in dataset.attrs.items()}
-    content = io.BytesIO()
-    parquet.write_table(pyarrow.table(arrays, pyarrow.schema(fields, metadata=about)), content)
-    return content.getvalue()
+    return pyarrow.table(arrays, pyarrow.schema(fields, metadata=about))
 
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result files in NetCDF, CSV, Parquet or MATLAB format, chosen by the file's ending."""
+"""Result files in NetCDF, CSV, Parquet, Arrow or MATLAB format, chosen by the file's ending."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from mehvar.base.errors import InputError, MehvarError, bad_value, either
 from ..files import write_atomic
 
 if TYPE_CHECKING:
+    import pyarrow
     import xarray
 
 _DIGEST = "content_sha256"
@@ -118,8 +119,8 @@ def checked_format(path: str | os.PathLike[str]) -> str:
     suffix = Path(name).suffix.lower()
     if suffix not in _FORMATS:
         raise bad_value("result file", name, f"a file name that ends in {either(_FORMATS)}")
-    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
-        raise InputError(f'{name}: Parquet needs pyarrow: pip install "mehvar[parquet]"')
+    if suffix in (".parquet", ".arrow") and importlib.util.find_spec("pyarrow") is None:
+        raise InputError(f'{name}: {suffix} needs pyarrow: pip install "mehvar[parquet]"')
     return suffix
 
 
@@ -176,9 +177,8 @@ def _csv(dataset: xarray.Dataset) -> bytes:
     return bytes(frame.to_csv(index=False, header=header, lineterminator="\n").encode())
 
 
-def _parquet(dataset: xarray.Dataset) -> bytes:
+def _arrow_table(dataset: xarray.Dataset) -> pyarrow.Table:
     import pyarrow
-    from pyarrow import parquet
 
     series = _series(dataset)
     columns = _columns(series)
@@ -187,9 +187,19 @@ def _parquet(dataset: xarray.Dataset) -> bytes:
         for name, array in columns.items()
     ]
     about = {**{str(name): str(value) for name, value in dataset.attrs.items()}, "metrics": _metrics_text(dataset)}
-    table = pyarrow.table([array.values for array in columns.values()], pyarrow.schema(fields, metadata=about))
+    return pyarrow.table([array.values for array in columns.values()], pyarrow.schema(fields, metadata=about))
+
+
+def columnar(table: pyarrow.Table, ending: str) -> bytes:
+    """Return a table as a Parquet file, or for `.arrow` as an Arrow IPC file, which is version 2 of Feather."""
+    from pyarrow import ipc, parquet
+
     content = io.BytesIO()
-    parquet.write_table(table, content)
+    if ending == ".parquet":
+        parquet.write_table(table, content)
+    else:
+        with ipc.new_file(content, table.schema) as writer:
+            writer.write_table(table)
     return content.getvalue()
 
 
@@ -217,7 +227,8 @@ def _matlab(dataset: xarray.Dataset) -> bytes:
 _FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
     ".nc": _netcdf,
     ".csv": _csv,
-    ".parquet": _parquet,
+    ".parquet": lambda dataset: columnar(_arrow_table(dataset), ".parquet"),
+    ".arrow": lambda dataset: columnar(_arrow_table(dataset), ".arrow"),
     ".mat": _matlab,
 }
 ENDINGS = tuple(_FORMATS)

@@ -303,7 +303,7 @@ def with_attributes(run: xr.Dataset, **attributes: Any) -> xr.Dataset:
     return copy
 
 
-@pytest.mark.parametrize("ending", [".nc", ".csv", ".parquet", ".mat"])
+@pytest.mark.parametrize("ending", [".nc", ".csv", ".parquet", ".arrow", ".mat"])
 def test_any_dataset_is_written_or_refused(ending, tmp_path):
     path, written = tmp_path / f"a{ending}", []
     for label, dataset in odd_datasets().items():

@@ -142,7 +142,7 @@ def test_an_ending_of_no_kind_is_refused_before_the_work(
     assert [path.name for path in place.iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize("ending", [".nc", ".csv", ".parquet", ".mat"])
+@pytest.mark.parametrize("ending", [".nc", ".csv", ".parquet", ".arrow", ".mat"])
 def test_a_store_is_not_called_like_a_file_of_results(ending: str, place: Path) -> None:
     line = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--out", f"a{ending}")
     status, text = in_process(*line)

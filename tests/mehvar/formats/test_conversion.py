@@ -9,13 +9,15 @@ import pytest
 import xarray
 from hypothesis import given
 from hypothesis import strategies as st
-from pyarrow import parquet
+from pyarrow import ipc, parquet
 from scipy.io import loadmat
 
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.units import UNITS
 from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
+
+READERS = {"csv": pandas.read_csv, "parquet": pandas.read_parquet, "arrow": pandas.read_feather}
 
 
 @pytest.fixture(scope="module")
@@ -33,30 +35,35 @@ def batch(tmp_path_factory):
     return path, mehvar.batch("triangle", "path", 5, vary=vary, t_end=2.0, save=1.0, out=path)
 
 
-@pytest.mark.parametrize("to", ["csv", "parquet"])
+@pytest.mark.parametrize("to", ["csv", "parquet", "arrow"])
 def test_a_run_as_a_table(run, to, tmp_path):
     source, dataset = run
     assert convert(source, to, tmp_path / f"run.{to}") == [tmp_path / f"run.{to}"]
-    frame = getattr(pandas, f"read_{to}")(tmp_path / f"run.{to}")
+    frame = READERS[to](tmp_path / f"run.{to}")
     assert len(frame) == dataset.sizes["t"]
     for name in ("t_s", "rho", "theta_rad", "u_w2_rad_per_s", "mu_m2"):
         source_name = {"t_s": "t", "theta_rad": "theta", "u_w2_rad_per_s": "u_w2", "mu_m2": "mu"}.get(name, name)
         np.testing.assert_array_equal(frame[name], dataset[source_name])
 
 
-def test_units_are_in_the_metadata_of_columns(run, tmp_path):
+@pytest.mark.parametrize("to", ["parquet", "arrow"])
+def test_units_are_in_the_metadata_of_columns(run, to, tmp_path):
     source, dataset = run
-    convert(source, "parquet", tmp_path / "run.parquet")
-    schema = parquet.read_schema(tmp_path / "run.parquet")
+    convert(source, to, tmp_path / f"run.{to}")
+    schema = (
+        parquet.read_schema(tmp_path / "run.parquet")
+        if to == "parquet"
+        else ipc.open_file(tmp_path / "run.arrow").schema
+    )
     assert schema.field("theta_rad").metadata[b"units"] == b"rad"
     assert schema.metadata[b"model_hash"].decode() == dataset.attrs["model_hash"]
 
 
-@pytest.mark.parametrize("to", ["csv", "parquet"])
+@pytest.mark.parametrize("to", ["csv", "parquet", "arrow"])
 def test_a_batch_as_two_tables(batch, to, tmp_path):
     source, dataset = batch
     table, series = convert(source, to, tmp_path / f"runs.{to}")
-    runs, samples = (getattr(pandas, f"read_{to}")(path) for path in (table, series))
+    runs, samples = (READERS[to](path) for path in (table, series))
     assert (len(runs), len(samples)) == (5, 5 * dataset.sizes["t"])
     np.testing.assert_array_equal(runs["theta_0_rad"], dataset["theta_0"])
     np.testing.assert_array_equal(runs["final_theta_rad"], dataset["final"].sel(state="theta"))

@@ -68,7 +68,7 @@ def test_matlab_has_everything_by_name(dataset: xarray.Dataset, tmp_path: Path) 
 
 @pytest.mark.parametrize("suffix", _FORMATS)
 def test_the_same_run_is_the_same_file(dataset: xarray.Dataset, tmp_path: Path, suffix: str) -> None:
-    if suffix == ".parquet":
+    if suffix in (".parquet", ".arrow"):
         pytest.importorskip("pyarrow")
     for name in ("one", "other"):
         runtime.save(dataset, tmp_path / f"{name}{suffix.upper()}")
@@ -78,16 +78,17 @@ def test_the_same_run_is_the_same_file(dataset: xarray.Dataset, tmp_path: Path, 
 
 @pytest.mark.parametrize("name", ["run.xyz", "run", "run.nc.gz", "run.h5", ".nc", "run.CSVX"])
 def test_another_ending_is_refused(dataset: xarray.Dataset, tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match=r"must be a file name that ends in \.nc, \.csv, \.parquet or \.mat"):
+    with pytest.raises(InputError, match=r"must be a file name that ends in \.nc, \.csv, \.parquet, \.arrow or \.mat"):
         runtime.save(dataset, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_parquet_without_its_package_is_refused_before_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow"])
+def test_arrow_without_its_package_is_refused_before_anything(monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'Parquet needs pyarrow: pip install "mehvar\[parquet\]"'):
-        checked_format("run.parquet")
+    with pytest.raises(InputError, match=rf'\{suffix} needs pyarrow: pip install "mehvar\[parquet\]"'):
+        checked_format(f"run{suffix}")
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".mat"])
@@ -124,5 +125,5 @@ def test_a_damaged_file_is_refused_or_has_the_same_numbers(dataset: xarray.Datas
     assert refused
     for length in (*range(0, len(whole) - 50, len(whole) // 50), *range(len(whole) - 46, len(whole))):  # in the seal
         path.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="is not a result file"):
+        with pytest.raises(InputError, match="is not a result file|is damaged"):
             runtime.open_result(path)
