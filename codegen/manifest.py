@@ -69,10 +69,16 @@ def _of_state(system: System) -> bool:
     return bool(system.limits) and system.coordinates is None and used.isdisjoint(system.inputs.symbols)
 
 
+_FORMER = {"tolerates_loss": "bears_loss"}
+"""Former names of fields, in vocabularies of older revisions, which `diff` derives. A field that an older vocabulary
+lacks under any name is a feature that it does not have, and takes its default."""
+
+
 def _as(kind: type[_T], part: object, **others: object) -> _T:
     """Return a part of a system as the manifest has it: fields of the same name, and the others."""
-    names = (f.name for f in fields(cast(Any, kind)) if f.name not in others and hasattr(part, f.name))
-    return kind(**{name: getattr(part, name) for name in names}, **others)
+    names = (f.name for f in fields(cast(Any, kind)) if f.name not in others)
+    known = ((name, source) for name in names for source in (name, _FORMER.get(name, "")) if hasattr(part, source))
+    return kind(**{name: getattr(part, source) for name, source in known}, **others)
 
 
 def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:

@@ -125,5 +125,5 @@ def test_a_damaged_file_is_refused_or_has_the_same_numbers(dataset: xarray.Datas
     assert refused
     for length in (*range(0, len(whole) - 50, len(whole) // 50), *range(len(whole) - 46, len(whole))):  # in the seal
         path.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="is not a result file|is damaged"):
+        with pytest.raises(InputError, match=r"is not a result file|is damaged"):
             runtime.open_result(path)

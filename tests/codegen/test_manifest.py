@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The manifest of a system whose vocabulary is an older one."""
+
+from types import SimpleNamespace
+
+import pytest
+from sympy import S
+
+from mehvar.codegen.manifest import manifest_of
+from mehvar.models.system import Controller, Group
+from tests.models.edits import cart
+
+
+class Older(SimpleNamespace):
+    """A law as a vocabulary had it whose field was called `bears_loss`."""
+
+
+@pytest.mark.parametrize("lost", [True, False])
+def test_a_field_is_found_under_its_former_name(lost):
+    law = Controller("free", "", Group("c", ()), (S.Zero,))
+    fields = {name: value for name, value in vars(law).items() if name != "tolerates_loss"}
+    system = cart()
+    object.__setattr__(system, "controllers", (Older(**fields, bears_loss=lost),))
+    assert manifest_of(system, (), {}).controllers["free"].tolerates_loss is lost
