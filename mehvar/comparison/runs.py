@@ -220,7 +220,7 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChang
     moved = tuple(
         MetricChange(name, after[name][1], before[name][0], after[name][0])
         for name in shared
-        if not _equal(before[name][0], after[name][0])
+        if not equal_numbers(before[name][0], after[name][0])
     )
     ends = _end(old), _end(new)
     return RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None
@@ -238,10 +238,11 @@ def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
     return reached | {f"last {q.name}": (float(run.x[-1, k]), q.unit) for k, q in states}
 
 
-def _equal(old: float, new: float) -> bool:
-    if math.isnan(old) or math.isnan(new):
-        return math.isnan(old) and math.isnan(new)
-    return old == new or abs(new - old) <= _STEPS * max(abs(old), abs(new))
+def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
+    """Tell whether numbers are equal to a part of the larger; one that is not finite equals only itself."""
+    if not (math.isfinite(old) and math.isfinite(new)):
+        return old == new or (math.isnan(old) and math.isnan(new))
+    return abs(new - old) <= part * max(abs(old), abs(new))
 
 
 def _end(run: Run | str) -> str:
@@ -266,8 +267,6 @@ def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:
     if [margin.input for margin in old] != [margin.input for margin in new]:
         return True
     pairs = zip(old, new, strict=True)
-    return not all(_near(a.gain, b.gain) and _near(a.phase, b.phase) for a, b in pairs)
-
-
-def _near(old: float, new: float) -> bool:
-    return old == new or abs(new - old) <= _VISIBLE * max(abs(old), abs(new))
+    return not all(
+        equal_numbers(a.gain, b.gain, _VISIBLE) and equal_numbers(a.phase, b.phase, _VISIBLE) for a, b in pairs
+    )

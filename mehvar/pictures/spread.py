@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.base.errors import unknown_name
+from mehvar.base.errors import InputError, unknown_name
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
+from mehvar.runtime.batch.store.layout import NOT_RUN
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, bin_edges
@@ -39,7 +40,16 @@ _FEWEST_CELLS = 4
 
 
 class Runs:
-    """The runs of a batch by name.
+    """The runs of a batch by name: those that are stored, of an unfinished one.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        The stored runs.
+    numbers : ndarray of int
+        Their numbers in the batch.
+    planned : int
+        Number of runs of the batch.
 
     Parameters
     ----------
@@ -47,10 +57,19 @@ class Runs:
         What `mehvar.batch` returns.
     success : str, optional
         Condition for success; default: the batch's own condition.
+
+    Raises
+    ------
+    InputError
+        If no run is stored.
     """
 
     def __init__(self, dataset: xr.Dataset, success: str | None = None) -> None:
-        self.dataset = dataset
+        self.numbers = np.flatnonzero(dataset["status"].values != NOT_RUN)
+        self.planned = dataset.sizes["run"]
+        if not self.numbers.size:
+            raise InputError("this batch holds no run yet")
+        self.dataset = dataset if self.numbers.size == self.planned else dataset.isel(run=self.numbers)
         self.condition = success if success is not None else dataset.attrs["success"]
         self.metrics: list[str] = json.loads(dataset.attrs["metrics"])
         self.drawn: list[str] = json.loads(dataset.attrs["drawn"])

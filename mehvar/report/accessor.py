@@ -161,14 +161,23 @@ class Results:
             return convergence_picture(self._runs(success)).axes[0]
 
     def metrics(self) -> pandas.DataFrame:
-        """Return the metrics as a table: value, unit and meaning; of a batch mean, deviation and quantiles."""
+        """Return the metrics as a table: value, unit and meaning; of a batch the numbers of `mehvar stats`.
+
+        Mean and standard deviation are of the finite values, whose number is `count`; quantiles are of all values,
+        infinite ones included.
+        """
         import pandas
 
         if self._is_batch:
-            runs = self._runs(None)
-            numbers = {"run": np.arange(runs.successful.size), **{name: runs.column(name) for name in runs.metrics}}
-            table = pandas.DataFrame(numbers, dtype=float).replace([np.inf, -np.inf], np.nan)
-            return table.describe(percentiles=[0.05, 0.5, 0.95]).T.drop("run")  # pandas describes no table without it
+            from mehvar.report.batch import batch_metrics
+
+            columns = ("count", "mean", "std", "min", "5%", "50%", "95%", "max")
+            table = {
+                row.name: (row.finite, row.mean, row.sd, row.smallest[1], *map(row.quantiles.get, (0.05, 0.5, 0.95)),
+                           row.largest[1])
+                for row in batch_metrics(self._runs(None))
+            }  # fmt: skip
+            return pandas.DataFrame.from_dict(table, orient="index", columns=columns, dtype=float)
         rows = metrics_of(self._manifest, self._dataset.attrs["controller"], list(map(str, self._dataset.data_vars)))
         values = metrics(self._dataset, self._manifest)
         return pandas.DataFrame(

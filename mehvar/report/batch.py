@@ -50,14 +50,13 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
     """
     require_matplotlib()
     about, design = runs.dataset.attrs, design_of(runs.dataset.attrs)
-    recorded: Any = Recorded(runs.dataset, chunk=runs.successful.size)  # a store, as far as statistics read one
-    rows = [metric_statistics(recorded, name, [0], design) for name in runs.metrics]
+    rows = batch_metrics(runs)
     origin = [
         (name, str(about[name])) for name in ("model", "model_hash", "controller", "scenario", "campaign", "compiler")
     ]
     return [
         Section("batch", "Batch", [_varied(runs), Text(_success(runs, design)), *_endings(runs)]),
-        Section("sensitivities", "Sensitivities", list(_sensitivities(sensitivities(recorded)))),
+        Section("sensitivities", "Sensitivities", list(_sensitivities(sensitivities(_store(runs))))),
         Section("metrics", "Metrics", list(_metrics(rows))),
         Section("runs", "Runs to look at", list(_extremes(runs, rows, store))),
         Section("pictures", "Pictures", list(_pictures(runs, design))),
@@ -68,6 +67,17 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
             [Table("Batch", ("what", "value"), origin), version_table(about["versions"])],
         ),
     ]
+
+
+def batch_metrics(runs: Runs) -> list[MetricStatistics]:
+    """Return the statistics of each metric."""
+    design = design_of(runs.dataset.attrs)
+    return [metric_statistics(_store(runs), name, [0], design) for name in runs.metrics]
+
+
+def _store(runs: Runs) -> Any:
+    """Return the runs as a store of one block, as far as statistics read one."""
+    return Recorded(runs.dataset, chunk=runs.numbers.size)
 
 
 def _varied(runs: Runs) -> Table:
@@ -86,7 +96,8 @@ def _success(runs: Runs, design: str) -> str:
     condition = f" ({runs.condition})" if runs.condition else ""
     ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
     estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
-    return f"Scenario {case_text(runs.dataset.attrs)}: {successes} of {n} runs succeed{condition}: {estimate}."
+    rest = f" {n} of {runs.planned} runs are stored." if n < runs.planned else ""
+    return f"Scenario {case_text(runs.dataset.attrs)}: {successes} of {n} runs succeed{condition}: {estimate}.{rest}"
 
 
 def _endings(runs: Runs) -> list[Table]:
@@ -130,24 +141,29 @@ def _ends(ends: tuple[float, float]) -> str:
 
 def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Iterator[Table]:
     """Yield the first unsuccessful runs and the run of the largest value of each metric, with the command for each."""
-    status = runs.dataset["status"].values
+    status, t_stop = runs.dataset["status"].values, runs.dataset["t_stop"].values
     failed = np.flatnonzero(~runs.successful)[:_FAILURES].tolist()
     yield Table(
         "Runs that do not succeed" if len(failed) < _FAILURES else f"The first {_FAILURES} runs that do not succeed",
         ("run", "ended", "at", "to repeat it"),
         [
-            (str(run), STATUS_TEXT[int(status[run])], f"{float(runs.dataset['t_stop'][run]):.6g} s", _again(run, store))
-            for run in failed
+            (
+                str(runs.numbers[k]),
+                STATUS_TEXT[int(status[k])],
+                f"{float(t_stop[k]):.6g} s",
+                _again(runs.numbers[k], store),
+            )
+            for k in failed
         ],
     )
     yield Table(
         "Largest value of each metric",
         ("metric", "value", "unit", "run", "to repeat it"),
         [
-            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
+            (row.name, f"{row.largest[1]:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
             for row in rows
-            for run, value in [row.largest]
-            if run >= 0
+            if row.largest[0] >= 0
+            for run in [int(runs.numbers[row.largest[0]])]
         ],
     )
 

@@ -4,14 +4,17 @@
 import shlex
 import subprocess
 
+import numpy as np
 import pytest
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.pictures.spread import Runs
 from mehvar.report.batch import batch_sections
 from mehvar.report.page import Drawing, Table, Text
 from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.evaluation.statistics import summarise
+from mehvar.runtime.batch.store.layout import NOT_RUN
 from mehvar.runtime.batch.store.store import open_store
 from tests import commands
 
@@ -79,3 +82,27 @@ def test_in_memory_a_run_is_repeated_by_a_call_and_a_constant_share_has_no_pictu
     pictures = [block.picture.title for block in sections["pictures"].blocks if isinstance(block, Drawing)]
     assert "Convergence" not in pictures
     assert "Metrics of the runs" in pictures
+
+
+def test_of_an_unfinished_batch_the_stored_runs_are_counted(store):
+    whole = store.dataset().load()
+    part = whole.copy(deep=True)
+    part["status"][:30] = NOT_RUN
+    runs = Runs(part)
+    assert (runs.planned, list(runs.numbers)) == (40, list(range(30, 40)))
+    sections = {section.anchor: section for section in batch_sections(runs, "runs.zarr")}
+    text, succeeds = sections["batch"].blocks[1].text, Runs(whole).successful[30:]
+    assert f"{succeeds.sum()} of 10 runs succeed" in text
+    assert text.endswith("10 of 40 runs are stored.")
+    largest = tables(sections["runs"])["Largest value of each metric"].rows[0]
+    assert int(largest[3]) == 30 + int(whole[largest[0]].values[30:].argmax())
+    part["status"][:] = NOT_RUN
+    with pytest.raises(InputError, match="this batch holds no run yet"):
+        Runs(part)
+
+
+def test_quantiles_of_runs_that_never_settle_are_infinite(store):
+    dataset = store.dataset().load()
+    dataset["T_theta"][:30] = np.inf
+    row = dataset.mehvar.metrics().loc["T_theta"]
+    assert (row["count"], row["50%"], row["max"]) == (10, np.inf, np.inf)
