@@ -13,6 +13,7 @@ from .changes import Change
 from .explain import Explainer
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
+from .modes import Modes
 from .opinion import second_opinion
 from .parameters import parameter_changes
 from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
@@ -70,6 +71,7 @@ class _Verdicts:
         """For each row with a different value, the rows that cause the difference."""
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
+        self._modes = Modes(versions)
         self._judge_all()
         self._ask_again()
         self.lost: dict[Key, Lost] = {}
@@ -87,7 +89,20 @@ class _Verdicts:
             if partner is None:
                 self.verdict[item.key] = (Fate.ADDED, Verdict(None, "no such equation before"))
             else:
-                self.verdict[item.key] = self._judge(partner, item)
+                self.verdict[item.key] = self._at_modes(partner, item, *self._judge(partner, item))
+
+    def _at_modes(self, old: Item, new: Item, fate: Fate, verdict: Verdict) -> tuple[Fate, Verdict]:
+        """Return the verdict on a row, or a negative one where a mode has a value at which both differ."""
+        if fate not in _EQUAL or verdict.how in _PROOFS:
+            return fate, verdict
+        other = self._modes.difference((self.versions.before, old.root), (self.versions.after, new.root))
+        if other is None:
+            return fate, verdict
+        causes = [child.key for child in self.versions.children(new) if self._differs(child)]
+        self.sources[new.key] = {key: None for cause in causes for key in self.sources.get(cause, {})} or {
+            new.key: None
+        }
+        return (Fate.INHERITED if causes else Fate.CHANGED), other
 
     def _ask_again(self) -> None:
         """Test verdicts "equal" a second time, and judge again where that test disagrees."""

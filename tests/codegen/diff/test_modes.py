@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Conditions on a mode, which takes the numbers that it starts at and is reset to: there `<` and `<=` differ."""
+
+import dataclasses
+
+import pytest
+
+from mehvar.codegen.diff import compare
+from mehvar.codegen.diff.report import Fate
+from tests.codegen.diff.documents import document
+
+KINDS = {"start": ("initial", "z(0)"), "one": ("reset", "plus: z+"), "two": ("reset", "minus: z+")}
+
+
+def modal(torque: str, rate: str = "0"):
+    """A mode z that starts at 0 and is reset to 1 and 2, and a rate that depends on it."""
+    made = document(f"z': {rate}\nstart: 0\none: 1\ntwo: 2\n{torque}")
+    kinds = [KINDS.get(row.name, (row.kind, row.name)) for row in made.results]
+    rows = [
+        dataclasses.replace(row, kind=kind, name=name) for row, (kind, name) in zip(made.results, kinds, strict=True)
+    ]
+    return dataclasses.replace(made, results=tuple(rows))
+
+
+def piecewise(*branches: str) -> str:
+    return f"v': Piecewise({', '.join(f'({branch})' for branch in branches)}, (0, True))/J"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [
+        (piecewise("k, z > 0"), piecewise("k, z >= 0"), 0),
+        (piecewise("-k, z > 1", "k, z > 0"), piecewise("-k, z >= 1", "k, z > 0"), 1),
+        (piecewise("k, z < 2"), piecewise("k, z <= 2"), 2),
+        (f"c0 = z - 2\n{piecewise('k, c0 < 0')}", f"c0 = z - 2\n{piecewise('k, c0 <= 0')}", 2),
+    ],
+)
+def test_a_condition_at_a_number_of_the_mode_is_a_change(old, new, at):
+    change = compare(modal(old), modal(new))["v'"]
+    assert change.verdict is Fate.CHANGED
+    assert f"they differ at z = {at}, to which it is set" in change.how
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (piecewise("k, z > 0"), piecewise("k, z > Rational(1, 2)")),
+        (piecewise("k, z > 1"), piecewise("k, z >= 2")),
+        (piecewise("k, z > 0"), piecewise("k, 0 < 2*z")),
+        (piecewise("k, z > 3"), piecewise("k, z >= 3")),
+    ],
+)
+def test_what_no_number_of_the_mode_tells_apart_keeps_its_verdict(old, new):
+    before, after = (compare(modal(side), modal(new))["v'"].verdict for side in (old, new))
+    assert after is Fate.SAME
+    plain = compare(modal(old, "x"), modal(new, "x"))["v'"].verdict
+    assert before is plain
+
+
+def test_of_a_state_that_moves_a_single_point_is_ignored():
+    old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
+    assert not compare(old, new).differs
