@@ -191,7 +191,7 @@ def trim(
     )
     _check_steady(point, slopes(result.x), result.x)
     if np.abs(gap(x)).max(initial=0.0) > _STEADY:
-        raise TrimError(f"no steady state of {loaded.name}: at the least rates {_off(loaded, gap(x))}", point)
+        raise TrimError(f"no steady state of {loaded.name}: {_off(loaded, gap(x))} at best", point)
     return point
 
 
@@ -217,7 +217,7 @@ def _check_steady(point: Trim, slopes: FloatArray, unknowns: FloatArray) -> None
     bounds = f"; at a bound: {', '.join(point.at_bounds)}" if point.at_bounds else ""
     rate = f"the rate of {point.steady[worst]} is {point.residual[worst]:.3g}"
     hint = "Free more states or inputs, begin elsewhere, or name in steady the states whose rates must vanish"
-    raise TrimError(f"no steady state: at the least rates {rate}{bounds}. {hint}", point)
+    raise TrimError(f"no steady state: {rate} at best{bounds}. {hint}", point)
 
 
 def _texts(name: str, value: object) -> tuple[str, ...]:

@@ -53,7 +53,7 @@ def test_a_changed_bit_of_any_part_of_a_result_is_refused(tmp_path: Path) -> Non
     whole = path.read_bytes()
     for place in range(0, len(whole), len(whole) // 50):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        with pytest.raises(mehvar.InputError, match="not a result file"):
+        with pytest.raises(mehvar.InputError, match=r"is damaged|not a result file"):
             open_result(path)
 
 

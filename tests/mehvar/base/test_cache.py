@@ -141,7 +141,7 @@ def test_a_cache_that_others_can_write_is_refused(root: Path, mode: int) -> None
     root.chmod(mode)
     try:
         assert cache.find("kind", "name") is None
-        with pytest.raises(InputError, match=rf"\$MEHVAR_CACHE must be .*only you can write: .*chmod go-w {root}"):
+        with pytest.raises(InputError, match=rf"\$MEHVAR_CACHE must be .*only you can write to: .*chmod go-w {root}"):
             cache.entry("kind", "name", write)
     finally:
         root.chmod(0o700)
