@@ -221,9 +221,8 @@ class Printer:
         read = self._read()
         for place, (vector, _) in enumerate(self._arguments):
             constants = self._labels.constants.get(vector)
-            beside = (
-                1 if vector in self._labels.parts else _BESIDE
-            )  # the places in a part follow from the parts before it
+            # the places in a part follow from the parts before it
+            beside = 1 if vector in self._labels.parts else _BESIDE
             lines: dict[int, list[_Load]] = {}
             for k in sorted(k for a, k in read if a == place and (a, k) in self._elements):
                 element = (self._elements[place, k], constants[k] if constants else k, k)

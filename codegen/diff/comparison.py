@@ -102,6 +102,8 @@ class _Verdicts:
         self.sources[new.key] = {key: None for cause in causes for key in self.sources.get(cause, {})} or {
             new.key: None
         }
+        if other.equal is None:
+            return Fate.UNDECIDED, other
         return (Fate.INHERITED if causes else Fate.CHANGED), other
 
     def _ask_again(self) -> None:

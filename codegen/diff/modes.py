@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -28,25 +29,48 @@ class Modes:
 
     def __init__(self, versions: Versions) -> None:
         self._judge = versions.judge
+        self._pool = versions.pool
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
+        self._open: set[str] = set()
+        """Modes that a reset sets to what is no number, such as 1 - mode."""
         for item in (*versions.olds, *versions.news) if self._values else ():
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
+            name = versions.renamed.get(name, name)
             value = versions.pool.constant(item.root)
-            if item.row.kind in ("initial", "reset") and name in self._values and value is not None:
+            if item.row.kind not in ("initial", "reset") or name not in self._values:
+                continue
+            if value is not None:
                 self._values[name].add(value)
+            elif item.row.kind == "reset":
+                self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a negative verdict if two expressions differ where a mode has one of its numbers; None if not."""
+        """Return a verdict if two expressions differ where a mode has one of its numbers; None if they do not.
+
+        It is undecided at a number in the texts that a mode may or may not take.
+        """
         names = sorted({*old[0].free(old[1]), *new[0].free(new[1])}) if self._values else []
         for name in names:
-            for value in sorted(self._values.get(name, ())):
-                for number in range(_POINTS):
-                    point = {**self._judge.sampler.point(number), name: value}
-                    if self._judge.differ(self._judge.real(point), old, new):
-                        how = f"they differ at {name} = {value}, to which it is set"
-                        return Verdict(False, how, point={each: point[each] for each in names})
+            known = self._values.get(name, set())
+            for value in sorted(known):
+                if point := self._apart(old, new, {name: value}):
+                    how = f"they differ at {name} = {value}, to which it is set"
+                    return Verdict(False, how, point={each: point[each] for each in names})
+            for value in sorted(self._numbers(old, new) - known) if name in self._open else ():
+                if self._apart(old, new, {name: value}):
+                    return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
         return None
+
+    def _apart(self, old: Expression, new: Expression, fixed: Mapping[str, Fraction]) -> dict[str, Fraction] | None:
+        """Return a point with some values fixed at which two expressions differ."""
+        points = ({**self._judge.sampler.point(number), **fixed} for number in range(_POINTS))
+        return next((point for point in points if self._judge.differ(self._judge.real(point), old, new)), None)
+
+    def _numbers(self, *sides: Expression) -> set[Fraction]:
+        """Return the numbers in expressions and in the definitions that they use."""
+        constants = (self._pool.constant(node) for meaning, root in sides for node in meaning.cone(root))
+        return {value for value in constants if value is not None}
 
 
 def _constant(document: Document) -> set[str]:

@@ -48,8 +48,8 @@ class Runs:
         The stored runs.
     numbers : ndarray of int
         Their numbers in the batch.
-    planned : int
-        Number of runs of the batch.
+    whole : xarray.Dataset
+        All runs of the batch, those that were not made too.
 
     Parameters
     ----------
@@ -66,10 +66,10 @@ class Runs:
 
     def __init__(self, dataset: xr.Dataset, success: str | None = None) -> None:
         self.numbers = np.flatnonzero(dataset["status"].values != NOT_RUN)
-        self.planned = dataset.sizes["run"]
+        self.whole = dataset
         if not self.numbers.size:
             raise InputError("this batch holds no run yet")
-        self.dataset = dataset if self.numbers.size == self.planned else dataset.isel(run=self.numbers)
+        self.dataset = dataset if self.numbers.size == dataset.sizes["run"] else dataset.isel(run=self.numbers)
         self.condition = success if success is not None else dataset.attrs["success"]
         self.metrics: list[str] = json.loads(dataset.attrs["metrics"])
         self.drawn: list[str] = json.loads(dataset.attrs["drawn"])

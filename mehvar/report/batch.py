@@ -76,8 +76,8 @@ def batch_metrics(runs: Runs) -> list[MetricStatistics]:
 
 
 def _store(runs: Runs) -> Any:
-    """Return the runs as a store of one block, as far as statistics read one."""
-    return Recorded(runs.dataset, chunk=runs.numbers.size)
+    """Return the batch as a store of one block, as far as statistics read one; runs that are not stored are NaN."""
+    return Recorded(runs.whole, chunk=runs.whole.sizes["run"])
 
 
 def _varied(runs: Runs) -> Table:
@@ -96,7 +96,8 @@ def _success(runs: Runs, design: str) -> str:
     condition = f" ({runs.condition})" if runs.condition else ""
     ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
     estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
-    rest = f" {n} of {runs.planned} runs are stored." if n < runs.planned else ""
+    planned = runs.whole.sizes["run"]
+    rest = f" {n} of {planned} runs are stored." if n < planned else ""
     return f"Scenario {case_text(runs.dataset.attrs)}: {successes} of {n} runs succeed{condition}: {estimate}.{rest}"
 
 
@@ -160,10 +161,10 @@ def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Itera
         "Largest value of each metric",
         ("metric", "value", "unit", "run", "to repeat it"),
         [
-            (row.name, f"{row.largest[1]:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
+            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
             for row in rows
-            if row.largest[0] >= 0
-            for run in [int(runs.numbers[row.largest[0]])]
+            for run, value in [row.largest]
+            if run >= 0
         ],
     )
 

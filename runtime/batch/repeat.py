@@ -126,9 +126,8 @@ def plan_of(
 def _session_law(store: Batch) -> LawFunction | None:
     """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
-    name = str(store.attributes["controller"]).partition(":")[
-        2
-    ]  # as in python:pd; the `main` of a command is another module
+    # as in python:pd; the `main` of a command is another module
+    name = str(store.attributes["controller"]).partition(":")[2]
     defined = getattr(sys.modules.get("__main__"), name, None) if name else None
     if isinstance(defined, FunctionType) and not defined.__module__.startswith("mehvar."):
         return ran or defined

@@ -11,10 +11,10 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...quantities import ModelError, Quantity
+from ...quantities import Quantity
 from ..part import Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import parallel
+from .rotors import check_across
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,7 @@ class Engine(Part):
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
-        if parallel(self.axis, self.direction):
-            raise ModelError(f"{self.name}.direction = {self.direction!r}: must not be along axis = {self.axis!r}")
+        check_across(self, "direction", "axis")
         return result
 
     def inputs(self) -> tuple[Quantity, ...]:

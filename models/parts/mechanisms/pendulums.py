@@ -14,7 +14,7 @@ from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
 from ..part import Aggregates, Coordinate, Mounted, Part
 from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import parallel
+from .rotors import check_across
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,7 @@ class Pendulum(Part):
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
-        if parallel(self.axis, self.rest):
-            raise ModelError(f"{self.name}.rest = {self.rest!r}: must not be along axis = {self.axis!r}")
+        check_across(self, "rest", "axis")
         return result
 
     def coordinates(self) -> tuple[Coordinate, ...]:

@@ -153,8 +153,7 @@ class ControlMomentGyro(Part):
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
-        if parallel(self.gimbal, self.spin):
-            raise ModelError(f"{self.name}.spin = {self.spin!r}: must not be along gimbal = {self.gimbal!r}")
+        check_across(self, "spin", "gimbal")
         return result
 
     @property
@@ -219,12 +218,12 @@ class ControlMomentGyro(Part):
         return cosine * spin + sine * side, cosine * side - sine * spin
 
 
-def parallel(first: Vector, second: Vector) -> bool:
-    """Tell whether two directions are parallel as far as their numbers tell; expressions are taken not to be."""
-    one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in (first, second))
-    if len(one) < 3 or len(other) < 3:
-        return False
-    return bool(one.cross(other).norm() <= _FLAT * one.norm() * other.norm())
+def check_across(part: Part, name: str, axis: str) -> None:
+    """Refuse a direction of a part that is along an axis of it; expressions are taken not to be."""
+    vectors = getattr(part, name), getattr(part, axis)
+    one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in vectors)
+    if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():
+        raise ModelError(f"{part.name}.{name} = {vectors[0]!r}: must not be along {axis} = {vectors[1]!r}")
 
 
 _FLAT = 1e-9

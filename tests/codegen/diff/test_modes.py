@@ -7,6 +7,7 @@ import pytest
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.equations.document import LEAVES
 from tests.codegen.diff.documents import document
 
 KINDS = {"start": ("initial", "z(0)"), "one": ("reset", "plus: z+"), "two": ("reset", "minus: z+")}
@@ -20,6 +21,23 @@ def modal(torque: str, rate: str = "0"):
         dataclasses.replace(row, kind=kind, name=name) for row, (kind, name) in zip(made.results, kinds, strict=True)
     ]
     return dataclasses.replace(made, results=tuple(rows))
+
+
+def toggled(torque: str):
+    """A mode z that starts at 0 and is reset to 1 - z."""
+    made = modal(torque)
+    rows = [row for row in made.results if row.name != "minus: z+"]
+    toggle = next(row for row in document("f: 1 - z").results)
+    nodes = (*made.nodes, *(moved(node, len(made.nodes)) for node in document("f: 1 - z").nodes))
+    reset = [
+        dataclasses.replace(row, node=toggle.node + len(made.nodes)) if row.name == "plus: z+" else row for row in rows
+    ]
+    return dataclasses.replace(made, results=tuple(reset), nodes=nodes)
+
+
+def moved(node, by: int):
+    """Return a node whose operands stand later in the graph."""
+    return node if node[0] in LEAVES else (node[0], *(operand + by for operand in node[1:]))
 
 
 def piecewise(*branches: str) -> str:
@@ -39,6 +57,15 @@ def test_a_condition_at_a_number_of_the_mode_is_a_change(old, new, at):
     change = compare(modal(old), modal(new))["v'"]
     assert change.verdict is Fate.CHANGED
     assert f"they differ at z = {at}, to which it is set" in change.how
+
+
+def test_at_a_number_that_a_reset_may_give_is_undecided():
+    """The reset 1 - z toggles between 0 and 1; no other reset is a number."""
+    old, new = (toggled(piecewise(f"k, z {sign} 1")) for sign in (">", ">="))
+    change = compare(old, new)["v'"]
+    assert change.verdict is Fate.UNDECIDED
+    assert "they differ at z = 1, to which a reset may set it" in change.how
+    assert not compare(old, toggled(piecewise("k, 2*z > 2"))).differs
 
 
 @pytest.mark.parametrize(

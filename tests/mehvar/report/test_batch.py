@@ -84,12 +84,30 @@ def test_in_memory_a_run_is_repeated_by_a_call_and_a_constant_share_has_no_pictu
     assert "Metrics of the runs" in pictures
 
 
+def stopped(whole, missing):
+    """Return a batch of which some runs are not stored, as a store has them."""
+    part = whole.copy(deep=True)
+    part["status"][missing] = NOT_RUN
+    for array in part.data_vars.values():
+        if array.dtype.kind == "f":
+            array.values[missing] = np.nan
+    return part
+
+
+def test_an_unfinished_design_has_no_sobol_indices():
+    vary = {"theta_0": "uniform(0.8, 1.2)", "mass": "normal(1, 0.05)"}
+    whole = mehvar.batch("triangle", "path", n=16, vary=vary, sampling="saltelli", t_end=2.0).load()
+    for part, kinds in ((whole, {"sobol"}), (stopped(whole, slice(12, 16)), {"regression"})):
+        sections = {section.anchor: section for section in batch_sections(Runs(part))}
+        assert {title.split()[0].lower() for title in tables(sections["sensitivities"])} <= {"sobol", "sensitivities:"}
+        assert ("Sobol" in " ".join(tables(sections["sensitivities"]))) == (kinds == {"sobol"})
+
+
 def test_of_an_unfinished_batch_the_stored_runs_are_counted(store):
     whole = store.dataset().load()
-    part = whole.copy(deep=True)
-    part["status"][:30] = NOT_RUN
+    part = stopped(whole, slice(0, 30))
     runs = Runs(part)
-    assert (runs.planned, list(runs.numbers)) == (40, list(range(30, 40)))
+    assert (runs.whole.sizes["run"], list(runs.numbers)) == (40, list(range(30, 40)))
     sections = {section.anchor: section for section in batch_sections(runs, "runs.zarr")}
     text, succeeds = sections["batch"].blocks[1].text, Runs(whole).successful[30:]
     assert f"{succeeds.sum()} of 10 runs succeed" in text
