@@ -27,7 +27,7 @@ from ..run.metrics import metrics
 from ..run.options import AUTO, FIXED, OPTIONS
 from ..run.own.choice import law_of
 from ..run.own.law import LawFunction, OwnLaw, recorded_memory
-from ..run.problem import Progress, Status
+from ..run.problem import Progress
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
 from .numerics import generated_digest, other_options

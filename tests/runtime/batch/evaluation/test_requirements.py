@@ -156,7 +156,11 @@ def test_a_bad_run_says_whether_it_ended_early_has_no_number_or_an_infinite_one(
     status[5] = Status.LIMIT
     texts = {"below": "quantile(0.5, m) < 600 s"}
     text = repr(Verdicts(filled({"m": m, STATUS: status}, **RULES), texts, None))
-    assert text.splitlines()[-3:] == ["    run 3, m = inf", "    run 5, which ended as 'limit'", "    run 7, which has no m"]
+    assert text.splitlines()[-3:] == [
+        "    run 3, m = inf",
+        "    run 5, which ended as 'limit'",
+        "    run 7, which has no m",
+    ]
     late = repr(Verdicts(filled({"m": m, STATUS: status}, blocks=[7], **RULES), texts, None))
     assert "run 500, m = inf" in late
 
