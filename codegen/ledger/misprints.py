@@ -167,9 +167,7 @@ def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[
     return list((before - after).elements()), list((after - before).elements())
 
 
-def _paired(
-    extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any], bool]
-) -> list[Edit]:
+def _paired(extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any], bool]) -> list[Edit]:
     """Return the shortest list of changes between operands: changed, added, left out.
 
     Operands are paired only if they are alike.
