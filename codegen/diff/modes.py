@@ -33,7 +33,7 @@ class Modes:
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
-        """Modes that a reset sets to what is no number, such as 1 - mode."""
+        """Modes that a reset sets to an expression, such as 1 - mode."""
         for item in (*versions.olds, *versions.news) if self._values else ():
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)

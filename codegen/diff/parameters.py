@@ -64,7 +64,7 @@ _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
-"""Common names of groups of fields of a parameter."""
+"""Names of the groups into which the fields of a parameter fall."""
 Place = tuple[str, str, str]
 """Role, name and field."""
 
