@@ -117,8 +117,8 @@ def _plant(system: System) -> list[Request]:
         functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
     if system.delays:
         counts = {q.name: q.symbol for q in system.parameters}
-        late = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
-        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", late),)))
+        delays = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
+        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", delays),)))
     if system.diffusion:
         wiener, result = Group("dw", system.diffusion.wiener.quantities), (("x_step", system.diffusion.change),)
         what = "change of the state by Wiener processes"

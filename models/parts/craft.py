@@ -366,11 +366,11 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
         for suffix in suffixes
     }
 
-    def told(q: Quantity) -> Quantity:
+    def with_family(q: Quantity) -> Quantity:
         family, index = member.get(q.name, ("", 0))
         return replace(q, family=family, index=index)
 
-    return tuple(replace(group, quantities=tuple(map(told, group))) for group in groups)
+    return tuple(replace(group, quantities=tuple(map(with_family, group))) for group in groups)
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

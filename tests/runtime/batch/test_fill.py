@@ -354,8 +354,8 @@ def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
     rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
     straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
     assert straight.n < 240
-    real = fill._here
-    monkeypatch.setattr(fill, "_here", lambda blocks: lambda missing: real(blocks)(missing[::-1]))
+    real = fill._local
+    monkeypatch.setattr(fill, "_local", lambda blocks: lambda missing: real(blocks)(missing[::-1]))
     run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
     assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
 
