@@ -27,7 +27,7 @@ def text(page: str) -> str:
 
 
 def names(row: str) -> set[str]:
-    """Return what stands between backticks."""
+    """Return the names between backticks."""
     return set(re.findall(r"`(\w+)`", row))
 
 

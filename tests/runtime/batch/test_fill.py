@@ -288,7 +288,7 @@ def test_a_full_disk_stops_cleanly_and_the_rest_follows(
 
 
 def test_a_lack_of_memory_stops_cleanly_and_the_rest_follows(pendulum: runtime.Model, tmp_path: Path) -> None:
-    """Of the process's own limit; the block's series alone would take gigabytes."""
+    """The process limits its own memory; the block's series would take gigabytes."""
     campaign = Campaign("pd", n=40_000, options={"t_end": 10.0}, save_every=0.01)
     limits = resource.getrlimit(resource.RLIMIT_AS)
     pages = int(Path("/proc/self/statm").read_text().split()[0])

@@ -133,7 +133,7 @@ def short() -> Iterator[tuple[str, Target]]:
 
 
 def digest(model: runtime.Model, law: str, target: Target) -> str:
-    """Return what a cell depends on besides its compiler: the C text that is compiled, and the command's words."""
+    """Return the inputs of a cell besides its compiler: the C text and the words of the command."""
     words: list[str] = []
     if target.target == BATCH:
         folders = (NATIVE / name for name in ("include", "step", "methods", "batch", "random"))
