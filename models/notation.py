@@ -113,7 +113,7 @@ class Names:
         return self._add(Name(sp.MatrixSymbol(name, rows, columns), latex, member=True))
 
     def meaning(self, symbol: Expr) -> Side:
-        """Return what a derived name means."""
+        """Return the expression of a derived name."""
         meaning = self.table[symbol].meaning
         if meaning is None:
             raise ModelError(f"name {str(symbol)!r} is free: it has no derived meaning")

@@ -33,7 +33,7 @@ class Modes:
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
-        """Modes that a reset sets to what is no number, such as 1 - mode."""
+        """Modes that a reset sets to an expression, such as 1 - mode."""
         for item in (*versions.olds, *versions.news) if self._values else ():
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)
@@ -54,15 +54,15 @@ class Modes:
         for name in names:
             known = self._values.get(name, set())
             for value in sorted(known):
-                if point := self._apart(old, new, {name: value}):
+                if point := self._witness(old, new, {name: value}):
                     how = f"they differ at {name} = {value}, to which it is set"
                     return Verdict(False, how, point={each: point[each] for each in names})
             for value in sorted(self._numbers(old, new) - known) if name in self._open else ():
-                if self._apart(old, new, {name: value}):
+                if self._witness(old, new, {name: value}):
                     return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
         return None
 
-    def _apart(self, old: Expression, new: Expression, fixed: Mapping[str, Fraction]) -> dict[str, Fraction] | None:
+    def _witness(self, old: Expression, new: Expression, fixed: Mapping[str, Fraction]) -> dict[str, Fraction] | None:
         """Return a point with some values fixed at which two expressions differ."""
         points = ({**self._judge.sampler.point(number), **fixed} for number in range(_POINTS))
         return next((point for point in points if self._judge.differ(self._judge.real(point), old, new)), None)
