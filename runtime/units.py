@@ -43,7 +43,8 @@ _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
-"""Distributions whose arguments are in the unit of what is drawn; a lognormal's are logarithms, covariances squares."""
+"""Distributions whose arguments are in the unit of the drawn value; a lognormal's are logarithms, covariances
+squares."""
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
@@ -54,7 +55,7 @@ def setting_units(manifest: Manifest) -> dict[str, str]:
 
 
 def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -> str:
-    """Return the text of a distribution with its units turned into those of what is drawn.
+    """Return the text of a distribution with its units converted to the unit of the drawn value.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class Modes:
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
-        """Modes that a reset sets to what is no number, such as 1 - mode."""
+        """Modes that a reset sets to an expression, such as 1 - mode."""
         for item in (*versions.olds, *versions.news) if self._values else ():
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)
@@ -75,13 +75,13 @@ class Modes:
         names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
         joint = list(self._joint(names))
         for fixed in joint:
-            if point := self._apart(left, right, fixed, _POINTS):
+            if point := self._witness(left, right, fixed, _POINTS):
                 how = f"they differ at {_text(fixed)}, to which {'it is' if len(fixed) == 1 else 'they are'} set"
                 return Verdict(False, how, point={each: point[each] for each in names})
         for name in names:
             for fixed in joint or [{}]:
                 for value in sorted(self._numbers(name, jumps, fixed)):
-                    if self._apart(left, right, {**fixed, name: value}, _FEW):
+                    if self._witness(left, right, {**fixed, name: value}, _FEW):
                         return self._on_threshold(name, value)
         return None
 
@@ -103,7 +103,7 @@ class Modes:
         nodes = self._pool.nodes
         return {node for node in reached(nodes, [side[1]]) if nodes[node][0] in BRANCHING - {"abs", "max", "min"}}
 
-    def _apart(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
+    def _witness(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
         """Return a point with some values fixed at which two expressions differ."""
         points = ({**self._judge.sampler.point(number), **fixed} for number in range(count))
         return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)

@@ -13,6 +13,7 @@ import sympy as sp
 from mehvar.base.errors import shown
 from mehvar.base.manifest import Metric, Scenario
 
+from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
@@ -170,6 +171,7 @@ class Spacecraft:
             raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
         self._laws[name] = title or name, write, sampled
 
+    @no_branching()
     def system(
         self,
         scenarios: Sequence[Scenario] = (),
@@ -185,7 +187,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If the assembly, or what a joint moves, has no mass or no inertia, or a number is outside of its bounds.
+            If the assembly, or what a joint moves, has no mass or no inertia, a number is outside of its bounds, or a law
+            branches on a symbol.
         """
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
@@ -368,11 +371,11 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
         for suffix in suffixes
     }
 
-    def told(q: Quantity) -> Quantity:
+    def with_family(q: Quantity) -> Quantity:
         family, index = member.get(q.name, ("", 0))
         return replace(q, family=family, index=index)
 
-    return tuple(replace(group, quantities=tuple(map(told, group))) for group in groups)
+    return tuple(replace(group, quantities=tuple(map(with_family, group))) for group in groups)
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

@@ -163,7 +163,7 @@ class Tank(Part):
         )
 
     def _lines(self, at: Mounted) -> list[Load]:
-        """Return what the fuel in the lines does to the hub, at the middle of each."""
+        """Return the load of the fuel in the lines on the hub, at the middle of each line."""
         flow, nozzle, result = self.inputs()[0].symbol, at.values.nozzle, []
         for k, lump in enumerate(self._lumps(at), 1):
             reach = nozzle - lump.at

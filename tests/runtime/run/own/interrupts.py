@@ -73,7 +73,7 @@ def law_of_many(_t: float, x: Any) -> list[Any]:
 
 
 def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
-    """Return what became of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
+    """Return the fate of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
     came: list[bool] = []
     ended = False
 
