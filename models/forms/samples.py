@@ -14,12 +14,12 @@ from typing import TypeVar
 import sympy as sp
 
 from ..quantities import Group, Located, Quantity
-from ..system import Condition, Controller, System
+from ..system import Condition, Controller, Expr, System
 
 HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
 _Part = TypeVar("_Part", bound=Located)
 _WHOLE = sp.Rational(1, 10**9)
-"""Of a whole number, as a parameter written in decimals has it: runtime/run/ticks.py takes multiples by the same."""
+"""Tolerance of a whole number that is written in decimals, the same as in runtime/run/ticks.py."""
 
 
 def with_samples(system: System) -> System:
@@ -67,5 +67,9 @@ def _held(system: System, law: Controller) -> Controller:
 
 
 def _whole(count: sp.Symbol, name: str, reason: str) -> Condition:
-    margin = _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))
-    return Condition(margin, f"{name} = {{{name}:g}} must be a whole number: {reason}")
+    return Condition(whole(count), f"{name} = {{{name}:g}} must be a whole number: {reason}")
+
+
+def whole(count: Expr) -> Expr:
+    """Return a margin that is positive for a whole number."""
+    return _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))

@@ -2,7 +2,7 @@
 """Parts of a spacecraft, the spacecraft assembled from them, and the base class of your own parts."""
 
 from .bobs import Bob
-from .control import Law
+from .control import AttitudeFilter, Law
 from .craft import Spacecraft
 from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
 from .frame import point_inertia
@@ -29,6 +29,7 @@ from .wheels import Wheel
 
 __all__ = [
     "Aggregates",
+    "AttitudeFilter",
     "Bob",
     "Cable",
     "Chain",

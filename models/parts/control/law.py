@@ -3,19 +3,21 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import sympy as sp
 
 from ...derivation import Expr, free_symbols
 from ...quantities import Group, ModelError, Parameter, Quantity
-from ...system import Controller
+from ...system import Controller, Output
 from ...tables import suggestion
 from ..frame import ZERO
 from ..part import Craft, Part
 from ..sensors import Gyro, Instrument, StarTracker
 from ..values import Parameters, Value
 from .allocation import allocated, check_effects, effects
+from .filter import AttitudeFilter, Estimate
 
 Commands = Mapping[str, Expr | Sequence[Expr]]
 
@@ -43,16 +45,29 @@ class Law:
         self._attitude, self._rates = attitude, rates
         self._own = Parameters()
         self._memory: dict[Quantity, tuple[Expr, Expr]] = {}
+        self._outputs: list[Output] = []
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
-        """Coordinates of the attitude: those of a star tracker where the craft has sensors."""
+        """Coordinates of the attitude: of a filter, else of a star tracker, where the craft has sensors."""
+        if self._estimate:
+            return self._estimate.attitude
         return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rate of the hub, rad/s: that of a gyro where the craft has sensors."""
+        """Rate of the hub, rad/s: of a filter, else of a gyro, where the craft has sensors."""
+        if self._estimate:
+            return self._estimate.rates
         return self._seen(Gyro, self._rates, "the rates: add a Gyro")
+
+    @functools.cached_property
+    def _estimate(self) -> Estimate | None:
+        filters = [(part, at) for part, at in self._craft.parts if isinstance(part, AttitudeFilter)]
+        if len(filters) > 1:
+            names = ", ".join(part.name for part, _ in filters)
+            raise ModelError(f"law {self.name}: the craft has the filters {names}: must have one at most")
+        return filters[0][0].estimate(filters[0][1], self) if filters else None
 
     def _seen(self, kind: type[Instrument], state: Sequence[Expr], words: str) -> tuple[Expr, ...]:
         sensors = [part for part, _ in self._craft.parts if isinstance(part, Instrument)]
@@ -83,6 +98,15 @@ class Law:
                 self._memory[quantity] = begin, sp.sympify(value)
                 return
         raise ModelError(f"law {self.name}: {kept} is not kept; declare it by keep()")
+
+    def update_all(self, kept: Iterable[sp.Symbol], values: Iterable[Expr]) -> None:
+        """Say what several numbers that are kept become after a sample."""
+        for symbol, value in zip(kept, values, strict=True):
+            self.update(symbol, value)
+
+    def report(self, output: Output) -> None:
+        """Let a run show a quantity, a function of the state and of what the law keeps."""
+        self._outputs.append(output)
 
     @property
     def period(self) -> sp.Symbol:
@@ -142,7 +166,7 @@ class Law:
         return known
 
     def _centre(self) -> sp.Matrix:
-        """Return the centre of mass of what does not move on the hub."""
+        """Return the centre of mass of the parts that are fixed in the hub."""
         frame = self._craft.frame
         each = [part.aggregates(at) for part, at in self._craft.parts]
         still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]
@@ -159,6 +183,8 @@ class Law:
                 )
             if len(values) != inputs[name]:
                 raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, and {len(values)} commands")
+        if self.__dict__.get("_estimate") and not sampled:
+            raise ModelError(f"law {self.name} is continuous, and a filter is sampled: leave out sampled=False")
         command = [sp.sympify(u) for name, count in inputs.items() for u in given.get(name, (0,) * count)]
         memory = Group("z", tuple(self._memory))
         return Controller(
@@ -167,6 +193,7 @@ class Law:
             start=tuple(begin for begin, _ in self._memory.values()),
             update=tuple(value for _, value in self._memory.values()) if sampled else (),
             rates=() if sampled else tuple(value for _, value in self._memory.values()),
+            outputs=tuple(self._outputs),
         )  # fmt: skip
 
 

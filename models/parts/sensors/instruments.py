@@ -89,6 +89,11 @@ class Gyro(_Triad):
             Quantity(f"{self.name}_bias_{axis}", "rad/s", f"bias of {self.name} about {axis}") for axis in AXES
         )
 
+    @property
+    def biases(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the biases; none without `walk`."""
+        return tuple(q.symbol for q in self._biases())
+
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         return tuple(start(q, scenario) for q in self._biases())
 
@@ -99,7 +104,7 @@ class Gyro(_Triad):
         return _density(at.values.noise, at)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
-        bias = sp.Matrix([q.symbol for q in self._biases()] or [0, 0, 0])
+        bias = sp.Matrix(self.biases or [0, 0, 0])
         return list(at.frame.rate + bias + sp.Matrix(errors))
 
     def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A covariance as P = U D U': U upper triangular with a unit diagonal, D diagonal.
+
+D stays positive in single precision too, where an update of P itself loses its sign. Sources: Bierman, Factorization
+Methods for Discrete Sequential Estimation, Academic Press 1977 (a measurement); Thornton and Bierman, in Control and
+Dynamic Systems 16 (1980) 177 (noise, by weighted Gram-Schmidt). Zeros cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...derivation import Expr
+
+Define = Callable[[str, Expr, str], Expr]
+"""Names a step: name, expression and title."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """U and the diagonal of D."""
+
+    upper: sp.Matrix
+    diagonal: tuple[Expr, ...]
+
+    @property
+    def above(self) -> dict[tuple[int, int], Expr]:
+        """Entries of U above its diagonal, by row and column."""
+        return {(i, j): self.upper[i, j] for i, j in above(len(self.diagonal))}
+
+    @property
+    def entries(self) -> tuple[Expr, ...]:
+        """D, and the entries of U above its diagonal."""
+        return (*self.diagonal, *self.above.values())
+
+    @classmethod
+    def of(cls, entries: Mapping[tuple[int, int], Expr], diagonal: Sequence[Expr]) -> Factors:
+        """Return factors by the entries of U above its diagonal, and D."""
+        upper = sp.eye(len(diagonal))
+        for place, entry in entries.items():
+            upper[place] = entry
+        return cls(upper, tuple(diagonal))
+
+    def distance(self, define: Define, error: Sequence[Expr]) -> Expr:
+        """Return e' P^-1 e of an error e."""
+        white: list[Expr] = list(error)
+        for i in reversed(range(len(white))):
+            rest = sp.Add(*(self.upper[i, j] * white[j] for j in range(i + 1, len(white))))
+            white[i] = define(f"e{i + 1}", white[i] - rest, "error, without what other entries tell of it")
+        return sp.Add(*(w**2 / d for w, d in zip(white, self.diagonal, strict=True)))
+
+    def moved(self, define: Define, transition: sp.Matrix) -> Factors:
+        """Return the factors of F P F', where F is upper triangular with a unit diagonal as U is."""
+        product = transition * self.upper
+        entries = {(i, j): define(f"U{i + 1}{j + 1}", product[i, j], "entry of U") for i, j in self.above}
+        return Factors.of(entries, self.diagonal)
+
+    def widened(self, define: Define, noise: Sequence[Expr]) -> Factors:
+        """Return the factors of P + Q with the diagonal Q of `noise`."""
+        size = len(noise)
+        weights = (*self.diagonal, *noise)
+        rows = [list(self.upper.row(i)) + [sp.Integer(int(i == j)) for j in range(size)] for i in range(size)]
+        entries: dict[tuple[int, int], Expr] = {}
+        diagonal = [sp.S.Zero] * size
+        for j in reversed(range(size)):
+            scaled = [
+                define(f"v{j + 1}_{k + 1}", weights[k] * r, "weighted row") if r != 0 else r
+                for k, r in enumerate(rows[j])
+            ]
+            diagonal[j] = define(f"D{j + 1}", _dot(rows[j], scaled), "entry of D")
+            over = define(f"o{j + 1}", 1 / diagonal[j], "one over an entry of D")
+            for i in range(j):
+                entry = define(f"U{i + 1}{j + 1}", _dot(rows[i], scaled) * over, "entry of U")
+                entries[i, j] = entry
+                rows[i] = [
+                    define(f"w{i + 1}{j + 1}_{k + 1}", r - entry * other, "row") if other != 0 else r
+                    for k, (r, other) in enumerate(zip(rows[i], rows[j], strict=True))
+                ]
+        return Factors.of(entries, diagonal)
+
+    def measured(self, define: Define, row: Sequence[Expr], variance: Expr) -> tuple[Factors, list[Expr], Expr]:
+        """Return the factors after a measurement h x, P h', and one over the variance of the innovation.
+
+        Parameters
+        ----------
+        define : callable
+            Names the steps.
+        row : sequence of Expr
+            h.
+        variance : Expr
+            Of the noise.
+        """
+        alpha, over, product = variance, define("o0", 1 / variance, "one over the variance"), list[Expr]()
+        entries, diagonal = dict(self.above), list(self.diagonal)
+        for j, weight in enumerate(self.diagonal):
+            turned = define(f"f{j + 1}", _dot(row, list(self.upper.col(j))), "entry of U' h'")
+            scaled = define(f"v{j + 1}", weight * turned, "entry of D U' h'")
+            share = define(f"l{j + 1}", turned * over, "entry of U' h' over the variance so far")
+            total = define(f"a{j + 1}", alpha + turned * scaled, "variance of the noise and of the first entries")
+            over = define(f"o{j + 1}", 1 / total, "one over it")
+            diagonal[j] = define(f"D{j + 1}", weight * alpha * over, "entry of D")
+            for i in range(j):
+                old = self.upper[i, j]
+                entries[i, j] = define(f"U{i + 1}{j + 1}", old - share * product[i], "entry of U")
+                product[i] = define(f"b{i + 1}_{j + 1}", product[i] + old * scaled, "entry of P h'")
+            product.append(scaled)
+            alpha = total
+        return Factors.of(entries, diagonal), product, over
+
+    def chosen(self, define: Define, other: Factors, when: sp.Rel) -> Factors:
+        """Return the factors `other` where a condition holds, these elsewhere."""
+
+        def choice(name: str, yes: Expr, no: Expr) -> Expr:
+            return define(name, sp.Piecewise((yes, when), (no, True)), "entry after the sample")
+
+        entries = {(i, j): choice(f"U{i + 1}{j + 1}", other.upper[i, j], e) for (i, j), e in self.above.items()}
+        pairs = zip(other.diagonal, self.diagonal, strict=True)
+        return Factors.of(entries, [choice(f"D{k}", *pair) for k, pair in enumerate(pairs, 1)])
+
+
+def above(size: int) -> list[tuple[int, int]]:
+    """Return rows and columns of the entries above the diagonal."""
+    return [(i, j) for j in range(size) for i in range(j)]
+
+
+def _dot(one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
+    return sp.Add(*(a * b for a, b in zip(one, other, strict=True)))

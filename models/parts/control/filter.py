@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A multiplicative extended Kalman filter: the attitude and the bias of a gyro, from that gyro and a star tracker.
+
+The error of the attitude is three small angles a, of the bias db, and they go on by
+
+    a' = -A' (db + e),    db' = w,
+
+where A turns inertial axes to those of the hub, e is the white noise of the gyro and w that of its bias. The angles are
+about inertial axes: their transition has no rotation, so that it is triangular as U is. After each measurement of the
+tracker the quaternion takes the angles, which are zero again. Sources: Lefferts, Markley and Shuster, J. Guidance 5
+(1982) 417; Markley and Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, Springer 2014; for
+angles about inertial axes Sola, arXiv 1711.02508.
+
+The rate of a sample stands for the time from half a period before to half a period after it, so that an acceleration
+does no harm: the memory has the attitude half a period after the last sample. Its noise is the same in both halves;
+taken as independent, half before a measurement and half after, it gives the covariance of the exact filter but for a
+quarter of its variance beside that of the tracker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Annotated, Protocol
+
+import sympy as sp
+
+from ...derivation import Expr
+from ...forms.samples import whole
+from ...mechanics import quaternion_product, quaternion_rotation
+from ...quantities import ModelError, Quantity
+from ...system import Condition, Output
+from ..frame import AXES
+from ..part import Mounted, Part
+from ..sensors import Gyro, StarTracker
+from ..values import Number, scalar
+from .factors import Define, Factors, above
+
+HALF = sp.Rational(1, 2)
+_ERROR = ("1",) * 3 + ("1/s",) * 3
+"""Units of the error: of three angles, and of three biases."""
+_LOST = 3
+"""Measurements rejected in a row after which a filter is lost: of a sound one the gate rejects one in a million."""
+
+
+class Keeper(Protocol):
+    """A law, as a filter uses it: its name, its memory and what it reports."""
+
+    name: str
+
+    def keep(self, name: str, unit: str = ..., meaning: str = ..., start: Expr | float = ...) -> sp.Symbol: ...
+    def update(self, kept: sp.Symbol, value: Expr) -> None: ...
+    def update_all(self, kept: Iterable[sp.Symbol], values: Iterable[Expr]) -> None: ...
+    def report(self, output: Output) -> None: ...
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An estimate at a sample.
+
+    Attributes
+    ----------
+    attitude : tuple of Expr
+        Unit quaternion from the axes of the hub to inertial axes, scalar first.
+    rates : tuple of Expr
+        Rate of the hub, rad/s: of the gyro, without its bias.
+    """
+
+    attitude: tuple[Expr, ...]
+    rates: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class AttitudeFilter(Part):
+    """A multiplicative extended Kalman filter of attitude and gyro bias.
+
+    The laws of its craft then see its estimates in place of the measurements. It takes the noise of its sensors from
+    their own parameters.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`; begins the names of what it keeps in the memory of a law.
+    gyro : Gyro
+        With noise and walk.
+    tracker : StarTracker
+        With sigma.
+    every : number
+        Samples from one measurement of the tracker to the next.
+    attitude, bias : number
+        Standard deviations before the first measurement, of each angle, rad, and of each bias, rad/s.
+    gate : number
+        A measurement is rejected where its squared innovation over the variance, the sum of three, is larger.
+    """
+
+    gyro: Gyro
+    tracker: StarTracker
+    every: Annotated[Number, scalar("every", "1", "samples a measurement of the tracker", "[1, inf)")] = 1.0
+    attitude: Annotated[Number, scalar("attitude", "rad", "standard deviation of an angle at the start")] = 0.1
+    bias: Annotated[Number, scalar("bias", "rad/s", "standard deviation of a bias at the start")] = 1e-3
+    gate: Annotated[Number, scalar("gate", "1", "largest squared innovation over its variance")] = 30.0
+
+    def __post_init__(self) -> None:
+        for field, kind in (("gyro", Gyro), ("tracker", StarTracker)):
+            if not isinstance(getattr(self, field), kind):
+                raise ModelError(f"{self.name}.{field} = {getattr(self, field)!r}: must be a {kind.__name__}")
+        for field, of in (("noise", self.gyro), ("walk", self.gyro), ("sigma", self.tracker)):
+            if getattr(of, field) is None:
+                raise ModelError(f"{self.name}: {of.name}.{field} = None: must be given for a filter")
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        message = f"{self.tracker.name}.sigma must be above zero for {self.name}"
+        sigma = (Condition(entry, message) for entry in self.of(self.tracker, at).sigma)
+        counted = Condition(whole(at.values.every), f"{self.name}.every must be a whole number of samples")
+        return (*super().constraints(at), counted, *sigma)
+
+    def of(self, sensor: Part, at: Mounted) -> SimpleNamespace:
+        """Return what stands for the fields of a sensor."""
+        for part, mounted in at.craft.parts:
+            if part == sensor:
+                return mounted.values
+        raise ModelError(f"{self.name}: {sensor.name} is not on the craft; add it too")
+
+    def estimate(self, at: Mounted, law: Keeper) -> Estimate:
+        """Define a sample of the filter in a law, whose memory it extends.
+
+        Parameters
+        ----------
+        at : Mounted
+            The filter on its craft.
+        law : Keeper
+            That uses it.
+        """
+        return _Sample(self, at, law).estimate()
+
+
+class _Sample:
+    """A sample of a filter, while it is written into a law."""
+
+    def __init__(self, of: AttitudeFilter, at: Mounted, law: Keeper) -> None:
+        self.of, self.at, self.law = of, at, law
+        self.gyro, self.tracker = of.of(of.gyro, at), of.of(of.tracker, at)
+        self.half = at.craft.period / 2
+        self.q = [self._keep(f"q{k}", "1", f"quaternion half a period on, {k}", int(k == 0)) for k in range(4)]
+        self.bias = sp.Matrix([self._keep(f"bias_{axis}", "rad/s", f"bias of the gyro, {axis}") for axis in AXES])
+        self.factors = self._factors()
+        self.count = self._keep("count", "1", "samples since the last measurement; -1 before the first", -1)
+        self.nis = self._keep("nis", "1", "squared innovation of the last measurement over its variance")
+        self.rejected = self._keep("rejected", "1", "measurements rejected in a row")
+
+    def _keep(self, name: str, unit: str, meaning: str, begin: Expr | float = 0) -> sp.Symbol:
+        return self.law.keep(f"{self.of.name}_{name}", unit, f"{self.of.name}: {meaning}", begin)
+
+    def _factors(self) -> Factors:
+        """Keep the factors of the covariance."""
+        values = self.at.values
+        begin = (values.attitude**2,) * 3 + (values.bias**2,) * 3
+        square = {"1": "1", "1/s": "1/s^2"}
+        diagonal = [
+            self._keep(f"D{k + 1}", square[unit], f"covariance U D U', entry {k + 1} of D", begin[k])
+            for k, unit in enumerate(_ERROR)
+        ]
+        entries = {
+            (i, j): self._keep(
+                f"U{i + 1}{j + 1}", "1" if _ERROR[i] == _ERROR[j] else "s", f"entry {i + 1}, {j + 1} of U"
+            )
+            for i, j in above(len(_ERROR))
+        }
+        return Factors.of(entries, diagonal)
+
+    def define(self, name: str, expr: Expr, title: str) -> Expr:
+        """Name a step."""
+        return self.at.frame.define(f"{self.law.name}_{self.of.name}_{name}", expr, f"{self.of.name}: {title}")
+
+    def stage(self, prefix: str) -> Define:
+        """Return what names the steps of a stage."""
+        return lambda name, expr, title: self.define(f"{prefix}_{name}", expr, title)
+
+    def vector(self, name: str, entries: Iterable[Expr], title: str) -> sp.Matrix:
+        """Name the components of a vector."""
+        return sp.Matrix([self.define(f"{name}{k}", entry, title) for k, entry in enumerate(entries)])
+
+    def unit(self, name: str, entries: Iterable[Expr], title: str) -> sp.Matrix:
+        """Name the components of a quaternion, at length one."""
+        raw = self.vector(f"{name}_raw", entries, f"{title}, of any length")
+        over = self.define(f"{name}_over", 1 / sp.sqrt(raw.dot(raw)), f"{title}: one over its length")
+        return self.vector(name, over * raw, title)
+
+    def turned(self, name: str, q: Sequence[Expr], rate: sp.Matrix, span: Expr) -> sp.Matrix:
+        """Return a quaternion after a time at a rate, of any length: its tangent to the fifth power of the angle."""
+        angle = self.vector(f"{name}_angle", span / 2 * rate, "half the angle")
+        longer = self.define(f"{name}_longer", 1 + angle.dot(angle) / 3, "tangent of half the angle over it")
+        return quaternion_product(list(q), (1, *(longer * angle)))
+
+    def transition(self, name: str, q: Sequence[Expr]) -> tuple[sp.Matrix, sp.Matrix]:
+        """Return the matrix from inertial axes to those of the hub, and how the error goes on for half a period."""
+        turn = quaternion_rotation(list(q))
+        turn = sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
+        transition = sp.eye(len(_ERROR))
+        transition[:3, 3:] = -self.half * turn.T
+        return turn, transition
+
+    def estimate(self) -> Estimate:
+        """Define the sample and return the estimate."""
+        measured, seen = sp.Matrix(self.of.gyro.symbols), self.of.tracker.symbols
+        rate = self.vector("rate", measured - self.bias, "rate without the bias")
+        now = self.unit("now", self.turned("to", self.q, rate, self.half), "quaternion before the measurement")
+        choice = [sp.Piecewise((s, self.count < -HALF), (q, True)) for s, q in zip(seen, now, strict=True)]
+        now = self.vector("before", choice, "quaternion before the measurement, or the first one")
+        turn, transition = self.transition("turn", now)
+        white, walk = self.noise()
+        prior = self.factors.moved(self.stage("to"), transition).widened(self.stage("white"), (*white, 0, 0, 0))
+        correction, factors = self.corrected(now, turn, prior)
+        attitude = self.unit("after", quaternion_product((1, *(correction[:3, 0] / 2)), list(now)), "quaternion")
+        bias = self.vector("bias", self.bias + correction[3:, 0], "bias of the gyro")
+        rate = self.vector("rate_after", measured - bias, "rate without the bias, after the measurement")
+        _, transition = self.transition("on", attitude)
+        factors = factors.moved(self.stage("on"), transition).widened(self.stage("walk"), (*white, *walk))
+        self.law.update_all(self.q, self.turned("on", attitude, rate, self.half))
+        self.law.update_all(self.bias, bias)
+        self.law.update_all(self.factors.entries, factors.entries)
+        self.report()
+        return Estimate(tuple(attitude), tuple(rate))
+
+    def noise(self) -> tuple[list[Expr], list[Expr]]:
+        """Return what the gyro adds to variances: of angles in half a period, of biases in a whole one."""
+        white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
+        walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
+        return [white] * 3, [walk] * 3
+
+    def corrected(self, now: sp.Matrix, turn: sp.Matrix, prior: Factors) -> tuple[sp.Matrix, Factors]:
+        """Return correction and factors by the three angles of a measurement in turn, unless it is rejected."""
+        scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), self.of.tracker.symbols)
+        over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
+        correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
+        for k, axis in enumerate(AXES):
+            define = self.stage(f"angle_{axis}")
+            row = [*turn.row(k), 0, 0, 0]
+            factors, product, over_variance = factors.measured(define, row, self.tracker.sigma[k] ** 2)
+            innovation = define("innovation", over * off[k] - sp.Matrix(row).dot(correction), "innovation")
+            share = define("share", innovation * over_variance, "innovation over its variance")
+            correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")
+            terms.append(innovation * share)
+        nis = self.define("nis_now", sp.Add(*terms), "squared innovation over its variance")
+        due = self.count < HALF
+        flag = sp.Piecewise((1, sp.And(due, nis <= self.at.values.gate)), (0, True))
+        taken = self.define("taken", flag, "1 where there is a measurement that is not rejected") > HALF
+        self.count_on(due, taken, nis)
+        chosen = [sp.Piecewise((entry, taken), (0, True)) for entry in correction]
+        return self.vector("x", chosen, "correction"), prior.chosen(self.stage("taken"), factors, taken)
+
+    def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
+        """Say what the counts of measurements become."""
+        since, update = sp.Max(self.count, 0), self.law.update
+        update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
+        update(self.nis, sp.Piecewise((nis, due), (self.nis, True)))
+        rejected = sp.Piecewise((0, taken), (self.rejected + 1, due), (self.rejected, True))
+        update(self.rejected, rejected)
+
+    def report(self) -> None:
+        """Report the error of the prediction for a sample: the truth is half a period further than the memory."""
+        frame, name = self.at.frame, self.of.name
+        true = self.turned("true", self.at.craft.quaternion, frame.rate, -self.half)
+        scalar, *off = quaternion_product(list(true), (self.q[0], *(-q for q in self.q[1:])))
+        angles = [self.define(f"off{k}", 2 * entry / scalar, "error of the attitude") for k, entry in enumerate(off)]
+        biases = sp.Matrix(self.of.gyro.biases) - self.bias
+        nees = self.factors.distance(self.stage("nees"), [*angles, *biases])
+        lost = sp.Piecewise((1, self.rejected > _LOST - HALF), (0, True))
+        size = sp.sqrt(sp.Matrix(angles).dot(sp.Matrix(angles)))
+        self.law.report(Output(Quantity(f"{name}_error", "rad", f"{name}: error of the attitude"), size))
+        self.law.report(Output(Quantity(f"{name}_nees", "1", f"{name}: squared error over its covariance"), nees))
+        what = f"{name} is lost (1): {_LOST} measurements or more rejected in a row"
+        self.law.report(Output(Quantity(f"{name}_lost", "1", what), lost, at_most=0))
