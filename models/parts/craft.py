@@ -187,7 +187,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If the assembly has no mass, a number is outside of its bounds, or a law branches on a symbol.
+            If the assembly, or what a joint moves, has no mass or no inertia, a number is outside of its bounds, or a law
+            branches on a symbol.
         """
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
@@ -240,6 +241,10 @@ class Spacecraft:
             added.append(_loaded(part, at))
         if all(c.mass == 0 for c in added):
             raise ModelError(f"{self.name} has no mass: add a Hub")
+        for axis in (k - 3 for k in MOTIONS[self.motion] if k > 2):
+            if all(c.inertia[axis, axis] == 0 and c.matrix.is_zero_matrix and not c.followers for c in added):
+                text = "give the Hub one, or mount mass off the axis"
+                raise ModelError(f"{self.name} has no inertia about {AXES[axis]}: {text}")
         derivation.section("Accelerations")
         motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
         derivation.section("Rates")

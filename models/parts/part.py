@@ -537,6 +537,11 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         if prescribed[i] is not None:
             held.append(Row(linear, angular, tuple(own.diff(other) for other in speeds), forces - bias))
             continue
+        if own.diff(v) == 0:
+            text = (
+                f"no mass and no inertia moves with {v}: give {at.name} an inertia about its axis, or a centre off it"
+            )
+            raise ModelError(f"{at.name}: {text}")
         coupling = tuple(own.diff(other) for other in speeds if other not in drive)
         driven = sp.Add(*(own.diff(other) * value for other, value in drive.items()))
         rows.append(Row(linear, angular, coupling, forces - bias - driven))
