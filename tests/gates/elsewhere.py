@@ -42,7 +42,8 @@ def walk(programs: Path, place: Path) -> list[str]:
         (folder / name / "__init__.py").write_text("raise RuntimeError('the wrong package')\n")
     home = place / "home"
     home.mkdir()
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "MEHVAR", "XDG"))}
+    own = ("PYTHON", "MEHVAR", "XDG")
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(own) or k == "MEHVAR_CACHE"}  # the C is the same
     kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # what the libraries' own folders may not take
     environment = {**kept, "HOME": str(home), "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     wrong = []
