@@ -29,7 +29,8 @@ SAMPLES, DAY, FRAMES, DAMAGED = 5000, 172_800, 10_000_000, 100_000_000
 SLICE = 5_000_000
 """Frames of a campaign's process; each has a seed of its own, so a slice that ran before need not run again."""
 SECONDS, LONGEST_INPUT = 3600, 512
-"""Of the guided campaign: bytes of an input, some thirty frames, which is enough for a session from hello to reboot."""
+"""Seconds of the guided campaign, and bytes of an input: some thirty frames, which is enough for a session from hello
+to reboot."""
 TURN = 300
 """Seconds after which what was counted is written down: what a stop can lose. Each begins with what was kept."""
 RECORD = Path(__file__).parents[1] / "build" / "guided"

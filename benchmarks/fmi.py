@@ -30,7 +30,7 @@ from benchmarks.machine import command_line, machine, table, write
 CASES = (("triangle", "path", 10.0, 0.125), ("slosh", "lyapunov-v1", 20.0, 0.25), ("satellite", "pd", 60.0, 0.5))
 """System, law, end and communication step, s: exact in binary, so that importers who add up steps have our instants."""
 TOLERANCE = 1e-10
-"""Of CVODE in model exchange: differences are to be below 1e-6."""
+"""Tolerance of CVODE in model exchange: differences are to be below 1e-6."""
 COLUMNS = ("system", "FMI", "kind", "FMPy: messages", "FMPy: run", "CMake: run", "fmusim: run", "DaeBuilder: rates")
 
 

@@ -231,7 +231,7 @@ def lines(before: Mapping[str, str], after: Mapping[str, str]) -> tuple[int, int
 
 
 def _names_in(file: str) -> re.Pattern[str]:
-    """Return what names of temporaries or nodes look like in a file."""
+    """Return the pattern of names of temporaries or nodes in a file."""
     if file.endswith(".json"):
         return _NODE if file == "equations.json" else _NONE
     if "_casadi." in file:

@@ -36,7 +36,7 @@ TRIMS: dict[str, dict[str, Any]] = {
     },
     "satellite": {"fix": {"hy": 0.05}, "free": (turn := ["roll", "pitch", "yaw", "wx", "wy", "wz"]), "steady": turn},
 }
-"""Of the tutorials; of a user's own system the inputs are free."""
+"""Inputs of the tutorials; a user's own system has free inputs."""
 ROUNDS, CALLS = 30, 100
 STARTS = 15
 
@@ -160,7 +160,7 @@ def _targets(model: mehvar.Model, function: str, x, u, p):
 
 
 def _unit(model: mehvar.Model, function: str, x, u, p) -> Callable[[], object]:
-    """Return what evaluates the plant as a functional mock-up unit."""
+    """Return a function that evaluates the plant as a functional mock-up unit."""
     import fmpy
     from fmpy.fmi2 import FMU2Model
 
@@ -257,7 +257,7 @@ def _run(name: str, model: mehvar.Model) -> list[str]:
 
 
 def _starts() -> list[list[str]]:
-    """Return what starting costs in processor time, the commands taking turns."""
+    """Return the processor time of a start; the commands take turns."""
     commands = {
         "mehvar --version": ("-m", "mehvar", "--version"),
         "import mehvar": ("-c", "import mehvar"),

@@ -186,7 +186,7 @@ def derive(
 
 @contextlib.contextmanager
 def _few_collections() -> Iterator[None]:
-    """Look for cycles of objects after many new ones: a derivation makes few cycles.
+    """Collect garbage rarely: a derivation makes few cycles of objects.
 
     With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
     """
@@ -455,7 +455,7 @@ def outdated(tree: Tree, model: str) -> tuple[str, ...]:
 
 
 def own_inputs(tree: Tree, names: Mapping[str, str]) -> dict[str, str]:
-    """Return those of a derivation's inputs that are files or folders of a project, and not of the tool."""
+    """Return the inputs of a derivation that belong to the project, not to the tool."""
 
     def is_own(name: str) -> bool:
         if name.startswith(("codegen/", "mehvar/", "../", "./", "/", "environment:")):

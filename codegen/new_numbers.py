@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mehvar.models.quantities import Group, Parameter
 
 _WORDS = frozenset(("title", "description"))
-"""Of scenarios and metrics, for people: they stand in the manifest and nowhere else."""
+"""Texts of scenarios and metrics for people, which only the manifest has."""
 TABLES = ("parameters.toml", "scenarios.toml")
 
 

@@ -23,7 +23,7 @@ _MOST = 16
 """Structures that are all compared: one takes ten seconds or so of a processor on each side. Twice as many would still
 leave out the combinations of slosh and satellite, 768 and 192."""
 _TRIES = 1000
-"""Combinations that are tried; a model refuses one within microseconds, before it derives anything."""
+"""Limit on combinations that are tried: a model refuses one within microseconds."""
 
 
 def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -> dict[str, Path]:

@@ -40,7 +40,7 @@ ROOMS = frozenset(("arrays", "check", "estimation", "forms", "parts"))
 
 
 class GenerateError(MehvarError, ValueError):
-    """A model that cannot be generated as asked."""
+    """A model that cannot be generated with these choices."""
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ _GAP = 2
 _INDENT = 4
 """Columns of indentation of a text below its cells."""
 _TEXT = 36
-"""Columns of readable text: half as many give three words a line; twice as many are never available."""
+"""Columns of readable text. Half of them leave three words a line."""
 
 
 class Advance(Protocol):

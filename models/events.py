@@ -99,7 +99,7 @@ def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> 
 
 
 def _kinks(node: sp.Basic) -> Iterator[Expr]:
-    """Yield what crosses zero where a part of an expression switches."""
+    """Yield the guards of the switches in an expression."""
     if isinstance(node, sp.Min | sp.Max):
         for a, b in itertools.combinations(sorted(node.args, key=sp.default_sort_key), 2):
             yield a - b

@@ -113,7 +113,7 @@ class Names:
         return self._add(Name(sp.MatrixSymbol(name, rows, columns), latex, member=True))
 
     def meaning(self, symbol: Expr) -> Side:
-        """Return what a derived name means."""
+        """Return the expression of a derived name."""
         meaning = self.table[symbol].meaning
         if meaning is None:
             raise ModelError(f"name {str(symbol)!r} is free: it has no derived meaning")
@@ -121,12 +121,13 @@ class Names:
 
     def as_latex(self, side: Side) -> str:
         """Write a side as the paper prints it."""
-        return str(sp.latex(side, symbol_names={symbol: name.latex for symbol, name in self.table.items()}))
+        names = {symbol: name.latex for symbol, name in self.table.items()}
+        return str(sp.latex(_printable(side), symbol_names=names))
 
     def as_text(self, side: Side) -> str:
         """Write a side in plain text, with the paper's names."""
         renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
-        return str(_OneLine().doprint(sp.sympify(side).xreplace(renamed)))
+        return str(_OneLine().doprint(_printable(sp.sympify(side).xreplace(renamed))))
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
@@ -140,6 +141,24 @@ class _OneLine(StrPrinter):  # type: ignore[misc]
 
     def _print_MatrixBase(self, matrix: sp.MatrixBase) -> str:  # noqa: N802 - SymPy calls it by this name
         return "[" + "; ".join(", ".join(map(self._print, row)) for row in matrix.tolist()) + "]"
+
+
+class _PrintedInverse(sp.MatrixExpr):  # type: ignore[misc]
+    """An inverse that is printed and never computed."""
+
+    shape = property(lambda self: self.args[0].shape)
+
+    def _print(self, printer: Any) -> str:
+        return str(printer._print(sp.Inverse(self.args[0])))
+
+    _latex = _sympystr = _print
+
+
+def _printable(side: Side) -> Side:
+    """Return a side without inverses of known entries: SymPy inverts such a matrix to find the sign of a product."""
+    if not isinstance(side, sp.Basic):
+        return side
+    return side.replace(sp.Inverse, lambda matrix, *_: _PrintedInverse(matrix))
 
 
 def _renamed(symbol: Expr, text: str) -> Expr:

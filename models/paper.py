@@ -101,7 +101,7 @@ __all__ = [
 
 Op: TypeAlias = Literal["=", "<", "<=", ">", ">="]
 Kind: TypeAlias = Literal["equation", "definition", "condition", "statement", "data"]
-"""equation: follows from what is said before. definition, condition, data: the author's to choose. statement: words."""
+"""equation: follows from earlier entries. definition, condition, data: the author's to choose. statement: words."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class Erratum:
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read what is printed.
+    """One reading of a printed entry.
 
     Parameters
     ----------

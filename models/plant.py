@@ -48,7 +48,7 @@ def _without_reports(system: System) -> Iterable[Metric]:
 
 
 def _chart(system: System) -> Iterable[Definition]:
-    """Yield what the symbols of a regular chart stand for."""
+    """Yield the meanings of the symbols of a regular chart."""
     chart = system.coordinates
     if chart is None:
         return

@@ -194,7 +194,7 @@ class ParameterArray(ABC):
 
     @abstractmethod
     def of(self, group: Group) -> Any:
-        """Return what stands for them in expressions."""
+        """Return their symbols in expressions."""
 
 
 @dataclass(frozen=True)

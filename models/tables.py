@@ -219,7 +219,7 @@ def place_in(path: Path, *keys: str) -> str:
 
 
 def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
-    """Return where a scenario or a metric stands: in the table of a model's folder, or where its system is made.
+    """Return the origin of a scenario or a metric: in the table of a model's folder, or where its system is made.
 
     Parameters
     ----------

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Manifest
+from mehvar.base.units import unit_text
 
 from .arguments import number
 from .run.options import OPTIONS
@@ -24,12 +26,25 @@ _WITH_UNIT = re.compile(
 """A number and a product of units with powers of one digit, or of a fraction as in s^(1/2): pint computes what else a
 text says, such as 9**9**9."""
 
+_WORD = rf"(?!(?:and|or|not|if|else|in|is)\b){_FACTOR}"
+_QUANTITY = re.compile(
+    rf"(?<![\w.])(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)"
+)
+"""A number with a unit in a formula, where `*` multiplies numbers."""
+
+_BASE = {
+    "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",
+    "radian": "rad",
+}  # fmt: skip
+"""Pint's names of the base units of the SI, and of the radian, which counts as one."""
+
 _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
 """Pint's names of angles, which are numbers to it, so that 1 Hz or a count would be taken for radians."""
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
-"""Distributions whose arguments are in the unit of what is drawn; a lognormal's are logarithms, covariances squares."""
+"""Distributions whose arguments are in the unit of the drawn value; a lognormal's are logarithms, covariances
+squares."""
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
@@ -40,7 +55,7 @@ def setting_units(manifest: Manifest) -> dict[str, str]:
 
 
 def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -> str:
-    """Return the text of a distribution with its units turned into those of what is drawn.
+    """Return the text of a distribution with its units converted to the unit of the drawn value.
 
     Parameters
     ----------
@@ -88,6 +103,37 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
         return value
     parts = _WITH_UNIT.fullmatch(text.strip())
     return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
+
+
+def without_units(text: str, quantity: Callable[[float, str, str], str], name: str) -> str:
+    """Return a formula in which other texts stand for the numbers with units.
+
+    Parameters
+    ----------
+    text : str
+        As in "T_x < 2 min and final(roll) < 5 deg".
+    quantity : callable
+        Returns what stands for a quantity: its number and unit in the SI, and its text.
+    name : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        For a unit that pint does not know.
+    """
+    return _QUANTITY.sub(lambda match: quantity(*_in_si(match, text, name), match[0]), text)
+
+
+def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
+    from pint import PintError
+
+    try:
+        value = _units().Quantity(float(match["number"]), match["unit"]).to_base_units()
+        powers = {_BASE[base]: Fraction(power).limit_denominator(12) for base, power in value.unit_items()}
+    except (PintError, ArithmeticError, AssertionError, KeyError) as error:
+        raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is none") from error
+    return float(value.magnitude), unit_text(powers)
 
 
 def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:

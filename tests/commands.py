@@ -80,7 +80,7 @@ def python() -> str:
         [COLD, "-m", "tests.commands", place],
         cwd=Path(__file__).parents[1],
         env=environment,
-        stdin=subprocess.PIPE,  # whose end is the server's end
+        stdin=subprocess.PIPE,  # the server ends when this pipe closes
         stdout=subprocess.PIPE,
     )
     assert server.stdout is not None

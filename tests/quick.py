@@ -19,7 +19,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 GATES = ("tests/gates/test_names.py", "tests/gates/test_rooms.py", "tests/gates/test_public.py")
 SECONDS = 50
-"""Of the minute: the test that has begun then ends, and collecting takes some seconds."""
+"""Seconds after which no test begins: the running one then ends within the minute."""
 PAGES = "tests/docs/test_docs.py"
 OF_A_PAGE = ("test_links_lead_somewhere", "test_what_a_page_shows_runs")
 
@@ -31,7 +31,7 @@ def changed() -> list[str]:
 
 
 def near(files: Iterable[str]) -> list[str]:
-    """Return what pytest is asked for: the tests of each file, those of its name before those of its folder."""
+    """Return the arguments of pytest: the tests of each file, those of its name before those of its folder."""
     own, others = list[str](), list[str]()
     for file in files:
         path = Path(file)

@@ -166,7 +166,7 @@ def main() -> None:
 
 
 def beyond(pairs: list[Pair]) -> list[list[str]]:
-    """Return what the product takes beyond the bare loop, from two tolerances: for a run, and a slope in a lane."""
+    """Return the extra time of the product over the bare loop, for a run and for a slope in a lane."""
     rows = []
     for title in dict.fromkeys(pair.title for pair in pairs):
         loose, tight = (pair for pair in pairs if pair.title == title)
@@ -179,7 +179,7 @@ def beyond(pairs: list[Pair]) -> list[list[str]]:
 
 
 def limit(system: System, pair: Pair) -> list[str]:
-    """Return what the right-hand side has to do, what that takes at least, and what it takes."""
+    """Return the work of the right-hand side, its least time and its measured time."""
     library, job = system.library, system.job
     cycle = least(lambda n: library.bare_cycles(ctypes.c_int64(n)), 1600 * CALLS)
     chains = 12

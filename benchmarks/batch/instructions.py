@@ -16,7 +16,7 @@ _ARITHMETIC = re.compile(r"v(add|sub|mul|fn?m(add|sub)\d+)[ps][ds]$")
 
 @dataclass(frozen=True)
 class Counts:
-    """Of x86: all instructions, those that read or write memory, and vector arithmetic by what it costs."""
+    """Instructions of x86: all, those that read or write memory, and vector arithmetic by what it costs."""
 
     instructions: int = 0
     loads: int = 0

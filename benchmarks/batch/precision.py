@@ -27,13 +27,13 @@ Array = NDArray[np.float64]
 REPEATS = 5
 REFERENCE = 1e-13
 ALLOWED = 1e-7
-"""Of a metric, by which a looser default might differ from the present one."""
+"""Allowed difference of a metric between a looser default and the present one."""
 DEFAULT = RunOptions().rtol
 LOOSER = (1e-7, 1e-8, 1e-9, 1e-10, 3e-11, DEFAULT)
 TOLERANCES = tuple(10.0**-k for k in range(4, 12))
 METHODS: tuple[Method, ...] = ("dop853", "dopri5", "rock4", "rodas5p", "auto")
 COLOURS = ("#000000", "#56B4E9", "#009E73", "#D55E00", "#CC79A7")
-"""Of Okabe and Ito; a marker for each, so that colour is never the only sign."""
+"""Palette of Okabe and Ito; a marker for each, so that colour is never the only sign."""
 MARKERS = "os^Dx"
 
 

@@ -197,7 +197,7 @@ def compiled(model: Model, folder: Path, build: Build) -> Callable[[], object]:
 
 
 def _parts(model: Model, parts: bool) -> dict[str, object]:
-    """Return what is computed beforehand, the call itself, and the sizes of the vectors between them."""
+    """Return the preparation, the call, and the sizes of the vectors between them."""
     functions = model.manifest.functions
     steps = [f"rhs_{step}" for step in ("prepare", "hold") if parts and f"rhs_{step}" in functions]
     sizes = {f"n{functions[name].results[0].name}": functions[name].results[0].size for name in steps}

@@ -41,7 +41,7 @@ MODEL, LAW = "triangle", "path"
 VARY = {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"}
 SHORT = Campaign(LAW, n=2000, seed=1, vary=VARY, options={"t_end": 0.2}, save_every=0.1)
 FAST = {"t_end": 35.0, "dt_out": 0.1, "method": "dopri5", "rtol": 1e-6, "atol": 1e-6}
-"""Those of `batch_closed_loop.py`: 0.27 ms a run on one thread."""
+"""Options of `batch_closed_loop.py`: 0.27 ms a run on one thread."""
 BROKEN = (("final/c/{}/0", "removed"), ("status/c/{}", "a bit flipped"), ("travel/c/{}", "cut"))
 PAGE = "store.md"
 SIZES = {"damages": 325, "starts": 50, "runs": 1_000_000}

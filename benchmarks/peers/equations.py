@@ -33,11 +33,11 @@ class Equations:
         self._functions = {f.name: f for f in functions}
 
     def best(self, name: str) -> PrintedFunction:
-        """Return what is called at every stage: the prepared form where there is one."""
+        """Return the function of every stage: the prepared form if there is one."""
         return self._functions.get(f"{name}_prepared") or self._functions[name]
 
     def parts(self, name: str) -> list[PrintedFunction]:
-        """Return what is computed beforehand, in order."""
+        """Return the preparations in order."""
         names = [f"{name}_{step}" for step in ("prepare", "hold")]
         return [self._functions[n] for n in names if n in self._functions]
 

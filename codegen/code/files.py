@@ -136,7 +136,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
     def result_families(self, result: int) -> tuple[tuple[Hashable, int], ...]:
-        """Return which member has each element of a result, and what members call it."""
+        """Return kind and member of each element of a result."""
         found = members(self.tape, self.tags)
         if found is None:
             return ()
@@ -145,7 +145,7 @@ class PrintedFunction:
         )
 
     def names_of(self, result: int) -> tuple[str, ...]:
-        """Return what the text calls the elements of a result, or would if each had a statement."""
+        """Return the names of a result's elements in the text, with or without a statement of their own."""
         values = self.tape.results[result]
         names = names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results], values)
         return tuple(names.values[k] for k in values)

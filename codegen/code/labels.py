@@ -28,8 +28,9 @@ _DEPTH = 2
 median of lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1
 with 2, 3 and 8."""
 _LETTERS = 5
-"""Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in
-one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
+"""Letters of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share
+one in one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a
+count."""
 _LONGEST = 200
 """Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
@@ -251,7 +252,7 @@ def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> l
 
 
 def _kinds(tape: Tape) -> list[str]:
-    """Return the operation of each value, that of what a sign or a coefficient stands before."""
+    """Return the operation of each value, without sign and coefficient."""
     kinds: list[str] = []
     for i in tape.instructions:
         scaled = [a for a in i.operands if tape.instructions[a].op != "const"] if i.op == "mul" else []

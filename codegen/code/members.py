@@ -144,7 +144,7 @@ def _inside(tape: Tape, mixed: set[int], partial: set[int]) -> set[int]:
 
 
 def _leaves(tape: Tape, root: int, inside: set[int]) -> list[tuple[bool, int]]:
-    """Return what a sum adds up, in order, and whether it is subtracted."""
+    """Return the terms of a sum in order, each with its sign."""
     leaves, stack = list[tuple[bool, int]](), [(False, root)]
     while stack:
         negative, k = stack.pop()

@@ -217,7 +217,7 @@ class Printer:
         return self._lines, [[self._result(v) for v in result] for result in self._tape.results]
 
     def _load(self) -> None:
-        """Name what is read of the vectors."""
+        """Name the elements that are read of the vectors."""
         read = self._read()
         for place, (vector, _) in enumerate(self._arguments):
             constants = self._labels.constants.get(vector)

@@ -56,14 +56,14 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
     instructions = [
         Instruction("input", (len(arguments), place[k])) if k in place else i for k, i in enumerate(tape.instructions)
     ]
-    late = prune(Tape(tuple(instructions), tape.results))
-    soon = prune(Tape(tape.instructions, (tuple(hoisted),)))
-    first = sorted(_read(soon))
-    second = [a for a in range(len(arguments)) if a not in parameters or a in _read(late)]
+    run = prune(Tape(tuple(instructions), tape.results))
+    setup = prune(Tape(tape.instructions, (tuple(hoisted),)))
+    first = sorted(_read(setup))
+    second = [a for a in range(len(arguments)) if a not in parameters or a in _read(run)]
     return Split(
-        prepare=_renumbered(soon, first),
+        prepare=_renumbered(setup, first),
         first=tuple(arguments[a] for a in first),
-        prepared=_renumbered(late, [*second, len(arguments)]),
+        prepared=_renumbered(run, [*second, len(arguments)]),
         second=(*(arguments[a] for a in second), (name, len(hoisted))),
     )
 

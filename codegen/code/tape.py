@@ -257,7 +257,7 @@ def _fuse_selects(tape_: Tape) -> Tape:
 
 
 def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
-    """Tell for each value whether it depends on some arguments, the parameters, alone."""
+    """Tell for each value whether it depends on the parameters only."""
     constant: list[bool] = []
     for i in tape_.instructions:
         constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.operands))

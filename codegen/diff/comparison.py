@@ -240,11 +240,11 @@ class _Verdicts:
         ]
         solved = solving(self.versions, changed)
         explained: dict[Key, str] = {}
-        told = [item for item in changed if item not in solved]
-        every = causes(self.versions, told)
+        unsolved = [item for item in changed if item not in solved]
+        every = causes(self.versions, unsolved)
         known = {item.key for cause in every for item in (cause.source, *cause.followers)}
-        untold = [item for item in told if item.key not in known]
-        every += turns(untold, self._edits_of, self.versions.pool) if len(untold) > 1 else []
+        unexplained = [item for item in unsolved if item.key not in known]
+        every += turns(unexplained, self._edits_of, self.versions.pool) if len(unexplained) > 1 else []
         for cause in every:
             explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
             self.stories.append(_story("follows", self.explainer.words(cause.says), [cause.source, *cause.followers]))
@@ -275,7 +275,7 @@ class _Verdicts:
             mattering = self._mattering()
             self._equations = tuple(
                 self._equation(item, explainer, users, mattering) for item in self.versions.news
-            ) + tuple(self._gone(item, explainer, users) for item in self.versions.gone)
+            ) + tuple(self._deletion(item, explainer, users) for item in self.versions.removed)
         return self._equations
 
     def _users(self) -> dict[Key, list[str]]:
@@ -330,7 +330,7 @@ class _Verdicts:
             new_node=row.node,
         )
 
-    def _gone(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> EquationChange:
+    def _deletion(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> EquationChange:
         removed = self._removed(item)
         lost = self.lost.get(item.key)
         if lost is None:

@@ -31,28 +31,28 @@ def lost_definitions(versions: Versions, changed: Iterable[Item]) -> list[Lost]:
     """Return the removed definitions for which one edit on the old side reproduces every changed user."""
     changed = list(changed)
     lost = []
-    for gone in versions.gone:
-        users = [item for item in changed if gone.row.named and _uses(versions, versions.partner[item.key], gone)]
-        change = _edit(versions, gone, users) if len(users) > 1 else None
+    for removed in versions.removed:
+        users = [item for item in changed if removed.row.named and _uses(versions, versions.partner[item.key], removed)]
+        change = _edit(versions, removed, users) if len(users) > 1 else None
         if change is not None:
-            lost.append(Lost(gone, change, tuple(users)))
+            lost.append(Lost(removed, change, tuple(users)))
             changed = [item for item in changed if item not in users]
     return lost
 
 
-def _uses(versions: Versions, item: Item, gone: Item) -> bool:
-    return any(child.key == gone.key for child in versions.children(item, "old"))
+def _uses(versions: Versions, item: Item, removed: Item) -> bool:
+    return any(child.key == removed.key for child in versions.children(item, "old"))
 
 
-def _edit(versions: Versions, gone: Item, users: Sequence[Item]) -> Change | None:
+def _edit(versions: Versions, removed: Item, users: Sequence[Item]) -> Change | None:
     pool = versions.pool
-    required = _required(versions, gone, users[0])
+    required = _required(versions, removed, users[0])
     if required is None:
         return None
     worlds = [versions.judge.point(k)[versions.before] for k in range(_POINTS)]
     account = Account(pool, worlds, worlds)
-    for change in account.single(gone.root, required):
-        meaning = _with(versions, gone, replaced(pool, gone.root, [change]))
+    for change in account.single(removed.root, required):
+        meaning = _with(versions, removed, replaced(pool, removed.root, [change]))
         if all(_explains(versions, meaning, user) for user in users):
             return change
     return None
@@ -63,11 +63,11 @@ def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
     return bool(versions.judge.decide((meaning, old.root), (versions.across, user.root)).equal)
 
 
-def _with(versions: Versions, gone: Item, root: int | None) -> Meaning:
+def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
     """Return the old meaning of names with another expression for one of them, or with that name free."""
 
     def targets(name: str) -> Expression | None:
-        if name == gone.name:
+        if name == removed.name:
             return None if root is None else (versions.before, root)
         target = versions.before.targets(name)
         return None if target is None else (meaning, target[1])
@@ -76,15 +76,15 @@ def _with(versions: Versions, gone: Item, root: int | None) -> Meaning:
     return meaning
 
 
-def _required(versions: Versions, gone: Item, user: Item) -> Values | None:
+def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
     """Return the values a definition needs to give a user its new value, if the user is affine in it."""
-    free = _with(versions, gone, None)
+    free = _with(versions, removed, None)
     old = versions.partner[user.key]
     try:
         return tuple(
             _solved(
                 versions.judge.point(k)[versions.across].value(user.root),
-                [_at(versions, k, gone.name, number)[free].value(old.root) for number in range(3)],
+                [_at(versions, k, removed.name, number)[free].value(old.root) for number in range(3)],
             )
             for k in range(_POINTS)
         )

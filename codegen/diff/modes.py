@@ -1,25 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Modes: states of rate zero, which only resets change. At the values that they take, `<` and `<=` differ."""
+"""Names that stand still along a run: modes, which only resets change, and parameters.
+
+At a threshold `<` and `<=` differ.
+
+A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..equal.branches import BRANCHING, COMPARISONS
 from ..equal.judge import Verdict
-from ..equal.meaning import Expression
-from ..equations.document import Document
+from ..equal.meaning import Expression, Meaning
+from ..equal.reals import vanishes
+from ..equations.document import Document, Symbol, reached
 
 if TYPE_CHECKING:
     from .versions import Versions
 
 _POINTS = 16
 """Points of all other names, at each number of a mode. A branch that most of them miss is compared by the judge."""
+_FEW = 4
+"""The same at each number that a parameter may have: there are more of them, and one that differs is enough."""
+_MOST_JOINT = 32
+"""Joint numbers of modes that are compared; with more, each mode is taken alone."""
+_WHOLE = tuple(map(Fraction, range(4)))
+"""Numbers that a count may have, for parameters inside of steps such as `floor`."""
+_LARGEST = 10**6
+"""Of the numerator and denominator of a threshold; those that depend on drawn numbers are longer."""
+
+Fixed = Mapping[str, Fraction]
 
 
 class Modes:
-    """The modes that both versions have, with the numbers that resets and starts assign to them.
+    """The modes that both versions have, with the numbers that resets and starts assign to them, and the parameters.
 
     Parameters
     ----------
@@ -30,10 +48,12 @@ class Modes:
     def __init__(self, versions: Versions) -> None:
         self._judge = versions.judge
         self._pool = versions.pool
+        self._free = Meaning(self._pool, lambda _: None)
+        self._symbols = _declared(versions)
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
-        """Modes that a reset sets to what is no number, such as 1 - mode."""
+        """Modes that a reset sets to an expression, such as 1 - mode."""
         for item in (*versions.olds, *versions.news) if self._values else ():
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)
@@ -46,31 +66,118 @@ class Modes:
                 self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a mode has one of its numbers; None if they do not.
+        """Return a verdict if two expressions differ where a mode or a parameter is on a threshold, else None.
 
-        It is undecided at a number in the texts that a mode may or may not take.
+        It is undecided at a number that a mode or a parameter may or may not have.
         """
-        names = sorted({*old[0].free(old[1]), *new[0].free(new[1])}) if self._values else []
+        left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
+        jumps = self._jumps(left) ^ self._jumps(right)
+        if not jumps:
+            return None
+        names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
+        joint = list(self._joint(names))
+        for fixed in joint:
+            if point := self._witness(left, right, fixed, _POINTS):
+                how = f"they differ at {_text(fixed)}, to which {'it is' if len(fixed) == 1 else 'they are'} set"
+                return Verdict(False, how, point={each: point[each] for each in names})
         for name in names:
-            known = self._values.get(name, set())
-            for value in sorted(known):
-                if point := self._apart(old, new, {name: value}):
-                    how = f"they differ at {name} = {value}, to which it is set"
-                    return Verdict(False, how, point={each: point[each] for each in names})
-            for value in sorted(self._numbers(old, new) - known) if name in self._open else ():
-                if self._apart(old, new, {name: value}):
-                    return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
+            for fixed in joint or [{}]:
+                for value in sorted(self._numbers(name, jumps, fixed)):
+                    if self._witness(left, right, {**fixed, name: value}, _FEW):
+                        return self._on_threshold(name, value)
         return None
 
-    def _apart(self, old: Expression, new: Expression, fixed: Mapping[str, Fraction]) -> dict[str, Fraction] | None:
-        """Return a point with some values fixed at which two expressions differ."""
-        points = ({**self._judge.sampler.point(number), **fixed} for number in range(_POINTS))
-        return next((point for point in points if self._judge.differ(self._judge.real(point), old, new)), None)
+    def _on_threshold(self, name: str, value: Fraction) -> Verdict:
+        if name in self._open:
+            return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
+        usual = self._judge.sampler.names[name][2] == value
+        return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
 
-    def _numbers(self, *sides: Expression) -> set[Fraction]:
-        """Return the numbers in expressions and in the definitions that they use."""
-        constants = (self._pool.constant(node) for meaning, root in sides for node in meaning.cone(root))
-        return {value for value in constants if value is not None}
+    def _joint(self, names: list[str]) -> Iterator[Fixed]:
+        """Yield the numbers that modes are set to: each one's alone, and joint ones if there are few."""
+        known = {name: sorted(self._values[name]) for name in names if self._values.get(name)}
+        yield from ({name: value} for name, values in known.items() for value in values)
+        joint = list(itertools.islice(itertools.product(*known.values()), _MOST_JOINT + 1))
+        if len(known) > 1 and len(joint) <= _MOST_JOINT:
+            yield from (dict(zip(known, values, strict=True)) for values in joint)
+
+    def _jumps(self, side: Expression) -> set[int]:
+        nodes = self._pool.nodes
+        return {node for node in reached(nodes, [side[1]]) if nodes[node][0] in BRANCHING - {"abs", "max", "min"}}
+
+    def _witness(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
+        """Return a point with some values fixed at which two expressions differ."""
+        points = ({**self._judge.sampler.point(number), **fixed} for number in range(count))
+        return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
+
+    def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
+        """Return the numbers to look at of an open mode, or of a parameter: those of the texts, and thresholds."""
+        if name not in self._open and not self._is_parameter(name):
+            return set()
+        own = [node for node in jumps if name in self._free.free(node)]
+        texts = {self._pool.constant(node) for jump in own for node in reached(self._pool.nodes, [jump])} - {None}
+        whole = _WHOLE if any(self._pool.nodes[node][0] not in COMPARISONS for node in own) else ()
+        places = {self._threshold(name, node, fixed) for node in own} - {None}
+        candidates = {*texts, *places, *whole} - self._values.get(name, set())
+        return {value for value in candidates if value is not None and self._may_be(name, value)}
+
+    def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:
+        """Return where a comparison turns in a name by which it is linear, if nothing that moves enters that place."""
+        operation, *operands = self._pool.nodes[node]
+        if operation not in COMPARISONS:
+            return None
+        moving = {other for other in self._free.free(node) if other != name and not self._is_parameter(other)}
+        places = set()
+        for number in range(3):
+            point: dict[str, Fraction] = {**self._judge.sampler.point(0), **fixed}
+            point |= {other: self._judge.sampler.value(other, number) for other in moving - fixed.keys()}
+            places.add(self._root(name, operands, point))
+        return places.pop() if len(places) == 1 else None
+
+    def _root(self, name: str, operands: list[Any], point: Fixed) -> Fraction | None:
+        zero, one, two = (self._gap(operands, {**point, name: Fraction(k)}) for k in range(3))
+        if zero is None or one is None or two is None or not vanishes(two - 2 * one + zero, 0) or one == zero:
+            return None
+        root = Fraction(str(-zero / (one - zero))).limit_denominator(_LARGEST)
+        gap = self._gap(operands, {**point, name: root})
+        return root if gap is not None and vanishes(gap, 0) else None
+
+    def _gap(self, operands: list[Any], point: Fixed) -> Any:
+        world = self._judge.real(point)[self._free]
+        left, right = (world.defined(operand) for operand in operands)
+        return None if left is None or right is None else left - right
+
+    def _is_parameter(self, name: str) -> bool:
+        roles = {symbol.role for symbol in self._symbols.get(name, ())}
+        return bool(roles) and all(role in ("parameter", "scenario") or role.startswith("law ") for role in roles)
+
+    def _may_be(self, name: str, value: Fraction) -> bool:
+        """Return True if some declaration of a name allows a number."""
+        return any(_allows(symbol, value) for symbol in self._symbols[name])
+
+
+def _text(fixed: Fixed) -> str:
+    return " and ".join(f"{name} = {value}" for name, value in fixed.items())
+
+
+def _allows(symbol: Symbol, value: Fraction) -> bool:
+    if symbol.sign == "positive" and value <= 0:
+        return False
+    if not symbol.bounds:
+        return True
+    low, high = map(float, symbol.bounds[1:-1].split(","))
+    above = low <= value if symbol.bounds[0] == "[" else low < value
+    return above and (value <= high if symbol.bounds[-1] == "]" else value < high)
+
+
+def _declared(versions: Versions) -> dict[str, list[Symbol]]:
+    """Return the declarations of names on both sides, by their old names."""
+    symbols: dict[str, list[Symbol]] = {}
+    for symbol in versions.old.symbols:
+        symbols.setdefault(symbol.name, []).append(symbol)
+    for symbol in versions.new.symbols:
+        symbols.setdefault(versions.renamed.get(symbol.name, symbol.name), []).append(symbol)
+    return symbols
 
 
 def _constant(document: Document) -> set[str]:

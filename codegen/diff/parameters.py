@@ -64,7 +64,7 @@ _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
-"""Common names of groups of fields of a parameter."""
+"""Names of the groups into which the fields of a parameter fall."""
 Place = tuple[str, str, str]
 """Role, name and field."""
 
@@ -80,10 +80,10 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
         Old names by new ones.
     """
     symbols = (*_symbol_changes(old, new, renamed), *_event_changes(old, new))
-    told = {(change.role, change.name, change.what) for change in symbols}
+    known = {(change.role, change.name, change.what) for change in symbols}
     values = _value_changes(old.manifest, new.manifest, renamed)
-    untold = (change for change in values if (change.role, change.name, change.what) not in told)
-    return tuple(_by_array((*symbols, *untold), (old, new)))
+    others = (change for change in values if (change.role, change.name, change.what) not in known)
+    return tuple(_by_array((*symbols, *others), (old, new)))
 
 
 def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
@@ -195,8 +195,10 @@ def _order_changes(
 def _unsaid(manifest: Manifest) -> set[str]:
     """Return the fields that older manifests lack and that this one lacks: their values are unknown."""
     kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
-    late = ((kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING))
-    return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{key_of(f)}"' not in manifest.text}
+    optional = (
+        (kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING)
+    )
+    return {f"{kind.__name__}.{f.name}" for kind, f in optional if f'"{key_of(f)}"' not in manifest.text}
 
 
 def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:

@@ -136,7 +136,7 @@ class Versions:
                 self.partner[item.key] = left.pop(item.key)
         self._match_local(left)
         self._match_used(left)
-        self.gone = list(left.values())
+        self.removed = list(left.values())
 
     def _value(self, new: bool, item: Item) -> Any:
         key = (new, item.key)
@@ -234,16 +234,16 @@ def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
     A removed and an added quantity count as the same if role, unit and sign agree and they have the same LaTeX or
     description. Without that, they do if no other pair fits.
     """
-    gone = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
+    removed = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
     come = [s for s in new.declared.values() if s.name not in old.declared and s.name not in old.named]
     pairs = {}
     for symbol in come:
-        fitting = [s for s in gone if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
+        fitting = [s for s in removed if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
         alike = [s for s in fitting if _alike(s, symbol)] or (fitting if len(fitting) == 1 else [])
         rivals = [s for s in come if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
         if len(alike) == 1 and (_alike(alike[0], symbol) or len(rivals) == 1):
             pairs[symbol.name] = alike[0].name
-            gone.remove(alike[0])
+            removed.remove(alike[0])
     return pairs
 
 

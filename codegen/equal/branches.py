@@ -32,7 +32,7 @@ def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
 
 
 def ways_of(pool: Pool, node: int) -> list[Way]:
-    """Return every way of a node; none if it has infinitely many."""
+    """Return every branch of a node; none if it has infinitely many."""
     count = 2 if pool.nodes[node][0] in COMPARISONS else ways(pool, node)
     return [(node, way) for way in range(count)]
 

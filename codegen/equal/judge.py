@@ -27,7 +27,7 @@ from .domains import Domains
 from .meaning import Expression, Flat, Meaning
 from .pool import Pool
 from .proofs import intervals
-from .reals import Point, PointSampler, RealWorld
+from .reals import Point, PointSampler, RealWorld, SteppedWorld
 from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
 
@@ -520,6 +520,10 @@ class Judge:
     def real(self, point: Point) -> Worlds:
         """Return new worlds at a real point."""
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
+
+    def stepped(self, point: Point) -> Worlds:
+        """Return new worlds at a real point that was chosen on a step."""
+        return Worlds(lambda pool, lookup: SteppedWorld(pool, lookup, point))
 
     def _by_reals(self, old: Expression, new: Expression) -> Verdict:
         matches = 0

@@ -118,7 +118,7 @@ class RealWorld(World[Any]):
         if any(value is None for value in values):
             raise Undefined
         if self._is_on_a_step(operation, operands, values, size):
-            raise Undefined("within rounding of a step")
+            values = self._on_a_step(operation, values)
         return self._strict(node, operation, values), size
 
     def _is_on_a_step(self, operation: str, operands: Sequence[int], values: Sequence[Any], size: int) -> bool:
@@ -138,6 +138,10 @@ class RealWorld(World[Any]):
             return False
         exact = all(self.pool.nodes[k][0] in ("sym", "num") for k in operands)
         return vanishes(gap, size) and not exact and bool(gap or operation not in ("equality", "unequality", "sign"))
+
+    def _on_a_step(self, _operation: str, _values: list[Any]) -> list[Any]:
+        """Return the operands of a jump that are within rounding of it."""
+        raise Undefined("within rounding of a step")
 
     def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
         if operation == "add":
@@ -191,6 +195,18 @@ class RealWorld(World[Any]):
                     raise Undefined
                 return pair[0], self._size.get(operand, 0)
         raise Undefined
+
+
+class SteppedWorld(RealWorld):
+    """Values as real numbers at a point that was chosen on a step: what is within rounding of it is on it."""
+
+    def _on_a_step(self, operation: str, values: list[Any]) -> list[Any]:
+        if operation in _TESTS:
+            return [values[0], values[0]]
+        if operation == "sign":
+            return [_CONTEXT.zero]
+        divisor = values[1] if len(values) == 2 else 1
+        return [_CONTEXT.nint(values[0] / divisor) * divisor, *values[1:]]
 
 
 @functools.cache

@@ -53,7 +53,7 @@ def rank_of(role: str) -> int:
 
 @dataclass(frozen=True)
 class _Factor:
-    """A factor of a product without the sign of its exponent; `alone` as it stands without company."""
+    """A factor of a product without the sign of its exponent; `alone` is its text as the only factor."""
 
     key: tuple[int, str]
     text: str

@@ -23,7 +23,8 @@ from . import SCHEMA
 _COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
 _DOUBLE = 53
 _DIGITS = 10
-"""Of a node's name: among ten thousand nodes two share one in a model of 20 000, with half of them in every model."""
+"""Digits of a node's name: among ten thousand nodes two share one in a model of 20 000, with half of them in every
+model."""
 
 
 class Outcome(NamedTuple):

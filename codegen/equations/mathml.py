@@ -12,7 +12,7 @@ _LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
 
 @functools.cache
 def content(latex: str) -> str:
-    """Return what stands inside a `math` element.
+    """Return the content of a `math` element.
 
     The library lacks `aligned`, of which it would print the alignment marks; it has `split`, which is the same.
     """

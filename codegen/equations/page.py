@@ -147,7 +147,7 @@ class _Writer:
         return self._formula(step.number, step.title, step.unit or "1", left, step.expr)
 
     def results(self) -> Iterator[Section]:
-        """Yield what is evaluated, by kind."""
+        """Yield the evaluated results by kind."""
         for kind, results in groupby(self._shown(), key=lambda outcome: outcome.kind):
             yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in results)),))
 

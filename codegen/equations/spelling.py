@@ -102,7 +102,7 @@ class Spelling(ABC):
         return symbol
 
     def letters(self, part: str) -> str:
-        """Return what the place of a part among its like is decided by."""
+        """Return the letters by which a part is sorted among its kind."""
         return part
 
     def mark(self, part: str) -> str:
@@ -319,7 +319,7 @@ class MathML(Spelling):
         return f"<mo>{{</mo><mtable>{''.join(lines)}</mtable>"
 
     def letters(self, part: str) -> str:
-        """Return what is visible, so that a mark does not move a part."""
+        """Return the visible text, so that markup does not move a part."""
         return self._invisible.sub("", part)
 
     def mark(self, part: str) -> str:

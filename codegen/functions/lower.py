@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
 
@@ -147,7 +148,10 @@ class _Converter:
 
     def _convert(self, node: sp.Basic) -> ca.SX:
         if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
-            return self._memo[self._children(node)[0]]
+            value = self._memo[self._children(node)[0]]
+            if value.is_constant() and not math.isfinite(float(value)):
+                raise LoweringError(f"definition {node} is {value} whatever the values are, as it divides by zero")
+            return value
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)
         if isinstance(node, sp.Expr) and self._numbers.issuperset(node.args):

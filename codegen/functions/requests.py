@@ -73,7 +73,7 @@ def requests(system: System) -> list[Request]:
 
 
 def _picture(system: System) -> list[Request]:
-    """Return what places a picture's points; a run has the same bits with a picture and without."""
+    """Return the request for the points of a picture; a run has the same bits with a picture and without."""
     if not system.geometry:
         return []
     arguments = (system.states, system.inputs, system.references, system.parameters)
@@ -117,8 +117,8 @@ def _plant(system: System) -> list[Request]:
         functions.append(Request("measure", what, (x, noise, p), result, repeated=True))
     if system.delays:
         counts = {q.name: q.symbol for q in system.parameters}
-        late = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
-        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", late),)))
+        delays = tuple(counts[system.delays[q.name]] if q.name in system.delays else sp.S.Zero for q in u)
+        functions.append(Request("input_delays", "samples after which each input acts", (p,), (("d", delays),)))
     if system.diffusion:
         wiener, result = Group("dw", system.diffusion.wiener.quantities), (("x_step", system.diffusion.change),)
         what = "change of the state by Wiener processes"
@@ -261,7 +261,7 @@ def suffix(system: System, values: Iterable[str]) -> str:
 
 
 def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
-    """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
+    """Return the meanings of symbols that a function does not receive: another chart, the input, the reference."""
     names = {group.name for group in request.arguments}
     bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
     clock = next((q.symbol for group in request.arguments for q in group if q.name == CLOCK), None)
@@ -282,7 +282,7 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
 
 
 def bindings_of_command(system: System, law: Controller) -> dict[sp.Symbol, Expr]:
-    """Return what a law makes of the inputs."""
+    """Return the inputs under a law."""
     coordinates = system.coordinates
     if coordinates and not law.period:
         chart = _pairs(coordinates.inputs.symbols, law.command)

@@ -22,7 +22,7 @@ TOLERANCE = 1e-12
 
 
 class VerificationError(MehvarError, ValueError):
-    """The right-hand side that would be generated is not the one that was derived."""
+    """The right-hand side to be generated differs from the derived one."""
 
 
 def check_counterparts(system: System) -> None:

@@ -129,12 +129,17 @@ def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
     Only products that differ in their numbers are paired: the others of a shortened equation are unrelated. The list is
     empty for matrices, and for sums in a denominator.
     """
-    if any(isinstance(term, sp.MatrixExpr) or sp.denom(sp.together(term)).has(sp.Add) for term in (*extra, *missing)):
+    if any(isinstance(term, sp.MatrixExpr) or _divides_by_a_sum(term) for term in (*extra, *missing)):
         return []
     old, new = (reduce_sines(sp.Add(*terms)).as_coefficients_dict() for terms in (extra, missing))
     return _paired(
         *_unmatched(*([number * term for term, number in side.items()] for side in (old, new))), "term", _same_product
     )
+
+
+@lru_cache(maxsize=4096)  # as of `_between`
+def _divides_by_a_sum(term: Any) -> bool:
+    return bool(sp.denom(sp.together(term)).has(sp.Add))
 
 
 def _factors(printed: Any, corrected: Any) -> Iterator[Edit]:
@@ -162,9 +167,7 @@ def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[
     return list((before - after).elements()), list((after - before).elements())
 
 
-def _paired(
-    extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any, Sequence[Edit]], bool]
-) -> list[Edit]:
+def _paired(extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any], bool]) -> list[Edit]:
     """Return the shortest list of changes between operands: changed, added, left out.
 
     Operands are paired only if they are alike.
@@ -180,10 +183,8 @@ def _paired(
     costs = np.full((rows + columns, columns + rows), np.inf)
     costs[rows:, columns:] = 0
     for i, j in product(range(rows), range(columns)):
-        if not _related(extra[i], missing[j]):
-            continue
-        change = _between(extra[i], missing[j])
-        if alike(extra[i], missing[j], change):
+        if _related(extra[i], missing[j]) and alike(extra[i], missing[j]):
+            change = _between(extra[i], missing[j])
             changes[i, j], costs[i, j] = [_placed(edit, extra[i], kind) for edit in change], _cost(change)
     for i, edit in enumerate(surplus):
         costs[i, columns + i] = _cost([edit])
@@ -208,7 +209,7 @@ def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
     return Edit(("in ", operand, ": ", *edit.parts), edit.size)
 
 
-def _related(old: Any, new: Any, _change: Sequence[Edit] = ()) -> bool:
+def _related(old: Any, new: Any) -> bool:
     """Return True if operands share a symbol, are numbers or symbols, or are one function of one symbol each."""
     if old.is_number and new.is_number:
         return True
@@ -217,12 +218,12 @@ def _related(old: Any, new: Any, _change: Sequence[Edit] = ()) -> bool:
     return single or bool(ours & theirs)
 
 
-def _same_product(old: Any, new: Any, _change: Sequence[Edit]) -> bool:
+def _same_product(old: Any, new: Any) -> bool:
     """Return True if operands differ only in their numbers."""
     return bool(old.as_coeff_Mul()[1] == new.as_coeff_Mul()[1])
 
 
-def _one_term(old: Any, new: Any, change: Sequence[Edit]) -> bool:
+def _one_term(old: Any, new: Any) -> bool:
     """Return True if two products are one term: they differ in one factor, or in two that are less than half.
 
     Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
@@ -231,4 +232,4 @@ def _one_term(old: Any, new: Any, change: Sequence[Edit]) -> bool:
     if not (isinstance(old, sp.Mul | sp.Add) and isinstance(new, sp.Mul | sp.Add)):
         return True
     factors = max(map(len, _unmatched(_operands(old), _operands(new))))
-    return factors <= 1 or (factors == 2 and 2 * _cost(change) <= _size(old) + _size(new) + 2 * _WHOLE)
+    return factors <= 1 or (factors == 2 and 2 * _cost(_between(old, new)) <= _size(old) + _size(new) + 2 * _WHOLE)

@@ -108,7 +108,7 @@ def _targets(place: Path) -> set[Path]:
 
 
 def _home(target: Path) -> str:
-    """Return where a file of the repository stands in the site."""
+    """Return the place of a file of the repository in the site."""
     path = target.relative_to(ROOT).as_posix()
     if path.startswith("docs/"):
         return path.removeprefix("docs/")

@@ -22,7 +22,7 @@ _COMMANDS = {
     + ", ".join(f"`python -m benchmarks.batch.{name}`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
     "soak.md": "made by `make soak`",
 }
-"""Of pages without the command that wrote them: how they were made."""
+"""Origins of pages that do not name the command that wrote them."""
 _SETTINGS = {
     "batch.md": "tolerance 1e-6; a user's default is 1e-11",
     "generate.md": "with a user's defaults",
@@ -51,7 +51,7 @@ _SETTINGS = {
     "compare.md": "tolerance 1e-9, on ball joints, own laws every 0.1 s; a user's default is 1e-11 and continuous",
     "board.md": "one sample of delay and 5000 samples; a user's defaults are none and 1600",
 }
-"""Of every page: whether its numbers were measured with a user's default settings, and with which if not."""
+"""Settings of each page's measurements, where they differ from a user's defaults."""
 _HEAD = """# Numbers
 
 Every measurement has a page with machine, versions, date, command and caveats. Machines were shared: compare ratios.

@@ -77,7 +77,7 @@ def command(
     ] = None,
     success: Annotated[
         str | None,
-        typer.Option(metavar="EXPR", help='Condition of success besides reaching the end: "T_theta < 20".'),
+        typer.Option(metavar="EXPR", help='Condition of success besides reaching the end: "T_theta < 20 s".'),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,

@@ -7,7 +7,9 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,6 +22,7 @@ from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import paper_models, papers_tree
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.model.model import load
 from mehvar.terminal import Advance, progress
 from mehvar.web.export import export_web
 from mehvar.web.module import zig_available
@@ -83,18 +86,31 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     from mehvar.report.papers import paper_pages
 
     started = time.perf_counter()
-    ledgers = {ledger["model"]: ledger for ledger in judged(tree)}
-    folders = beyond_folders(models)
-    reports = [
-        paper_report(name, ledgers.get(name), folders.get(name), _part(advance, i, len(models)))
-        for i, name in enumerate(models)
-    ]
+    with _in_background() as background:  # other processes derive while this one draws: both cores have work
+        ledgers = background.submit(lambda: {ledger["model"]: ledger for ledger in judged(tree)})
+        folders = background.submit(beyond_folders, models)
+        if find_compiler() is not None:
+            for name in models:
+                background.submit(load, name, "casadi")
+        reports = [
+            paper_report(name, ledgers, folders, _part(advance, i, len(models))) for i, name in enumerate(models)
+        ]
     live = {name: f"{_LIVE}/{name}.html" for name in models} if zig_available() else {}
     _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started), live), live)
     if advance is not None:
         advance(len(models), len(models))
     counts = tally(claim for report in reports for claim in report.claims)
     return [tally_text(kind, of) for kind, of in counts.items()], _failures(reports)
+
+
+@contextmanager
+def _in_background() -> Iterator[ThreadPoolExecutor]:
+    """Yield an executor of one task after another, whose waiting tasks are dropped at the end."""
+    executor = ThreadPoolExecutor(1)
+    try:
+        yield executor
+    finally:
+        executor.shutdown(cancel_futures=True)
 
 
 def _failures(reports: Sequence[PaperReport]) -> list[str]:

@@ -159,7 +159,7 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
             names = [name for name in names if name in version.folders]
     names = [name for name in names if model in (None, name)]
     if not names:
-        raise InputError(f"{before.label} and {after.label} have no model in common")
+        raise InputError(f"{before.label} and {after.label} have no model in common: name two versions of one model")
     return names
 
 
@@ -196,7 +196,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
     with working(f"comparing {len(pairs)} structures of {model.name}"):
-        compared = iter(in_processes(lambda pair, processes: processes.submit(_kept, *pair).result(), pairs))
+        compared = iter(in_processes(lambda pair, processes: processes.submit(_cached, *pair).result(), pairs))
     for variant in variants:
         if isinstance(variant.old, str) or isinstance(variant.new, str):
             if variant.is_refused:
@@ -216,7 +216,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
     return tuple(parts), [f"structures, {what}: {'; '.join(names)}" for what, names in named.items()]
 
 
-def _kept(old: Path, new: Path) -> ModelDiff:
+def _cached(old: Path, new: Path) -> ModelDiff:
     """Compare two folders, unless the cache has a comparison of the same files by this version."""
     engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
     texts = [
@@ -275,9 +275,9 @@ def _document(folder: Path) -> Document:
 
 
 def _status(comparison: Comparison) -> ModelStatus:
-    telling = [equation for equation in comparison if equation.matters]
-    if any(equation.verdict is not Fate.UNDECIDED for equation in telling):
+    material = [equation for equation in comparison if equation.matters]
+    if any(equation.verdict is not Fate.UNDECIDED for equation in material):
         return ModelStatus.CHANGED
-    if telling:
+    if material:
         return ModelStatus.UNDECIDED
     return ModelStatus.PARAMETERS if comparison.differs else ModelStatus.SAME

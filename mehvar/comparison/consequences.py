@@ -22,7 +22,8 @@ _SEED = 20250
 _SMALL = 0.1
 """A state that starts at zero is moved by so much, in SI units: a tenth of a radian, of a metre a second."""
 _ROUNDING = 1e-9
-"""Of the rate: rearranging a right-hand side of some thousand operations moves it by 1e-13 or so of its parts."""
+"""Relative to the rate. Rearranging a right-hand side of some thousand operations moves it by 1e-13 or so of its
+parts."""
 
 
 @dataclass(frozen=True)

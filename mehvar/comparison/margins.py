@@ -116,7 +116,7 @@ class _Loop:
         from scipy.optimize import brentq  # takes half a second, which an unchanged model does not need
 
         signs = [(w, what(value)) for w, value in zip(self._frequencies, self._values, strict=True)]
-        telling = [(w, sign) for w, sign in signs if math.isfinite(sign) and abs(sign) > _ROUNDING]
-        for (low, a), (high, b) in itertools.pairwise(telling):
+        significant = [(w, sign) for w, sign in signs if math.isfinite(sign) and abs(sign) > _ROUNDING]
+        for (low, a), (high, b) in itertools.pairwise(significant):
             if a * b < 0:
                 yield float(brentq(lambda w: what(self.at(w)), low, high))

@@ -35,7 +35,7 @@ _STEPS = 1e-6
 1e-9 takes other steps and ends 1e-8 apart. With a tenth, rearranged equations would count; with ten times, changes
 below 1e-5 would be missed."""
 _VISIBLE = 1e-3
-"""Of a margin, which is shown with three digits."""
+"""Relative difference of margins, which are shown with three digits."""
 
 
 @dataclass(frozen=True)

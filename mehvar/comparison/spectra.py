@@ -21,7 +21,8 @@ _STEPS = 20
 _ROUNDING = 1e-9
 """Bound relative to a state: smaller values are printed as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
-"""Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
+"""Relative to the largest eigenvalue. A triple eigenvalue is good to the third root of the machine's precision only,
+6e-6."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ ALL = "all"
 _ALLOWED = f"{ALL} or NAME=VALUE[,NAME=VALUE]"
 _WORDS = frozenset(("title", "description"))
 """Keys of tables that are for people."""
-_ASK = """
+_CALL = """
 import json, sys
 from pathlib import Path
 from mehvar.codegen import structures
@@ -145,7 +145,7 @@ def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> S
             raise InputError(
                 f"--structures derives {model} on both sides: {side.label} has no models/{model}: leave it out"
             )
-    choices: dict[str, tuple[str, ...]] = _ask(old, "choices_of", model) | _ask(new, "choices_of", model)
+    choices: dict[str, tuple[str, ...]] = _call(old, "choices_of", model) | _call(new, "choices_of", model)
     every, complete = every_structure(choices)
     wanted = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
     unique = list({_name(structure): structure for structure in wanted}.values())
@@ -178,7 +178,7 @@ def _variant(model: str, old: Version, new: Version, structure: Mapping[str, str
     variant = _derived(model, old, new, structure)
     if not variant.is_refused:
         return variant
-    wider = _ask(new, "accepted", model, structure)
+    wider = _call(new, "accepted", model, structure)
     return variant if wider in (None, structure) else _derived(model, old, new, wider)
 
 
@@ -193,10 +193,10 @@ def _derived(model: str, old: Version, new: Version, structure: Mapping[str, str
     return Variant(_name(structure), side(old), side(new))
 
 
-def _ask(version: Version, function: str, *arguments: object) -> Any:
-    """Ask a function of `codegen.structures`, in a process that has imported no other models."""
+def _call(version: Version, function: str, *arguments: object) -> Any:
+    """Call a function of `codegen.structures`, in a process that has imported no other models."""
     assert version.tree is not None
-    process = run_python(version.tree.root, "-c", _ASK, function, *map(json.dumps, arguments))
+    process = run_python(version.tree.root, "-c", _CALL, function, *map(json.dumps, arguments))
     if process.returncode:
         reason = (process.stderr.strip() or "no answer").splitlines()[-1]
         raise InputError(f"{version.label}: the structures cannot be read: {reason}")

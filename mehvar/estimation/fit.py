@@ -191,7 +191,8 @@ class _Problem:
         self._scale = np.where(self._start != 0, np.abs(self._start), 1.0)
         if run.attrs["t_stop"] < float(data.t[-1]) * (1 - 1e-12):
             raise InputError(
-                f"the run with the first guess ended early at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}"
+                f"the run with the first guess ended early at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}. "
+                f"Set other values of {', '.join(self._free)} to start from, or shorten the data"
             )
         self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
@@ -199,7 +200,9 @@ class _Problem:
             raise bad_value("data", f"{empty[0]} without a sample", "without this variable, or name others in sigma")
         self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
         if np.count_nonzero(self._kept) <= len(self._free):
-            raise InputError(f"data: {np.count_nonzero(self._kept)} samples do not determine {len(self._free)} values")
+            raise InputError(
+                f"data: {np.count_nonzero(self._kept)} samples do not determine {len(self._free)} values: give more"
+            )
 
     def _known(self, run: xr.Dataset) -> None:
         names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}

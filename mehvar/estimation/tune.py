@@ -144,7 +144,7 @@ def tune(
         bad = int(np.argmax(~np.isfinite(before)))
         raise InputError(f"cost = {cost!r}: run {bad} with the first gains ended early, or lacks a number of the cost")
     scale, low, high = _scales(loaded, controller, free, start)
-    worst = 10 * float(np.abs(before).max()) + 1  # more than any cost of a step that a search would take
+    worst = 10 * float(np.abs(before).max()) + 1  # exceeds every cost that the search accepts
 
     def value(point: FloatArray) -> float:
         with warnings.catch_warnings():

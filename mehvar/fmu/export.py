@@ -27,7 +27,7 @@ from .sources import UNITS, c_sources
 from .variables import subject
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Of every member: the same model gives the same bytes."""
+"""Date of every member, so that the same model gives the same bytes."""
 
 
 def export_fmu(

@@ -146,7 +146,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
             for k, text in enumerate(manifest.limits)
         ),
     }  # fmt: skip
-    if charted:  # the chart's coordinates may be called as states are
+    if charted:  # coordinates of the chart may have the names of states
         groups["Q"] = tuple(Variable(f"chart.{v.name}", v.unit, v.description, "state", v.start) for v in groups["Q"])
         groups["D"] = tuple(
             Variable(f"der(chart.{v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous

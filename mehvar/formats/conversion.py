@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value
+from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.formats import checked_format, columnar, open_result, save
@@ -35,6 +36,14 @@ class Column:
     values: NDArray[Any]
     unit: str
     description: str
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """What was written: the files, and a note about the runs that are not in them, which is empty if there are none."""
+
+    paths: list[Path]
+    note: str = ""
 
 
 def flat_name(name: str, unit: str) -> str:
@@ -61,12 +70,13 @@ def format_of(out: str | os.PathLike[str]) -> str:
     return formats[ending]
 
 
-def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> list[Path]:
+def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> Conversion:
     """Write a result or a batch in another format.
 
     In a flat format, `parquet`, `arrow` or `csv`, a batch is a table with a row for each run. Its series, if any, are a
     second table beside it, with a row for each run and sample and a file name that ends in `_series`. Flat columns have
-    names `NAME_UNIT`; Parquet and Arrow also have unit and description in the metadata of each column.
+    names `NAME_UNIT`; Parquet and Arrow also have unit and description in the metadata of each column. Runs of an
+    unfinished batch that were not made are left out.
 
     Parameters
     ----------
@@ -79,13 +89,13 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
 
     Returns
     -------
-    list of Path
-        The files that were written.
+    Conversion
+        The files that were written, and how many runs of an unfinished batch are in them.
 
     Raises
     ------
     InputError
-        For anything unknown, a source that is neither, or a missing package.
+        For anything unknown, a source that is neither, a batch without a run, or a missing package.
     OSError
         If a file cannot be written.
     """
@@ -104,21 +114,31 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
             save(result, target)
         else:
             _write_table(target, _series_of_a_run(result), result)
-        return [target]
+        return Conversion([target])
     from mehvar.runtime.batch.store.store import open_store
 
-    store = open_store(source)
-    dataset = store.dataset().load()
+    dataset, note = _stored(open_store(source).dataset().load())
     if to in ("netcdf", "mat"):
         write_atomic(target, _netcdf(dataset) if to == "netcdf" else _matlab(dataset))
-        return [target]
+        return Conversion([target], note)
     _write_table(target, _row_per_run(dataset), dataset)
     series = _row_per_sample(dataset)
     if not series:
-        return [target]
+        return Conversion([target], note)
     beside = target.with_name(f"{target.stem}_series{target.suffix}")
     _write_table(beside, series, dataset)
-    return [target, beside]
+    return Conversion([target, beside], note)
+
+
+def _stored(dataset: xarray.Dataset) -> tuple[xarray.Dataset, str]:
+    """Return the runs of a batch that were made, under their numbers, and a note about the others."""
+    planned = dataset.sizes["run"]
+    stored = np.flatnonzero(dataset[STATUS].values != NOT_RUN)
+    if not stored.size:
+        raise InputError("this batch holds no run yet")
+    note = f"{stored.size} of {planned} runs are stored; the others are left out" if stored.size < planned else ""
+    numbers = {"run": ("run", np.arange(planned), {"long_name": "number of the run"})}
+    return dataset.assign_coords(numbers).isel(run=stored), note
 
 
 def _series_of_a_run(result: xarray.Dataset) -> dict[str, Column]:
@@ -128,7 +148,7 @@ def _series_of_a_run(result: xarray.Dataset) -> dict[str, Column]:
 
 def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
     units = _units(dataset)
-    columns = {"run": Column(np.arange(dataset.sizes["run"]), "1", "number of the run")}
+    columns = {"run": _column(dataset["run"])}
     for name, array in dataset.data_vars.items():
         if array.dims == ("run",):
             columns[str(name)] = _column(array)
@@ -143,10 +163,10 @@ def _row_per_sample(dataset: xarray.Dataset) -> dict[str, Column]:
     series = {str(name): array for name, array in dataset.data_vars.items() if array.dims == ("run", "t")}
     if not series:
         return {}
-    runs, samples = dataset.sizes["run"], dataset.sizes["t"]
+    runs, samples = dataset["run"], dataset["t"]
     head = {
-        "run": Column(np.repeat(np.arange(runs), samples), "1", "number of the run"),
-        "t": Column(np.tile(dataset["t"].values, runs), "s", "time"),
+        "run": Column(np.repeat(runs.values, samples.size), "1", runs.attrs["long_name"]),
+        "t": Column(np.tile(samples.values, runs.size), "s", "time"),
     }
     return head | {
         name: Column(array.values.ravel(), array.attrs.get("units", "1"), array.attrs.get("long_name", name))

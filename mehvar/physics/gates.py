@@ -15,8 +15,8 @@ import numpy as np
 from mehvar.physics.machine import Array, Machine, Points, points
 
 TOLERANCE = 1e-9
-"""Of a side. The shipped equations pass with 1.2e-12, most of it from the differences along the motion; a term smaller
-than 1e-9 of its equation would escape, and so would its mutants."""
+"""Relative to a side. The shipped equations pass with 1.2e-12, most of it from the differences along the motion; a term
+smaller than 1e-9 of its equation would escape, and so would its mutants."""
 Reading = Callable[[Points], Array]
 Change = Callable[[Points], Points]
 

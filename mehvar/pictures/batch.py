@@ -23,7 +23,8 @@ BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
 _WORST = 3
 """Runs drawn individually: the number of line styles that can be distinguished."""
 BINS = 60
-"""Of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000 runs."""
+"""Bars of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000
+runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:

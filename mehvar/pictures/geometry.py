@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _PANELS = 3
 """Beside the picture: as high as it is. With four the controls leave the screen of a laptop."""
 _LINES = 3
-"""Of a panel: with more its legend is as high as the panel."""
+"""Signals of a panel: with more its legend is as high as the panel."""
 _SHOWN = 15.0
 """Seconds in which a run is shown unless the reader chooses: half as long is hasty for a run that settles, twice as
 long is waited for."""

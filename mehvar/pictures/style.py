@@ -28,7 +28,7 @@ COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 BAND_LOW, BAND_HIGH = "band-low", "band-high"
 """The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
 _MOST_CHANGES = 4
-"""Of a title, which is one line: with twice as many it is two."""
+"""Changes that a title names, so that it stays one line."""
 _SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""

@@ -368,7 +368,7 @@ class Registration:
 
 
 def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return where two rising sequences have the same instants, to the rounding of a product of a count and a step."""
+    """Return the indices of instants that two rising sequences share, up to rounding."""
     if not other.size:
         return (empty := np.zeros(0, dtype=np.intp)), empty
     right = np.searchsorted(other, one).clip(1, max(1, len(other) - 1)).clip(max=len(other) - 1)

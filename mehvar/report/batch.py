@@ -28,7 +28,7 @@ from .page import Drawing, Section, Table, Text
 from .subjects import installed_derivation, version_table
 
 _PANELS = 4
-"""Of a picture of a batch: two rows of two, which are read without zooming."""
+"""Panels of a picture of a batch: two rows of two are readable without zooming."""
 _FAILURES = 5
 """Unsuccessful runs that the page lists: their commands fill a third of a screen."""
 

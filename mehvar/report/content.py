@@ -10,12 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from PIL import Image
 
 from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
-from mehvar.pictures.files import encoded
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
@@ -35,6 +35,7 @@ from .series import track
 from .study import Batch, run_study
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
     from pathlib import Path
 
     from matplotlib.figure import Figure
@@ -139,17 +140,19 @@ def beyond_folders(names: Sequence[str]) -> dict[str, Path]:
     return structure_folders(installed_tree(), further)
 
 
-def paper_report(name: str, ledger: Ledger | None, beyond: Path | None, advance: Advance) -> PaperReport:
-    """Run everything for the page about a paper.
+def paper_report(
+    name: str, ledgers: Future[dict[str, Ledger]], folders: Future[dict[str, Path]], advance: Advance
+) -> PaperReport:
+    """Run everything for the page about a paper; wait for what other processes derive where it is first needed.
 
     Parameters
     ----------
     name : str
         The model.
-    ledger : Ledger, optional
-        The paper's equations against the derived ones.
-    beyond : Path, optional
-        Folder of the structure beyond the paper.
+    ledgers : concurrent.futures.Future
+        Of the papers' equations against the derived ones, by model.
+    folders : concurrent.futures.Future
+        Of the generated folders of the structures beyond the papers, by model.
     advance : callable
         Called with the finished share, 1, and the current work.
     """
@@ -157,9 +160,6 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path | None, advance:
     advance(0.0, 1.0, f"{name}: claims")
     numbers = deviations(runs)
     claims = [*paper.claims(runs), *table_claims(runs.model.manifest, numbers)]
-    verdicts = {entry["number"]: standing(entry) for entry in ledger["entries"]} if ledger else {}
-    statements = judge(paper.statements, claims, verdicts) if ledger else []
-    covered = coverage(paper.statements, statements, verdicts, (figure.number for figure in paper.figures))
     clock.note("claims")
     pictures = []
     for done, figure in enumerate(paper.figures):
@@ -172,16 +172,23 @@ def paper_report(name: str, ledger: Ledger | None, beyond: Path | None, advance:
     if runs.model.backend == "c":
         batch = run_study(runs.model, paper.study, lambda done, what: advance(0.6 + 0.3 * done, 1.0, f"{name}: {what}"))
         clock.note("batches")
-        advance(0.9, 1.0, f"{name}: CasADi's own C")
-        texts = agreement(runs)
-        clock.note("CasADi's own C")
-    advance(0.95, 1.0, f"{name}: board")
+    advance(0.9, 1.0, f"{name}: board")
     boards = run_boards(runs)
     clock.note("board")
-    advance(0.97, 1.0, f"{name}: beyond the paper")
+    advance(0.93, 1.0, f"{name}: beyond the paper")
     extension = load_beyond(name)
-    further = _beyond(name, extension, runs, Runs(load(beyond))) if extension and beyond else None
+    further = _beyond(name, extension, runs, Runs(load(folders.result()[name]))) if extension else None
     clock.note("beyond the paper")
+    advance(0.95, 1.0, f"{name}: the paper's equations")
+    ledger = ledgers.result().get(name)
+    verdicts = {entry["number"]: standing(entry) for entry in ledger["entries"]} if ledger else {}
+    statements = judge(paper.statements, claims, verdicts) if ledger else []
+    covered = coverage(paper.statements, statements, verdicts, (figure.number for figure in paper.figures))
+    clock.note("equations")
+    if runs.model.backend == "c":
+        advance(0.97, 1.0, f"{name}: CasADi's own C")
+        texts = agreement(runs)
+        clock.note("CasADi's own C")
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
@@ -215,9 +222,12 @@ def _static(name: str, title: str, figure: Figure) -> Picture:
 
 def _png(figure: Figure) -> bytes:
     """Return a figure in 256 colours: a third of the bytes, and lines and text look the same."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas: Any = FigureCanvasAgg(figure)  # matplotlib's canvas has no annotations
+    canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
     content = io.BytesIO()
-    with Image.open(io.BytesIO(encoded(figure, ".png"))) as image:
-        image.convert("RGB").quantize().save(content, "png", optimize=True)
+    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize().save(content, "png", optimize=True)
     return content.getvalue()
 
 

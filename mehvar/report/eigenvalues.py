@@ -25,7 +25,8 @@ _SAME = 0.01
 """Relative change of an eigenvalue allowed when the state changes within the run's tolerance. Those of smooth loops
 change by 1e-8 of the largest, those of a law at its kink completely; half or twice changes no row."""
 _ROUNDING = 1e-5
-"""Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
+"""Relative to the largest eigenvalue. A triple eigenvalue is good to the third root of the machine's precision only,
+6e-6."""
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,13 @@ from mehvar.base.errors import unknown_name
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
+from mehvar.runtime.batch.evaluation.conditions import Number
 from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, decide, recorded
 from mehvar.runtime.batch.evaluation.statistics import column
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.model.model import Model
+from mehvar.runtime.run.problem import COMPLETE
 
 _KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
 """Colours of a verdict on a page."""
@@ -172,9 +174,15 @@ class Verdicts:
         ]
 
     def _value(self, run: int, value: float, number: str) -> str:
+        """Return the number of a run, or why it has none."""
         if not number:
             return ""
         if math.isfinite(value):
             return f", {number} = {value:.6g}"
-        status = int(column(self._store, STATUS)[run])
-        return f", which ended as {STATUS_TEXT[status]!r} or has no {number}"
+        block = next(block for block in self._store.stored() if run in self._store.runs(block))
+        row = run - self._store.runs(block).start
+        status = int(self._store.read(STATUS, [block])[row])
+        if status not in COMPLETE:
+            return f", which ended as {STATUS_TEXT[status]!r}"
+        value = float(Number(number, "the requirements")(lambda name: column(self._store, name, [block]))[row])
+        return f", which has no {number}" if math.isnan(value) else f", {number} = {value:g}"

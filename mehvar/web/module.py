@@ -26,7 +26,7 @@ _UNIT, _MODULE = "unit.c", "module.wasm"
 FLAGS = (
     "-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-sanitize=all", "-s", "-I.",
 )  # fmt: skip
-"""Those of a host's library that decide bits, and none that adds to them: WebAssembly has no fused product and sum."""
+"""Flags of a host's library that decide bits. WebAssembly has no fused product and sum."""
 _BARE = ("-target", "wasm32-freestanding", "-ffreestanding", "-nostdlib", "-Wl,--no-entry")
 _HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
 """With a C library, which zig compiles first: a minute and a half, once; without one it takes two seconds."""

@@ -76,7 +76,7 @@ class Table(ParameterArray):
     outside: str
 
     def of(self, group: Group) -> Reading:
-        """Return what is called with a place."""
+        """Return the function of a table, which is called with a place."""
         from .curves import Reading
 
         columns = [list(group.elements(axis).values()) for axis in (*self.over, self.name)]

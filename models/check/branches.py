@@ -35,6 +35,9 @@ def no_branching() -> Iterator[None]:
       which is its form: a sum over the entries that are not zero is the same function as the sum over all. The same
       question of a name or of a formula, `x == 0`, is how one asks for a value, and is refused.
     """
+    if "__bool__" in sp.Expr.__dict__:  # an outer context is active
+        yield
+        return
     plain_eq, plain_ne = sp.Expr.__eq__, sp.Expr.__ne__
 
     def truth(expr: Expr) -> bool:

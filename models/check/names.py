@@ -105,7 +105,7 @@ def _common(system: System) -> Iterator[_Use]:
     shared = {
         "coordinate": set(system.states.quantities),
         "input of the chart": set(system.inputs.quantities),
-        "measured quantity": set(system.states.quantities),  # as a law without `seen` has the measured state
+        "measured quantity": set(system.states.quantities),  # a law without `seen` reads the measured state
     }
     yield _Use(TIME.name, "time", TIME.symbol)
     for kind, group in known(system):

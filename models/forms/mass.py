@@ -123,7 +123,7 @@ def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
 
 
 def has_rates(system: System) -> bool:
-    """Tell whether a mass has ones and zeros on its diagonal alone: `rhs` has the rates."""
+    """Tell whether a mass is diagonal with ones and zeros, so that `rhs` has the rates."""
     return bool(system.mass == _ones(system))
 
 

@@ -19,7 +19,7 @@ from ..system import Condition, Controller, Expr, System
 HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
 _Part = TypeVar("_Part", bound=Located)
 _WHOLE = sp.Rational(1, 10**9)
-"""Of a whole number, as a parameter written in decimals has it: runtime/run/ticks.py takes multiples by the same."""
+"""Tolerance of a whole number that is written in decimals, the same as in runtime/run/ticks.py."""
 
 
 def with_samples(system: System) -> System:

@@ -104,7 +104,7 @@ def accelerations(
 
 
 def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
-    """Eliminate the coordinates of a part, the first of them first."""
+    """Eliminate the coordinates of a part in their order."""
     size = len(rows)
     coupling = [list(row.coupling) for row in rows]
     right = [frame.define(f"{name}_Q{i + 1}", row.right, f"{name}: generalised force") for i, row in enumerate(rows)]

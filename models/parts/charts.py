@@ -22,8 +22,8 @@ from .frame import Frame, cross_matrix
 
 ANGLES = ("roll", "pitch", "yaw")
 _NEAR = sp.Rational(1, 10**4)
-"""From a singularity, rad or a quarter of the turn: rates of the coordinates are at most 1/_NEAR^2 of the hub's, and
-float, with its 6e-8, still tells on which side an attitude is."""
+"""Distance from a singularity, rad or a quarter of the turn: rates of the coordinates are at most 1/_NEAR^2 of the
+hub's, and float, with its 6e-8, still tells on which side an attitude is."""
 
 
 class Chart(ABC):
@@ -66,7 +66,7 @@ class Chart(ABC):
         return ()
 
     def limits(self) -> tuple[Condition, ...]:
-        """Return where a run ends, before the coordinates mean nothing."""
+        """Return the limits that end a run before a singularity."""
         return ()
 
 

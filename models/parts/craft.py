@@ -13,6 +13,7 @@ import sympy as sp
 from mehvar.base.errors import shown
 from mehvar.base.manifest import Metric, Scenario
 
+from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
@@ -170,6 +171,7 @@ class Spacecraft:
             raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
         self._laws[name] = title or name, write, sampled
 
+    @no_branching()
     def system(
         self,
         scenarios: Sequence[Scenario] = (),
@@ -185,7 +187,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If the assembly has no mass, or a number is outside of its bounds.
+            If the assembly, or what a joint moves, has no mass or no inertia, a number is outside of its bounds, or a
+            law branches on a symbol.
         """
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
@@ -238,6 +241,10 @@ class Spacecraft:
             added.append(_loaded(part, at))
         if all(c.mass == 0 for c in added):
             raise ModelError(f"{self.name} has no mass: add a Hub")
+        for axis in (k - 3 for k in MOTIONS[self.motion] if k > 2):
+            if all(c.inertia[axis, axis] == 0 and c.matrix.is_zero_matrix and not c.followers for c in added):
+                text = "give the Hub one, or mount mass off the axis"
+                raise ModelError(f"{self.name} has no inertia about {AXES[axis]}: {text}")
         derivation.section("Accelerations")
         motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
         derivation.section("Rates")
@@ -364,11 +371,11 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
         for suffix in suffixes
     }
 
-    def told(q: Quantity) -> Quantity:
+    def with_family(q: Quantity) -> Quantity:
         family, index = member.get(q.name, ("", 0))
         return replace(q, family=family, index=index)
 
-    return tuple(replace(group, quantities=tuple(map(told, group))) for group in groups)
+    return tuple(replace(group, quantities=tuple(map(with_family, group))) for group in groups)
 
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:

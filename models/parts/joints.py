@@ -232,5 +232,5 @@ class Turning:
 
 
 def _shifted(joint: sp.Matrix, first: sp.Matrix) -> sp.Matrix:
-    """Return what a first moment about the joint adds to the inertia about O."""
+    """Return the share of a first moment about the joint in the inertia about O."""
     return 2 * joint.dot(first) * sp.eye(3) - joint * first.T - first * joint.T

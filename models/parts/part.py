@@ -307,7 +307,7 @@ class Craft:
         )
 
     def loads(self) -> list[Load]:
-        """Return what acts on the parts from outside."""
+        """Return the loads on the parts from outside."""
         return [load for part, at in self.parts for load in part.loads(at)]
 
 
@@ -394,11 +394,11 @@ class Part(ABC):
         return {}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
-        """Return what stands in expressions for the fields of the part, and declare their parameters."""
+        """Return the symbols or numbers of the part's fields, and declare their parameters."""
         return parameters.of(self, self.name)
 
     def inputs(self) -> tuple[Quantity, ...]:
-        """Return what a law commands of the part."""
+        """Return the commands that a law gives the part."""
         return ()
 
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -406,11 +406,11 @@ class Part(ABC):
         return ()
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        """Return what determines the motion of the part; a load has none."""
+        """Return the aggregates that determine the motion of the part; a load has none."""
         return Aggregates()
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
-        """Return what acts on the craft from outside by way of the part."""
+        """Return the load from outside that the part passes on to the craft."""
         return ()
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
@@ -419,7 +419,7 @@ class Part(ABC):
         return tuple(start(q, scenario) for q in (*places, *(c.speed for c in self.coordinates())))
 
     def contribution(self, at: Mounted) -> Contribution:
-        """Return what the part adds to the equations of the hub."""
+        """Return the part's contribution to the equations of the hub."""
         return contribution(self.aggregates(at), self.coordinates(), at)
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
@@ -452,7 +452,7 @@ class Part(ABC):
         return Load(), sp.S.Zero
 
     def events(self, at: Mounted) -> tuple[Event, ...]:
-        """Return where the part's equations switch."""
+        """Return the events at which the part's equations switch."""
         return ()
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
@@ -460,11 +460,11 @@ class Part(ABC):
         return {}
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        """Return what the parameters of the part must satisfy beyond their bounds."""
+        """Return the constraints on the part's parameters beyond their bounds."""
         return conditions(self.name, at.values, kinds(self))
 
     def limits(self, at: Mounted) -> tuple[Condition, ...]:
-        """Return what the physics of the part needs along a run: a run ends where a margin is no longer positive."""
+        """Return the limits of the part's physics: a run ends where a margin is no longer positive."""
         return ()
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
@@ -537,6 +537,11 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         if prescribed[i] is not None:
             held.append(Row(linear, angular, tuple(own.diff(other) for other in speeds), forces - bias))
             continue
+        if own.diff(v) == 0:
+            text = (
+                f"no mass and no inertia moves with {v}: give {at.name} an inertia about its axis, or a centre off it"
+            )
+            raise ModelError(f"{at.name}: {text}")
         coupling = tuple(own.diff(other) for other in speeds if other not in drive)
         driven = sp.Add(*(own.diff(other) * value for other, value in drive.items()))
         rows.append(Row(linear, angular, coupling, forces - bias - driven))

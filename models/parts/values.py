@@ -24,7 +24,7 @@ from .frame import AXES
 
 @dataclass(frozen=True)
 class Value:
-    """A number with what is known of it.
+    """A number with its unit, bounds, source and description.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Parameters:
         return parameter.symbol
 
     def of(self, part: Any, name: str) -> SimpleNamespace:
-        """Return what stands in expressions for the declared fields of a part.
+        """Return the symbols or numbers of the declared fields of a part.
 
         Parameters
         ----------
@@ -241,7 +241,7 @@ def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
 
 
 _FLAT = sp.Rational(1, 10**9)
-"""Of the trace: far above the rounding of three numbers, far below what a part of a body adds."""
+"""Relative to the trace: far above the rounding of three numbers, far below what a part of a body adds."""
 
 
 def directions(part: Any) -> list[str]:

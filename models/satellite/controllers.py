@@ -60,7 +60,7 @@ class ReferenceModel:
 
 
 def model_memory(axis: str, keeps_zero: bool) -> tuple[Quantity, ...]:
-    """Return what the reference model of an axis keeps."""
+    """Return the memory of an axis's reference model."""
     past = (
         Quantity(f"wm{k}_{axis}", "rad", f"reference model of {axis} before its zero, {k} samples ago", f"w(k-{k})")
         for k in range(1, (_PAST if keeps_zero else 2) + 1)

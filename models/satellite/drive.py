@@ -69,8 +69,8 @@ class Drive:
             motors += law.spread_gain * self.wheels.idle * self.wheels.momenta
         return (*motors, *(self._unloading(law) if self.field else ()))
 
-    def still(self, dipole: Sequence[Expr]) -> tuple[Expr, ...]:
-        """Return the inputs of torquers alone."""
+    def torquers_only(self, dipole: Sequence[Expr]) -> tuple[Expr, ...]:
+        """Return the inputs with torque by the torquers only."""
         return (*(sp.S.Zero for _ in self.wheels.labels), *dipole)
 
     def _unloading(self, law: Group) -> sp.Matrix:

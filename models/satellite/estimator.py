@@ -36,7 +36,7 @@ SENSOR_LOST = Quantity("sensor_lost", "1", "1 while a measurement is not finite:
 
 
 def memory(axis: str) -> tuple[Quantity, ...]:
-    """Return what the estimator of an axis keeps: estimates, factors of F, past angles and torques."""
+    """Return the memory of an axis's estimator: estimates, factors of F, past angles and torques."""
     estimates = (
         Quantity(f"{name}_{axis}", unit, f"estimate of {name}, {axis}", rf"\hat {latex}")
         for name, unit, latex in _THETA

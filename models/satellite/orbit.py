@@ -22,7 +22,7 @@ PERIGEE = Quantity("perigee", "rad", "argument of the perigee, from the ascendin
 NODE = Quantity("node", "rad", "right ascension of the ascending node", r"\Omega_n")
 
 _TO_ORBIT_AXES = sp.Matrix([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
-"""From radius, direction of motion and normal to orbit axes."""
+"""Rotation from radius, direction of motion and normal to orbit axes."""
 
 
 @dataclass(frozen=True)

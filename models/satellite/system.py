@@ -246,7 +246,7 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
 
 
 def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return what a run shows beside its state, quantity by quantity."""
+    """Return the outputs of a run, quantity by quantity."""
     named = {symbol.name: symbol for symbol in d.definitions}
     relative = (
         Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz"
@@ -416,7 +416,7 @@ def _constraints(craft: _Craft, d: Derivation) -> tuple[Condition, ...]:
 
 
 def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
-    """Yield that the orbit keeps clear of the Earth."""
+    """Yield the condition that the orbit keeps clear of the Earth."""
     p = craft.p
     if craft.choices["orbit"] == "keplerian":
         yield Condition(
@@ -449,7 +449,7 @@ def _needs(craft: _Craft) -> Iterator[Condition]:
 
 
 def _balance(craft: _Craft) -> Iterator[Condition]:
-    """Yield that wheels have the masses that their imbalances are of."""
+    """Yield the conditions that wheels are heavy enough for their imbalances."""
     if craft.wheels.imbalance:
         wheels = zip(craft.p.static_imbalance, craft.p.dynamic_imbalance, craft.wheels.inertia, strict=True)
         sizes = tuple(wheels)

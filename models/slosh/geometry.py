@@ -15,7 +15,7 @@ from .plant.equations import gimbal_position
 from .states import Pendulum, angle_quantities, direction_quantities
 
 _REAR, _FRONT, _RADIUS = sp.Rational(-52, 100), sp.Rational(6, 5), sp.Rational(36, 100)
-"""Of the hull along x and around it, m; of the picture, for the paper gives none."""
+"""Rear end, front end and radius of the hull in the picture, m; the paper gives none."""
 _SIDES = 6
 _PER_FORCE = sp.Rational(1, 5000)
 """Metres of an arrow for a N: the paper's thrust is half a metre long."""

@@ -319,4 +319,4 @@ CHECKS: Mapping[str, Checks] = {
     "18": root_locus,
     "19": cycle,
 }
-"""By the number of the claim in claims.toml."""
+"""Functions by the number of their claim in claims.toml."""

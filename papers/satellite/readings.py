@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .coarse import Step
 
 _SPEED = 6000 * np.pi / 30
-"""Of a wheel at its limit, rad/s."""
+"""Speed of a wheel at its limit, rad/s."""
 
 
 def _survives(step: Step | None = None, pole: float = 0.001, **settings: Any) -> Checks:
@@ -99,4 +99,4 @@ READINGS: Readings = {
         "law (32), pole 0.5": _helps("mrac-literal", "printed", "estimate_d", delay=1, C2_pole=0.5),
     },
 }
-"""By the number of the claim and the name of the reading in claims.toml."""
+"""Functions by number of the claim and name of the reading in claims.toml."""

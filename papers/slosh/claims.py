@@ -25,7 +25,7 @@ _MORE = 1.5
 _ROUNDED = 0.03
 """Relative, of an angle given with two digits: 17 deg is 16.5 to 17.5."""
 _STEP = 1e-5
-"""Of a central difference of V along the flow, s: only its sign matters."""
+"""Step of a central difference of V along the flow, s; only its sign matters."""
 _DECAY = (475.0, 600.0)
 """Interval for time constants, s: the attitude is at rest, and the velocities are far above rounding error."""
 _TURNING = 30.0
@@ -382,4 +382,4 @@ CHECKS: Mapping[str, Checks] = {
     "13": _printed_weights,
     "14": _weights_as_ordered,
 }
-"""By the number of the claim in claims.toml."""
+"""Functions by the number of their claim in claims.toml."""

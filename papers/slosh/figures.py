@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 AXES = (BLUE, VERMILLION, GREEN)
 """Colours for x, y and z."""
 BOBS = (PURPLE, ORANGE)
-"""Of the two pendulums."""
+"""Colours of the two pendulums."""
 V1, V2 = BLUE, VERMILLION
 _DASHED = (0, (4, 2.5))
 

@@ -97,4 +97,4 @@ READINGS: Readings = {
         "Table 2 as printed": _weighted(dict.fromkeys(("r3", "r5", "r7"), 1e-5)),
     },
 }
-"""By the number of the claim and the name of the reading, as in claims.toml."""
+"""Functions by number of the claim and name of the reading in claims.toml."""

@@ -27,7 +27,7 @@ _TANK = 0.55
 _WATER = 1000.0
 """Density, kg/m^3; hydrazine has 1004."""
 _TILT = np.radians(20.0)
-"""Of the fuel's surface; as large as the apparent gravity turns early in the paper's run."""
+"""Tilt of the fuel's surface; as large as the apparent gravity turns early in the paper's run."""
 
 
 def craft(runs: Runs) -> Figure:

@@ -302,4 +302,4 @@ CHECKS: Mapping[str, Checks] = {
     "12": usual_laws_leave,
     "13": _attitude_falls,
 }
-"""By the number of the claim in claims.toml."""
+"""Functions by the number of their claim in claims.toml."""

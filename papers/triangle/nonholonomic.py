@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _STEP = 0.1
 """s, of the fourth-order steps of a smooth law with rates of 0.5 to 5 1/s: half of it moves an attitude by 3e-5 rad."""
 _POINTS = 400
-"""Of a loop, by the trapezoidal rule, which is exact for a circle."""
+"""Points of a loop; the trapezoidal rule is exact for a circle."""
 _COLLINEAR = math.sqrt(0.5)
 _REST = 1e-12
 """Bound for zero rates, 1/s, and zero singular values: rounding leaves 1e-16 of rates near 1."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mehvar.reproduction import Runs
 
 Changes = Mapping[str, Mapping[str, float]]
-"""By law: the parameters that a reading changes."""
+"""Parameters that a reading changes, by law."""
 
 
 def _rods(start: Sequence[float], end: Sequence[float]) -> Changes:
@@ -106,4 +106,4 @@ READINGS: Mapping[str, Mapping[str, Checks]] = {
         "only sgn theta is smoothed": _one_smoothed(s_min=1e-12),
     },
 }
-"""By the number of the claim and the name of the reading in claims.toml."""
+"""Functions by number of the claim and name of the reading in claims.toml."""

@@ -157,7 +157,7 @@ def run_batch(
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
-        allowed = f"left out: the law in Python cannot be identified: {own.untold}"
+        allowed = f"left out: the law in Python cannot be identified: {own.unidentified}"
         raise bad_value("resume", resume, allowed, origin)
     plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
@@ -176,7 +176,7 @@ def run_batch(
     kept_rules = {"success": success or "", "until": until or ""}
     if require:
         kept_rules["require"] = json.dumps({"requirements": dict(require), "confidence": confidence})
-    source = _here(blocks) if client is None else _there(client, plan, blocks)
+    source = _local(blocks) if client is None else _remote(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, kept_rules)
     try:
         with store.writing(), KeptInterrupts() as kept:
@@ -388,7 +388,7 @@ class _Filling:
         return False
 
 
-def _here(blocks: Blocks) -> BlockSource:
+def _local(blocks: Blocks) -> BlockSource:
     """Return a source that computes blocks in this process, the next one while the last one is stored."""
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
@@ -412,7 +412,7 @@ def _here(blocks: Blocks) -> BlockSource:
     return produce
 
 
-def _there(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
+def _remote(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
     from .workers import on_workers
 
     return on_workers(client, plan, blocks.numerics)

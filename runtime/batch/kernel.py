@@ -35,7 +35,7 @@ from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
-_CHUNKS = 16  # per thread: at the end one may work alone for a sixteenth of the time; with half as many, for an eighth
+_CHUNKS = 16  # blocks per thread: the last block takes at most a sixteenth of the time; with half as many, an eighth
 _PATIENCE = 0.1  # seconds between two checks of `stop`: a user waits at most this long
 
 

@@ -27,7 +27,7 @@ from ..run.metrics import metrics
 from ..run.options import AUTO, FIXED, OPTIONS
 from ..run.own.choice import law_of
 from ..run.own.law import LawFunction, OwnLaw, recorded_memory
-from ..run.problem import Progress, Status
+from ..run.problem import Progress
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
 from .numerics import generated_digest, other_options
@@ -259,7 +259,7 @@ def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
     row = number - store.runs(block).start
     numbers = _numbers(run, plan, number)
     variables = store.variables()
-    if run.status is not Status.DONE and not run.status.by_event:
+    if run.t[-1] != run.t_stop:  # the numbers at its end are not finite
         numbers["final"] = store.read("final", [block])[row]
     differences = [f"{name} is not in both" for name in sorted(numbers.keys() ^ variables.keys())]
     batch_only = {"error"} if run.options["method"] in FIXED else set()

@@ -191,7 +191,7 @@ class _Watch:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._told: set[str] = set()
+        self._silent: set[str] = set()
 
     def wait(self, get: Callable[[float], T], late: type[Exception]) -> T:
         """Return the result of `get`, called repeatedly with a timeout; `get` raises `late` when it runs out."""
@@ -201,16 +201,16 @@ class _Watch:
                 return get(_SILENCE)
             except late:
                 before, seen = seen, _last_seen(self._client)
-                self._tell({worker for worker, at in seen.items() if before.get(worker) == at})
+                self._warn({worker for worker, at in seen.items() if before.get(worker) == at})
 
-    def _tell(self, silent: set[str]) -> None:
-        if new := sorted(silent - self._told):
+    def _warn(self, silent: set[str]) -> None:
+        if new := sorted(silent - self._silent):
             warnings.warn(
                 f"no block, and no word for {_SILENCE:g} s from {', '.join(new)}: end a worker that hangs, and others "
                 "compute its blocks",
                 stacklevel=2,
             )
-        self._told = silent
+        self._silent = silent
 
 
 def _last_seen(client: Client) -> dict[str, float]:

@@ -73,7 +73,7 @@ class ProcessPort:
     def close(self) -> None:
         """End the process."""
         self._process.terminate()
-        self._reader.join(_LAST)  # before its pipe is closed, whose number another file may get
+        self._reader.join(_LAST)  # before its pipe is closed: another file may get the pipe's number
         _end(self._process)
 
     def _gather(self, pipe: int) -> None:

@@ -32,7 +32,7 @@ _BEGINNING = threading.Lock()
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-"""Of the names of shared libraries."""
+"""Ending of the names of shared libraries."""
 
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as in IEEE 754.
 FLAGS = (

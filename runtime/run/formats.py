@@ -87,12 +87,12 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
 
     name = _name(path)
     if not os.path.isfile(path):  # noqa: PTH113 - pathlib raises for a name that is too long
-        raise InputError(f"no result file {name}")
+        raise InputError(f"no result file {name}: give the path of a .nc file or of a batch store")
     if Path(path).suffix.lower() != ".nc":
         readers = "pandas.read_csv, pandas.read_parquet and scipy.io.loadmat read the other formats"
         raise bad_value("path", name, f"a result in NetCDF, whose name ends in .nc; {readers}")
     if not _whole(Path(path).read_bytes()):
-        raise InputError(f"{name} is damaged: its bytes do not match its checksum")
+        raise InputError(f"{name} is damaged: its bytes do not match its checksum; save the run again")
     try:
         with h5py.File(path, "r") as file:  # first: for unreadable attributes h5netcdf leaves a broken object behind
             dict(file.attrs)
@@ -103,7 +103,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
         raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
     if result.attrs.pop(_DIGEST, None) != _digest(result):
-        raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}")
+        raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}; save the run again")
     return result
 
 

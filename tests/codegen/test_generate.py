@@ -120,7 +120,7 @@ def _under_seed(seed, every, folder):
 @pytest.mark.soak
 @pytest.mark.parametrize(("seed", "every"), [("2", 150), ("3", 37)])
 def test_the_order_of_a_set_changes_no_text_and_no_verdict(seed, every, tmp_path):
-    """Of an assembled craft and of pairs of many classes: a set of names has another order under every hash seed."""
+    """An assembled craft and pairs of many classes: a set of names has another order under every hash seed."""
     texts, answers = _under_seed("1", every, tmp_path)
     assert len(texts) > 3
     assert len(answers) >= 4

@@ -126,7 +126,7 @@ def test_a_file_elsewhere_that_a_model_reads_is_an_input(derived, tmp_path):
 
 
 def test_the_version_of_a_library_that_a_model_imports_is_an_input(derived, tmp_path):
-    """Of those that it imports itself: the same, whatever else the process has loaded."""
+    """Only of libraries that it imports itself, whatever else the process has loaded."""
     tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
     start = tree.root / "models" / "wheel" / "__init__.py"
     start.write_text("import jinja2\n" + start.read_text())

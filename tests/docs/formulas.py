@@ -15,7 +15,7 @@ ARITY = {"mfrac": 2, "msup": 2, "msub": 2, "mover": 2, "munder": 2, "msubsup": 3
 
 
 def faults(math: str) -> Iterator[str]:
-    """Yield what is wrong with a `math` element: not well-formed, LaTeX that shows, parts that lack a partner."""
+    """Yield the faults of a `math` element: not well-formed, LaTeX that shows, parts that lack a partner."""
     try:
         tree = ET.fromstring(math)
     except ET.ParseError as error:

@@ -84,7 +84,7 @@ def blocks(text: str) -> Iterator[Block]:
 
 
 def said(block: Block, what: str) -> str:
-    """Return what the comment before a block says about `what`, or nothing."""
+    """Return the value of `what` in the comment before a block, or nothing."""
     match = re.match(rf"^<!-- {what}: (.+) -->$", block.marker)
     return match.group(1) if match else ""
 

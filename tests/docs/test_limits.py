@@ -28,7 +28,7 @@ TRIED = [match[2] for line in LINES for match in HOW.finditer(line) if match[1] 
 
 
 def cli(line: str) -> str:
-    """Return what a command prints."""
+    """Return the output of a command."""
     return in_process(*shlex.split(line))[1]
 
 

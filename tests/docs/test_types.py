@@ -35,7 +35,7 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def errors(farm: Path, scripts: dict[str, str]) -> list[str]:
-    """Return what mypy says against scripts by their names."""
+    """Return the complaints of mypy about scripts, by their names."""
     for name, text in scripts.items():
         (farm / f"{name}.py").write_text(text, encoding="utf-8")
     flags = ["--config-file=", "--ignore-missing-imports", "--check-untyped-defs", "--follow-imports=silent"]

@@ -83,3 +83,15 @@ def test_a_docstring_names_its_thing() -> None:
                 if QUESTION.match(text):
                     asking.append(f"{path.relative_to(ROOT)}: {text.splitlines()[0]}")
     assert not asking
+
+
+def test_the_pages_keep_to_fifty_thousand_words() -> None:
+    """Code, tables and decisions count; comments, and pages that programs write, do not."""
+    docs = ROOT / "docs"
+    written = {
+        docs / "numbers.md",
+        *(docs / "reference" / f"{name}.md" for name in ("capabilities", "mistakes", "options")),
+    }
+    texts = [page.read_text(encoding="utf-8") for page in docs.rglob("*.md") if page not in written]
+    shown = [re.sub("<!--.*?-->", "", text, flags=re.DOTALL) for text in texts]
+    assert sum(bool(re.search(r"\w", word)) for text in shown for word in text.split()) <= 50_000

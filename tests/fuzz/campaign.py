@@ -39,7 +39,7 @@ STATUSES = {0, 1, 2, 3}
 _LONGEST = 4000
 """Characters of a message: a list of known names is below it, a value that is printed whole is not."""
 _SECONDS = 60
-"""Of a command: a hundred times what the slowest takes on an idle machine."""
+"""Limit on a command: a hundred times the slowest on an idle machine."""
 
 
 @dataclass
@@ -226,7 +226,7 @@ def _be_a_command(arguments: Sequence[str], output: int) -> NoReturn:
 
 
 def _status(call: Callable[[], object]) -> int:
-    """Return what an interpreter would exit with after a call."""
+    """Return the exit status of an interpreter after a call."""
     try:
         call()
     except SystemExit as end:

@@ -105,7 +105,7 @@ def test_many_damaged_results(tmp_path: Path) -> None:
 
 
 def probe() -> Callable[[], tuple[int, str]]:
-    """Return what looks at a damaged store: its statistics, and each second time a run of it again."""
+    """Return a reader of a damaged store: its statistics, and each second time a repeat of a run."""
     commands = (("stats", "s.zarr"), ("simulate", "--from", "s.zarr", "--run", "1", "--trust-model"))
     count = iter(range(10**9))
     return lambda: campaign.in_process(*commands[next(count) % 2])

@@ -22,7 +22,7 @@ def name_of(path: Path) -> str:
 
 
 def private(path: Path, root: Path = ROOT) -> Iterator[str]:
-    """Yield what a module of papers/MODEL takes from mehvar that is not public, and from outside of its folder."""
+    """Yield the imports of a module of papers/MODEL that are not public, or lead out of its folder."""
     parts = path.relative_to(root / "papers").parts
     own = f"mehvar.models.{parts[0]}"
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

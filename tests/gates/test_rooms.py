@@ -47,7 +47,7 @@ def imports(name: str) -> Iterator[str]:
 
 @functools.cache
 def arrows_of_all() -> dict[str, set[str]]:
-    """Return what each module imports."""
+    """Return the imports of each module."""
     return {name: set(imports(name)) for name in MODULES}
 
 

@@ -63,7 +63,7 @@ def test_it_holds_what_is_committed_and_nothing_else(wheel):
 
 @pytest.mark.peers
 def test_the_package_index_would_take_it(wheel):
-    """Of `twine check`: metadata, and a README that can be shown."""
+    """`twine check` accepts metadata and README."""
     (sources,) = wheel.parent.glob("*.tar.gz")
     check = [sys.executable, "-m", "twine", "check", "--strict", wheel, sources]
     done = subprocess.run(check, capture_output=True, text=True)

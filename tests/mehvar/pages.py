@@ -14,7 +14,7 @@ from PIL import Image
 from tests.mehvar.browser import eventually, prefer
 
 WIDTHS = (1440, 768, 390)
-"""Of a laptop, a tablet and a phone, in CSS pixels."""
+"""Widths of a laptop, a tablet and a phone, in CSS pixels."""
 TOLERANCE = 0.0015
 """Share of the pixels of a thumbnail. Two renderings of one page differ by 0.0000; of planted faults a rod that is not
 drawn differs by 0.0017, contents that are not shown by 0.006, another font by 0.007."""
@@ -66,7 +66,7 @@ def contents(browser):
 
 
 def violations(browser):
-    """Return what axe-core finds that is serious or critical: rule, help and the first places.
+    """Return the serious and critical findings of axe-core: rule, help and the first places.
 
     Within formulas it is not asked: they are thousands of elements of which it has no rules.
     """

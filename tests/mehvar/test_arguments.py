@@ -143,7 +143,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         {"name": "a", "expr": X, "number": "", "title": "", "unit": "m", "latex": "", "positive": False},
     ),
 }  # fmt: skip
-"""Of each function and method: how it is called, and arguments that are right."""
+"""A call of each function and method, with valid arguments."""
 LOOP = {"model": PENDULUM, "t_end": 0.05}
 OPEN, OWN = (
     {"controller": None, "inputs": {"torque": ([0.0, 0.02], [0.1, 0.2])}},

@@ -18,7 +18,7 @@ from tests.gates.exercise import functions
 
 
 def values(model: Model) -> dict[str, tuple[np.ndarray, ...]]:
-    """Return what each function gives at one ordinary point."""
+    """Return the results of each function at one ordinary point."""
     generator = np.random.default_rng(0)
     results = {}
     for name, function in model.functions.items():

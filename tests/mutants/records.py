@@ -73,7 +73,7 @@ def subjects() -> list[Subject]:
 
 
 def sample_file(seed: int) -> Path:
-    """Return where the results of a seed stand."""
+    """Return the file of a seed's results."""
     return Path(__file__).parent / f"sample-{seed}.jsonl"
 
 

@@ -34,7 +34,7 @@ AXES = np.array([[1.0, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]]) / np.sqrt(3)
 PLACES = np.array([[0.1, -0.1, -0.1, 0.1], [0.1, 0.1, -0.1, -0.1], [0.0, 0.05, 0.0, -0.05]])
 Q, W, H = ("q0", "q1", "q2", "q3"), ("wx", "wy", "wz"), ("h1", "h2", "h3", "h4")
 MASS, ROTOR = 50.0, 1.5
-"""Of all, and of a wheel, kg."""
+"""Mass of the craft, and of a wheel, kg."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from tests.validation.table import record
 
 SAMPLES = 20
 BOUND = 1e-12
-"""Of the largest acceleration: rounding of both; masses and moments span a factor of a hundred."""
+"""Relative to the largest acceleration: rounding of both; masses and moments span a factor of a hundred."""
 
 
 def inertia(rng: np.random.Generator, size: float) -> tuple[tuple[float, ...], ...]:

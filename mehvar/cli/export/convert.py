@@ -21,6 +21,8 @@ def command(
 ) -> None:
     """Write a table, or everything."""
     with working(f"converting {source}"):
-        paths = convert(source, format_of(out) if to is None else to, out)
-    for path in paths:
+        conversion = convert(source, format_of(out) if to is None else to, out)
+    for path in conversion.paths:
         typer.echo(f"saved {path}")
+    if conversion.note:
+        typer.echo(f"note: {conversion.note}", err=True)

@@ -13,7 +13,7 @@ from mehvar.runtime.batch.store.verification import Verification, verify
 from mehvar.terminal import working
 
 _SHOWN = 20
-"""Lines of damage: a terminal shows as many and still the first; --json has all."""
+"""Lines of damage in a terminal; --json has all."""
 
 
 def command(

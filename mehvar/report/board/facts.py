@@ -41,8 +41,8 @@ def facts(outcome: BoardRun) -> dict[str, Any]:
             "memory": _difference(outcome.z),
             "states": _difference(outcome.x),
         },
-        "float_against_double": _apart(outcome.single, outcome.double),
-        "board_against_simulation_without_delay": _apart(outcome.board, outcome.undelayed, outcome.board.hold),
+        "float_against_double": _differences(outcome.single, outcome.double),
+        "board_against_simulation_without_delay": _differences(outcome.board, outcome.undelayed, outcome.board.hold),
         "exchanges_per_second": round(outcome.rate, 1),
         "ticks": _ticks(outcome),
         "image": _image(outcome),
@@ -80,7 +80,7 @@ def _difference(difference: Difference) -> dict[str, Any]:
     }
 
 
-def _apart(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
+def _differences(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
     """Return the largest and the root mean square difference of inputs and states; `later` also shifts by a sample."""
     if other is None:
         return None

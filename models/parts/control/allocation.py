@@ -48,7 +48,7 @@ def _effects(part: Part, at: Mounted, centre: sp.Matrix) -> list[tuple[sp.Matrix
 def allocated(
     frame: Frame, name: str, wanted: Sequence[Expr], parts: Actuators, matrix: sp.Matrix, limits: Sequence[Expr | None]
 ) -> list[Expr]:
-    """Return the inputs that give what is wanted.
+    """Return the inputs that give a demanded effect.
 
     Parameters
     ----------
@@ -123,4 +123,4 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
 
 
 _DEPENDENT = 1e-9
-"""Of effects of the order of one: far above rounding, far below what an actuator is mounted for."""
+"""Tolerance of effects of the order of one: far above rounding, far below what an actuator is mounted for."""

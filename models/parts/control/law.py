@@ -166,7 +166,7 @@ class Law:
         return known
 
     def _centre(self) -> sp.Matrix:
-        """Return the centre of mass of what does not move on the hub."""
+        """Return the centre of mass of the parts that are fixed in the hub."""
         frame = self._craft.frame
         each = [part.aggregates(at) for part, at in self._craft.parts]
         still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]

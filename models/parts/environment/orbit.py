@@ -244,7 +244,7 @@ class Sky:
 
 
 def sky(at: Mounted) -> Sky:
-    """Return what a part's craft finds on its orbit.
+    """Return the environment of a craft on its orbit.
 
     Raises
     ------

@@ -53,7 +53,8 @@ class Tank(Part):
     flow : number, optional
         Largest flow, kg/s.
     reserve : number, optional
-        Fuel at which a command opens the valve no more, kg: the run goes on without thrust.
+        Fuel at which a command opens the valve no more, kg: the run goes on without thrust. A valve that is open stays
+        so until the next command, so that up to one period of flow less remains: 0.03 kg at 0.3 kg/s and 0.1 s.
     share : number, optional
         Of the fuel, that swings.
     length, damping : number, optional
@@ -162,7 +163,7 @@ class Tank(Part):
         )
 
     def _lines(self, at: Mounted) -> list[Load]:
-        """Return what the fuel in the lines does to the hub, at the middle of each."""
+        """Return the load of the fuel in the lines on the hub, at the middle of each line."""
         flow, nozzle, result = self.inputs()[0].symbol, at.values.nozzle, []
         for k, lump in enumerate(self._lumps(at), 1):
             reach = nozzle - lump.at

@@ -44,7 +44,7 @@ def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Deri
         "b-dot",
         "torquers against the change of the field, wheels at rest",
         law,
-        drive.still(named),
+        drive.torquers_only(named),
         period="Ts",
         memory=Group("z", LAST),
         start=tuple(first),

@@ -120,13 +120,13 @@ def unbalanced(plant: Group, s: Group, d: Derivation) -> Wheels:
 
 
 def has_lengths(plant: Group) -> Condition:
-    """Return that no wheel's axis is zero, which has no direction."""
+    """Return the conditions that no wheel's axis is zero."""
     columns = (plant.wheel_axes[:, k] for k in range(plant.wheel_axes.cols))
     squares = (sp.Add(*(entry**2 for entry in column)) for column in columns)
     return Condition(sp.Min(*squares), "a column of wheel_axes is zero: a wheel needs an axis")
 
 
 def spanning(wheels: Wheels) -> Condition:
-    """Return that the wheels' axes span all directions: the volumes of three at a time, squared and added."""
+    """Return the condition that the wheels' axes span all directions, by the squared volumes of three at a time."""
     gram = wheels.axes * wheels.axes.T
     return Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")

@@ -26,7 +26,7 @@ SIZE = 6
 
 @dataclass(frozen=True)
 class Lump:
-    """Hull, fixed fuel and the pendulums' constant masses, and what is common to all evaluations.
+    """Hull, fixed fuel, the pendulums' constant masses, and terms common to all evaluations.
 
     Attributes
     ----------

@@ -12,7 +12,7 @@ from ..states import Pendulum
 
 
 def constraints(p: Group, scenario: Group) -> tuple[Condition, ...]:
-    """Return what parameters and initial state must satisfy."""
+    """Return the conditions on parameters and initial state."""
     triangle = Condition(
         sp.Min(p.J_y + p.J_z - p.J_x, p.J_z + p.J_x - p.J_y, p.J_x + p.J_y - p.J_z),
         "J_x = {J_x:g}, J_y = {J_y:g}, J_z = {J_z:g} kg m^2 are no moments of inertia of a body: "

@@ -43,7 +43,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Law:
-    """A law and what it was derived from.
+    """A law and the system from which it was derived.
 
     Attributes
     ----------

@@ -88,7 +88,7 @@ def arm_equation() -> sp.Matrix:
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return what the generic symbols stand for in pendulum k."""
+    """Return the meanings of the generic symbols in pendulum k."""
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     states = (*direction_quantities(k), *arm_rate_quantities(k))

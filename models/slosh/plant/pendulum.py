@@ -115,7 +115,7 @@ def galilean(left: sp.Matrix) -> sp.Matrix:
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return what the generic symbols stand for in pendulum k."""
+    """Return the meanings of the generic symbols in pendulum k."""
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     states = (*angle_quantities(k), *angle_rate_quantities(k))

@@ -46,7 +46,7 @@ class Bodies:
 
 
 def bodies(p: Group, masses: str, rods: str, d: Derivation) -> Bodies:
-    """Return what has mass.
+    """Return the bodies that have mass.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tup
 
 
 def not_too_heavy(p: Group) -> Condition:
-    """Return that rods of a triangle with any masses have reduced masses: there are points that move as it does."""
+    """Return the conditions that reduced masses are positive: three points then move as the triangle does."""
     points, beams = (p.m1, p.m2, p.m3), (p.rod_mass1, p.rod_mass2, p.rod_mass3)
     lumps = [points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2 for i in range(3)]
     margins = [6 * lumps[i] * lumps[j] - beams[k] * sp.Add(*lumps) for k, (i, j) in enumerate(ENDS)]

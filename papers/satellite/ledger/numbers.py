@@ -63,7 +63,7 @@ class Numbers:
         return _coefficients(A, B, c)
 
     def _runs(self, system: System, names: Names) -> None:
-        """Take what a run starts from and what it follows."""
+        """Take the start of a run and its references."""
         scenario = _defaults(system.scenario_parameters)
         self.degree = names.derived("degree", r"{}^\circ", sp.pi / 180, positive=True)
         self.start = tuple(
@@ -89,7 +89,7 @@ class Numbers:
         self.I_w = names.matrix("I_w", r"I_\omega", sp.diag(*wheels), text="I_omega")
 
     def _gains(self, system: System, names: Names, values: Case) -> None:
-        """Take the gains from the derived PD law: what it makes of the reference and of the rates."""
+        """Take the gains from the derived PD law: its factors of the reference and of the rates."""
         named = {symbol.name: symbol for symbol in system.definitions}
         self.K_P, self.K_D = [], []
         for i, axis, reference in zip("xyz", _AXES, system.references.symbols, strict=True):

@@ -17,7 +17,7 @@ _SHORT = "Printed in short, as (12)-(14)."
 
 
 def phi_bracket(s: Spacecraft, turn: Expr, second: Expr) -> Expr:
-    """Return what l_i multiplies in (15) and (25); they print theta' with and without its dot, and l_i phi'."""
+    """Return the factor of l_i in (15) and (25); they print theta' with and without its dot, and l_i phi'."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     (_, W2d, W3d), (vxd, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
     reach = i.h - i.l * t.c
@@ -36,7 +36,7 @@ def phi_bracket(s: Spacecraft, turn: Expr, second: Expr) -> Expr:
 
 
 def theta_bracket(s: Spacecraft) -> Expr:
-    """Return what l_i multiplies in (16) and (26)."""
+    """Return the factor of l_i in (16) and (26)."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     (_, W2d, W3d), (_, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
     reach = i.h - i.l * t.c
@@ -54,7 +54,7 @@ def theta_bracket(s: Spacecraft) -> Expr:
 
 
 def corrected_phi(s: Spacecraft, second: Expr) -> Expr:
-    """Return what l_i should multiply in (15) and (25), in the printed order: what is right, then what is lost."""
+    """Return the right factor of l_i in (15) and (25), in the printed order: printed terms, then lost ones."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     (_, W2d, W3d), (vxd, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
     along, across, reach = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S, i.h - i.l * t.c
@@ -76,7 +76,7 @@ def corrected_phi(s: Spacecraft, second: Expr) -> Expr:
 
 
 def corrected_theta(s: Spacecraft) -> Expr:
-    """Return what l_i should multiply in (16) and (26), in the printed order: what is right, then what is lost."""
+    """Return the right factor of l_i in (16) and (26), in the printed order: printed terms, then lost ones."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     (W1d, W2d, W3d), (_, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
     along, across, reach = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S, i.h - i.l * t.c

@@ -243,7 +243,7 @@ def _completed(s: Spacecraft, law: Laws) -> Expr:
 
 
 def _pull(law: Laws, s: Spacecraft, value: Expr) -> sp.Matrix:
-    """Differentiate a V along the reduced model and take what is left of u_3 to u_5 without body rates."""
+    """Differentiate a V along the reduced model and take the rest of u_3 to u_5 without body rates."""
     still, value = dict.fromkeys(s.w, sp.S.Zero), value.doit()
     slopes = {x: value.diff(x).xreplace(still) for x in law.rates}
     return sp.Matrix([sp.Add(*(slopes[x] * law.rates[x].diff(u).xreplace(still) for x in slopes)) for u in law.u[2:]])

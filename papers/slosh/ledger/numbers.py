@@ -15,7 +15,7 @@ from .laws import Laws
 from .symbols import Spacecraft
 
 _EXACT = sp.Rational(1, 10**15)
-"""Of an angle in radians: the model's numbers are doubles."""
+"""Tolerance of an angle in radians: the model's numbers are doubles."""
 
 
 class Numbers:
@@ -182,7 +182,7 @@ def simulation(s: Spacecraft, law: Laws, v: Numbers) -> Iterator[Printed]:
 
 
 def _diagrams(s: Spacecraft, law: Laws, v: Numbers) -> Iterator[Printed]:
-    """Yield what the laws make of the reduced model, without body rates or without lateral velocity."""
+    """Yield the laws' accelerations of the reduced model, without body rates or without lateral velocity."""
     still = dict.fromkeys(s.w, sp.S.Zero)
     demand = law.law["v2"].demand
     r, w, (_, vy, vz) = law.r, law.w, s.v

@@ -45,7 +45,7 @@ class Total(sp.UnevaluatedExpr):  # type: ignore[misc]
 
     @property
     def free_symbols(self) -> set[sp.Basic]:
-        """Those of the sum: the names with index i are bound."""
+        """Names with index i, which the sum binds."""
         return set(self.doit().free_symbols)
 
     def doit(self, **hints: bool) -> Expr:
@@ -137,7 +137,7 @@ class Spacecraft:
         return Total(term, member, sp.Tuple(*members))
 
     def each(self) -> tuple[dict[Expr, Expr], ...]:
-        """Return what the names with index i stand for, pendulum by pendulum."""
+        """Return the meanings of the names with index i, pendulum by pendulum."""
         return tuple({self.i.symbols[n]: s for n, s in bob.symbols.items()} for bob in self.bobs)
 
     def _motion(self, names: Names) -> None:
@@ -160,7 +160,7 @@ class Spacecraft:
         )
 
     def _energy(self, system: System, names: Names) -> None:
-        """Read off T what is in it: d/dm of T is |V_c|^2/2, d/dI_i of it |omega_i + Omega|^2/2, and so on."""
+        """Read the terms of T: d/dm of T is |V_c|^2/2, d/dI_i of it |omega_i + Omega|^2/2, and so on."""
         energy = next(f for f in system.functions if f.name == "energy").results[0][1]
         energy = follow(energy, system.definitions)
         self.T = names.derived("T", "T", energy)
@@ -251,12 +251,12 @@ def _angles(bob: Index) -> dict[str, sp.Symbol]:
 
 
 def equations(system: System) -> dict[tuple[str, str], Expr]:
-    """Return what the derivation writes down, by its number and its left side."""
+    """Return the derivation's steps by number and left side."""
     return {(step.number, step.left): step.expr for step in system.steps if isinstance(step, Equation)}
 
 
 def generic_names(bob: Index) -> dict[Expr, Expr]:
-    """Return what the symbols of the derivation's pendulum i stand for in a pendulum."""
+    """Return the meanings of the symbols of the derivation's pendulum i in a pendulum."""
     g = pendulum.GENERIC
     values = {g.mass: bob.m, g.length: bob.l, g.pivot: bob.h, g.inertia: bob.I, g.damping: bob.eps}
     moving = {pendulum.phi: bob.phi, pendulum.theta: bob.theta}

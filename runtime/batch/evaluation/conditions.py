@@ -9,6 +9,7 @@ import functools
 import itertools
 import math
 import operator
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping
@@ -24,6 +25,7 @@ from mehvar.base.units import Dimension, dimension, has_radians, product, unit_t
 
 from ...arguments import literals_are_numbers
 from ...run.problem import COMPLETE, Status
+from ...units import without_units
 
 Values = Mapping[str, NDArray[Any]]
 
@@ -72,9 +74,11 @@ class Criterion:
     def __init__(self, text: str, origin: str = "success") -> None:
         self.text, self._origin = text, origin
         self.names: set[str] = set()
-        tree = self._parsed()
+        self._quantities: dict[str, _Quantity] = {}
+        plain = without_units(text.strip(), self._quantity, origin)
+        tree = self._parsed(plain)
         _check_depth(tree, self._refused)
-        if not literals_are_numbers(tree, text.strip()):
+        if not literals_are_numbers(tree, plain):
             raise self._refused()
         self._tree = tree
         self._holds = self._condition(tree)
@@ -146,14 +150,14 @@ class Criterion:
         """Return the kind of two numbers that are compared or added; None for plain numbers, which fit every kind."""
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
-            what = f"{ast.unparse(one)} is in {first.unit}, {ast.unparse(other)} in {second.unit}"
+            what = f"{self._shown(one)} is in {first.unit}, {self._shown(other)} in {second.unit}"
             raise self._refused(f"about numbers of one unit: {what}")
         return first or second
 
     def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:
         """Return the unit of a number."""
         if (name := _name(node)) is not None:
-            return _Kind.of(units[name])
+            return _Kind.of(self._quantities[name].unit if name in self._quantities else units[name])
         match node:
             case ast.UnaryOp(operand=inner) | ast.Call(args=[inner]):
                 return self._kind(inner, units)
@@ -164,11 +168,22 @@ class Criterion:
                 return _times(self._kind(left, units), self._kind(right, units), power)
         return None
 
-    def _parsed(self) -> ast.expr:
+    def _quantity(self, value: float, unit: str, text: str) -> str:
+        """Keep a number with its unit under a name that no model has, and return the name."""
+        name = f"quantity\N{MIDDLE DOT}{len(self._quantities)}"
+        self._quantities[name] = _Quantity(self._finite(value), unit, text)
+        return name
+
+    def _shown(self, node: ast.expr) -> str:
+        """Return a part of the condition as the user wrote it."""
+        names = re.compile("|".join(map(re.escape, self._quantities)) or "$^")
+        return names.sub(lambda match: self._quantities[match[0]].text, ast.unparse(node))
+
+    def _parsed(self, text: str) -> ast.expr:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
-                return ast.parse(self.text.strip(), mode="eval").body
+                return ast.parse(text, mode="eval").body
         except (SyntaxError, ValueError, MemoryError, RecursionError, Warning):
             raise self._refused() from None
 
@@ -214,6 +229,8 @@ class Criterion:
         """Return the evaluator of a node that is one number per run."""
         if (name := _name(node)) == _STATUS:
             raise self._refused("without numbers of the status, as in 'status == event'")
+        if name in self._quantities:
+            return lambda _: self._quantities[name].value
         if name is not None:
             self.names.add(name)
             return lambda values: values[name]
@@ -273,6 +290,15 @@ class Number:
     def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
         """Raise InputError for unknown names and for names without a number."""
         self._sign.check_names(units, notes)
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    """A number with a unit: both in the SI, and its text."""
+
+    value: float
+    unit: str
+    text: str
 
 
 @dataclass(frozen=True)

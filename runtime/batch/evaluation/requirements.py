@@ -194,7 +194,7 @@ class Evidence:
     high: float
 
     def answer(self, share: float) -> Answer:
-        """Return what the bounds say about a required share."""
+        """Return the verdict of the bounds on a required share."""
         return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
 
 

@@ -99,7 +99,7 @@ def _locked(place: Path, name: str) -> int:
             raise InputError(f"another process is writing {name}: {writer}")
         if _is_still(handle, place):
             return handle
-        os.close(handle)  # the file of a process that has just released it
+        os.close(handle)  # another process has just released this file
 
 
 def _name(handle: int) -> str:

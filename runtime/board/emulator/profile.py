@@ -116,7 +116,7 @@ class StepProfiler:
             self._machine.on_range(address, address + size - 1, self._begin)
 
     def _functions(self) -> list[tuple[int, int]]:
-        """Return where the functions that a step may call are, each once, as some have several names."""
+        """Return the addresses of the functions that a step may call, each once."""
         ranges: list[tuple[int, int]] = []
         places = {place for name, place in self._elf.symbols.items() if not name.startswith(_NOT_THE_LAW)}
         for address, size in sorted(places, key=lambda place: (place[0], -place[1])):

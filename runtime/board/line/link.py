@@ -169,7 +169,10 @@ class Link:
                     return self._checked(self._request(HELLO))
                 except LinkError as error:
                     if time.monotonic() - begin > patience:
-                        raise LinkError(f"no answer from {self._port.name} in {patience:g} s: {error}") from error
+                        hint = "check its port, baud rate and image"
+                        raise LinkError(
+                            f"no answer from {self._port.name} in {patience:g} s ({error}): {hint}"
+                        ) from error
         finally:
             self._tries, self._timeout = tries, timeout
 
@@ -304,7 +307,7 @@ class Link:
         if hello.hash != expected.hash:
             raise InputError(
                 f"{self._port.name}: the board runs {hello.model} {hello.law} ({hello.hash.hex()[:12]}), but "
-                f"{expected.model} {expected.law} ({expected.hash.hex()[:12]}) is asked for: build and flash it"
+                f"{expected.model} {expected.law} ({expected.hash.hex()[:12]}) is needed: build and flash it"
             )
         return hello
 

@@ -113,7 +113,7 @@ def tableau(first: Head, tail: Array) -> tuple[Array, Array]:
 
 
 def order_conditions(a: Array, b: Array) -> Array:
-    """Return what is left of the conditions of order one to four."""
+    """Return the residuals of the conditions of order one to four."""
     c = a.sum(axis=1)
     sums = [b.sum(), b @ c, b @ c**2, b @ a @ c, b @ c**3, b @ (c * (a @ c)), b @ a @ c**2, b @ a @ a @ c]
     return np.array(sums) - [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]

@@ -97,10 +97,8 @@ static real mv_reserve(const mv_loop *l, real ratio)
 
 static inline real mv_within_bounds(real factor) { return mv_min(SPLAT(GROW), mv_max(SPLAT(SHRINK), K(SAFETY) * factor)); }
 
-/* Lanes that nothing has ended, and those that an event has. */
+/* Lanes that nothing has ended. */
 static inline mask mv_going(const mv_loop *l) { return AND(l->alive, EQ(l->status, SPLAT(MV_DONE))); }
-
-static inline mask mv_ended(const mv_loop *l) { return OR(EQ(l->status, SPLAT(MV_EVENT)), EQ(l->status, SPLAT(MV_FAILURE))); }
 
 /* Let lanes take no further step: they end where they are, with this status, once the ticks before that are done. */
 static inline void mv_halt(mv_loop *l, mask m, enum mv_status status) { l->status = SELECT(m, SPLAT(status), l->status); }

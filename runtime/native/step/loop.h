@@ -114,16 +114,22 @@ static mask mv_good_at_tick(mv_loop *l)
     return NOT(AND(over, NOT(mv_allowed(l, over, margin))));
 }
 
+static inline mask mv_finite_row(const mv_loop *l)
+{
+    return AND(mv_finite(l->column, NX), AND(mv_finite(l->u_cmd, NU), mv_finite(l->column + U_COLUMN, NU)));
+}
+
 static void mv_complete_row(mv_loop *l)
 {
     mv_call_outputs(&l->model, l->column, l->column + U_COLUMN, l->r, l->column + Y_COLUMN);
     if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
 }
 
-/* Record the lanes of which an event was the end, unless that is a sample. */
+/* Record the lanes that come to their end before the next tick or there, unless that is a sample or not finite. */
 static void mv_sample_end(mv_loop *l)
 {
-    const mask ended = AND(l->alive, mv_ended(l));
+    const real coming = SPLAT(l->schedule->t[l->tick + 1]);
+    const mask ended = AND(l->alive, AND(NE(l->status, SPLAT(MV_DONE)), LE(l->t, coming)));
     const int due = l->tick % l->schedule->record_every == 0; /* the tick, and with it who has not left it */
     const mask left = AND(ended, due ? LT(SPLAT(l->schedule->t[l->tick]), l->t) : mv_all());
     l->alive = AND(l->alive, NOT(ended));
@@ -136,7 +142,7 @@ static void mv_sample_end(mv_loop *l)
         mv_copy(l->column + Z_COLUMN, mv_integrated(l, l->q), NZ);
     }
     mv_complete_row(l);
-    mv_record_end(l, left);
+    mv_record_end(l, AND(left, mv_finite_row(l)));
 }
 
 static void mv_tick(mv_loop *l)
@@ -144,8 +150,7 @@ static void mv_tick(mv_loop *l)
     const mv_schedule *s = l->schedule;
     const int last = l->tick + 1 == s->ticks, due = last || l->tick % s->record_every == 0;
     mv_sample(l);
-    const mask finite =
-        AND(mv_finite(l->column, NX), AND(mv_finite(l->u_cmd, NU), mv_finite(l->column + U_COLUMN, NU)));
+    const mask finite = mv_finite_row(l);
     const mask good = AND(finite, mv_good_at_tick(l));
     const mask failed = AND(l->alive, NOT(good));
     if (due || mv_any(failed)) {
@@ -158,7 +163,7 @@ static void mv_tick(mv_loop *l)
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);
-        if (EVENTS) mv_sample_end(l);
+        mv_sample_end(l);
         if (SAMPLED && JUMP && (l->tick + 1) % s->hold_every == 0) mv_jump(l, (l->tick + 1) / s->hold_every);
     }
     l->tick++;

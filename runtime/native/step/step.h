@@ -114,7 +114,7 @@ static inline mask mv_free(const mv_loop *l, real end)
 }
 
 /* Integrate all lanes that are alive to a tick, or beyond it where steps pass over ticks but never beyond the last one.
- * Those that cannot get there are retired where they are. */
+ * Those that cannot get there stay where they are, and are retired by mv_sample_end. */
 static void mv_advance(mv_loop *l, double t_tick)
 {
     const mv_schedule *s = l->schedule;
@@ -148,10 +148,6 @@ static void mv_advance(mv_loop *l, double t_tick)
         }
         mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
-    const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));
-    const mask halted = NOT(OR(EQ(l->status, SPLAT(MV_DONE)), mv_ended(l)));
-    const mask stuck = AND(halted, LT(l->t, tick)); /* those that an event ended are to be recorded there */
-    l->alive = AND(l->alive, NOT(OR(beyond, stuck)));
 }
 
 #endif

@@ -64,15 +64,15 @@ _SHOWN = (
 """Types in C whose contents the walk sees completely; any other may have a hidden state."""
 
 
-class UntoldError(Exception):
+class UnidentifiedError(Exception):
     """A law reads something that cannot be identified; the message names it."""
 
 
-def told(function: Callable[..., Any]) -> tuple[str, str]:
+def identify(function: Callable[..., Any]) -> tuple[str, str]:
     """Return the code of a function with everything it reads, or else the part that cannot be identified."""
     try:
         return source(function), ""
-    except UntoldError as error:
+    except UnidentifiedError as error:
         return "", str(error)
 
 
@@ -81,22 +81,22 @@ def source(function: Callable[..., Any]) -> str:
 
     Raises
     ------
-    UntoldError
+    UnidentifiedError
         If something that it reads cannot be identified.
     """
     if not isinstance(function, FunctionType | MethodType):
-        raise UntoldError(f"{type(function).__name__} is not a function with source code")
+        raise UnidentifiedError(f"{type(function).__name__} is not a function with source code")
     try:
         text = inspect.getsource(function)
     except (OSError, TypeError) as error:
-        raise UntoldError(f"the source of {function.__name__} was not found") from error
+        raise UnidentifiedError(f"the source of {function.__name__} was not found") from error
     if function.__name__ == "<lambda>":
-        raise UntoldError("a lambda has no source of its own: define the law with def")
+        raise UnidentifiedError("a lambda has no source of its own: define the law with def")
     walk = _Walk()
     try:
         walk.value(function.__name__, function)
     except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value
-        raise UntoldError(f"what {function.__name__} reads cannot be followed: {error}") from error
+        raise UnidentifiedError(f"what {function.__name__} reads cannot be followed: {error}") from error
     return "\n".join([text.rstrip("\n"), *walk.lines()])
 
 
@@ -113,9 +113,11 @@ class _Walk:
     def value(self, name: str, value: Any) -> None:
         """Add the value of a name."""
         if isinstance(value, ModuleType):
-            raise UntoldError(f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME")
+            raise UnidentifiedError(
+                f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME"
+            )
         if any(value is open_ for open_ in _OPEN):
-            raise UntoldError(f"{name} is read as a whole: name the values that the law needs")
+            raise UnidentifiedError(f"{name} is read as a whole: name the values that the law needs")
         _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
@@ -137,7 +139,7 @@ class _Walk:
             self._class(name, value)
         elif isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc):
             if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
-                raise UntoldError(f"{name} is of numpy.frompyfunc, which hides its function")
+                raise UnidentifiedError(f"{name} is of numpy.frompyfunc, which hides its function")
             self._lines[name] = _known_as(value)
             if _is_bound(value):
                 self.value(f"{name}.__self__", value.__self__)
@@ -169,7 +171,7 @@ class _Walk:
         if not (isinstance(value, np.generic) or _made_in(kind) in _SHOWN) or not (
             plain or _held(value) or not _is_installed(kind)
         ):
-            raise UntoldError(f"{name} is of {kind.__module__}.{kind.__qualname__}, whose state cannot be read")
+            raise UnidentifiedError(f"{name} is of {kind.__module__}.{kind.__qualname__}, whose state cannot be read")
         if not _is_installed(kind) or not plain:
             self.value(f"{name}.__class__", kind)
         self._members(name, _held(value))
@@ -222,7 +224,7 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UntoldError(f"{name} differs between times or processes: use t and x")
+        raise UnidentifiedError(f"{name} differs between times or processes: use t and x")
 
 
 def _is_moving(module: str) -> bool:
@@ -240,12 +242,12 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
 
     Raises
     ------
-    UntoldError
+    UnidentifiedError
         If the code imports, or writes global names.
     """
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
-        raise UntoldError(
+        raise UnidentifiedError(
             f"{code.co_name} reads {min(hidden)}, which can reach any object: name the values that the law needs"
         )
     path: tuple[str, ...] = ()
@@ -256,9 +258,9 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
         if path:
             yield path
         if step.opname == "IMPORT_NAME" and not _imports_installed(str(step.argval)):
-            raise UntoldError(f"{code.co_name} imports {step.argval} while it runs: import it outside of it")
+            raise UnidentifiedError(f"{code.co_name} imports {step.argval} while it runs: import it outside of it")
         if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
-            raise UntoldError(f"{code.co_name} sets the global {step.argval}: a law keeps numbers in its memory")
+            raise UnidentifiedError(f"{code.co_name} sets the global {step.argval}: a law keeps numbers in its memory")
         path = (str(step.argval),) if step.opname in _LOADS else ()
     if path:
         yield path
@@ -296,7 +298,7 @@ def _digest(text: str) -> str:
 
 def _is_key(name: str, key: object) -> bool:
     if not isinstance(key, (*_PLAIN, tuple)):
-        raise UntoldError(f"{name} has the key {key!r}: must be a number or a text")
+        raise UnidentifiedError(f"{name} has the key {key!r}: must be a number or a text")
     return True
 
 

@@ -20,7 +20,7 @@ from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..ticks import fraction
-from .identity import told
+from .identity import identify
 from .law import LawError, OwnLaw, describe
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Signal:
         End of the known input, s.
     text : str
         Identity of the input, where Python knows its code.
-    untold : str
+    unidentified : str
         Reason why it has no such identity.
     """
 
@@ -58,7 +58,7 @@ class Signal:
     instants: FloatArray = field(default_factory=lambda: np.empty(0))
     last: float = np.inf
     text: str = ""
-    untold: str = ""
+    unidentified: str = ""
 
 
 def open_loop(
@@ -119,7 +119,7 @@ def open_loop(
         period=period,
         held=all(signal.held for signal in signals),
         text="\n".join([f"linear = {linear}", *texts]) if all(texts) else "",
-        untold=next((signal.untold for signal in signals if signal.untold), ""),
+        unidentified=next((signal.unidentified for signal in signals if signal.unidentified), ""),
         instants=np.unique(np.concatenate([signal.instants for signal in signals] or [np.empty(0)])),
     )
 
@@ -151,8 +151,8 @@ class _Inputs:
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
     if callable(value):
-        text, untold = told(value)
-        return Signal(value, held=False, text=text, untold=untold)
+        text, unidentified = identify(value)
+        return Signal(value, held=False, text=text, unidentified=unidentified)
     if not isinstance(value, tuple | list):
         try:
             constant = number(name, value, origin)

@@ -18,7 +18,7 @@ from mehvar.base.manifest import Controller, Manifest, Quantity
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray
 from ..ticks import common_step
-from .identity import told
+from .identity import identify
 from .state import state_type
 
 _MEMORY = "\nmemory = "
@@ -60,7 +60,7 @@ class OwnLaw:
         Instants of steps or kinks of inputs over time, s; integration stops at each.
     text : str
         Identity: its source, and everything it reads from its surroundings.
-    untold : str
+    unidentified : str
         Reason why a law has no identity: the part that cannot be identified.
     """
 
@@ -71,7 +71,7 @@ class OwnLaw:
     held: bool = False
     instants: FloatArray = field(default_factory=lambda: np.empty(0))
     text: str = ""
-    untold: str = ""
+    unidentified: str = ""
 
     def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
         """Return the hold time of an input, None for a continuous loop; and the step at which the loop stops.
@@ -131,11 +131,11 @@ def own_law(
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
     quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
-    text, untold = told(function)
+    text, unidentified = identify(function)
     if text:
         text += f"{_MEMORY}{json.dumps(start.tolist())}"
     described = describe(f"python:{name}", title, quantities)
-    return OwnLaw(described, start, caller, period, text=text, untold=untold)
+    return OwnLaw(described, start, caller, period, text=text, unidentified=unidentified)
 
 
 def recorded_memory(text: str) -> list[float] | None:
@@ -175,7 +175,7 @@ class _Caller:
         except Exception as error:
             if is_of_handler(error):
                 raise
-            raise LawError(f"{self._at(t)} raised {_said(error, self._function)}") from error
+            raise LawError(f"{self._at(t)} raised {_message(error, self._function)}") from error
         runs = x.shape[1:]
         if self._memory is None:
             return self._checked(t, "u", result, (len(self._inputs), *runs)), z
@@ -217,7 +217,7 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
     return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64).reshape(shape)  # n may be 0
 
 
-def _said(error: Exception, function: LawFunction) -> str:
+def _message(error: Exception, function: LawFunction) -> str:
     """Return the exception of a law and its place in the law's code."""
     code = getattr(function, "__code__", None)
     frames = [

@@ -29,7 +29,7 @@ Answers = Counter[tuple[bool, str]]
 
 
 def answer(comparison: Comparison) -> str:
-    """Return what a person reads: the same, different, or undecided."""
+    """Return the verdict for a person: the same, different, or undecided."""
     if not comparison.differs:
         return "same"
     telling = [equation for equation in comparison if equation.matters]

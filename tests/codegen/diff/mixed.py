@@ -54,7 +54,7 @@ WRITTEN: tuple[tuple[str, ...], ...] = (
 """Texts of one function each."""
 
 WIDE = tuple(texts for texts in WRITTEN if texts[0] in ("acos(cos({u}))", "atan({u})", "asinh({u})", "tanh({u})"))
-"""Those of them with all values between zero and one."""
+"""Written pairs with all values between zero and one."""
 
 CLAMPS = (
     "Min({h}, Max({l}, {f}))",

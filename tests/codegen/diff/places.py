@@ -73,7 +73,7 @@ class Place:
         return self.fill(self.draw.choice(BINARY), u=self._function(depth - 1), v=self._function(depth - 1))
 
     def value(self, text: str, **moved: sp.Expr) -> sp.Expr | None:
-        """Return what a text is at the place, None without a real value."""
+        """Return the value of a text at the place, None without a real value."""
         point = {**self.at, **moved}
         value = sp.sympify(text, locals={n: sp.Symbol(n, real=True) for n in point})
         value = value.subs({sp.Symbol(n, real=True): x for n, x in point.items()}).evalf(_DIGITS)

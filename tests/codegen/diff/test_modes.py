@@ -23,6 +23,14 @@ def modal(torque: str, rate: str = "0"):
     return dataclasses.replace(made, results=tuple(rows))
 
 
+def started(made, state: str, number: int):
+    """Give a state a start."""
+    row = next(row for row in made.results if row.name == "z(0)")
+    number = len(made.nodes), ("num", str(number))
+    rows = (*made.results, dataclasses.replace(row, name=f"{state}(0)", node=number[0]))
+    return dataclasses.replace(made, results=rows, nodes=(*made.nodes, number[1]))
+
+
 def toggled(torque: str):
     """A mode z that starts at 0 and is reset to 1 - z."""
     made = modal(torque)
@@ -51,12 +59,43 @@ def piecewise(*branches: str) -> str:
         (piecewise("-k, z > 1", "k, z > 0"), piecewise("-k, z >= 1", "k, z > 0"), 1),
         (piecewise("k, z < 2"), piecewise("k, z <= 2"), 2),
         (f"c0 = z - 2\n{piecewise('k, c0 < 0')}", f"c0 = z - 2\n{piecewise('k, c0 <= 0')}", 2),
+        (piecewise("k, z*m > m"), piecewise("k, z*m >= m"), 1),
+        (piecewise("k, z*m > 2*m"), piecewise("k, m*(z - 2) >= 0"), 2),
+        (piecewise("k, z*x > x"), piecewise("k, z*x >= x"), 1),
+        ("v': k*sign(z*m - m)", "v': k*Piecewise((1, z*m >= m), (-1, True))", 1),
     ],
 )
 def test_a_condition_at_a_number_of_the_mode_is_a_change(old, new, at):
     change = compare(modal(old), modal(new))["v'"]
     assert change.verdict is Fate.CHANGED
     assert f"they differ at z = {at}, to which it is set" in change.how
+
+
+def test_at_joint_numbers_of_two_modes_there_is_a_change():
+    old, new = (modal(f"x': 0\n{piecewise('k, z*m > x*m')}".replace(">", sign)) for sign in (">", ">="))
+    assert compare(old, new)["v'"].verdict is Fate.REARRANGED  # nothing sets x
+    old, new = (started(side, "x", 2) for side in (old, new))
+    assert "they differ at x = 2 and z = 2, to which they are set" in compare(old, new)["v'"].how
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [
+        ("k, m > 2", "k, m >= 2", "m = 2, which it may be"),
+        ("k, 3*m < 2*k", "k, 3*m <= 2*k", "k = "),
+        ("k, z > m", "k, z >= m", "m = 1, which it may be"),
+        ("floor(m), m < k", "ceiling(m) - 1, m < k", "m = 1, which it may be"),
+    ],
+)
+def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at):
+    change = compare(modal(piecewise(old)), modal(piecewise(new)))["v'"]
+    assert change.verdict is Fate.UNDECIDED
+    assert f"they differ at {at}" in change.how
+
+
+def test_a_threshold_that_a_parameter_cannot_have_is_the_same():
+    """The parameter m is positive."""
+    assert not compare(modal(piecewise("k, m > 0")), modal(piecewise("k, m >= 0"))).differs
 
 
 def test_at_a_number_that_a_reset_may_give_is_undecided():

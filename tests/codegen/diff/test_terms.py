@@ -26,7 +26,7 @@ def test_the_place_of_an_edit_is_the_innermost_that_explains_it(old, new, path):
 
 @pytest.mark.parametrize("after", ["2", "1", "3", "-1", "-2", "4", "-3", "1/2", "-1/2", "3/2"])
 def test_another_exponent_is_an_edit_of_the_exponent(after):
-    """Of a length, which is positive, so that its roots have values."""
+    """The base is a length: its roots have values because it is positive."""
     (edit,) = compare(document("f: x*l**5 + y"), document(f"f: x*l**({after}) + y"))["f"].edits
     assert edit.kind is Kind.EXPONENT
     assert edit.says == f"exponent of l: 5 became {after}"

@@ -180,7 +180,7 @@ SHAPES: tuple[Callable[[str, sp.Rational, sp.Rational], list[str]], ...] = (insi
 
 
 def windows(draw: random.Random) -> Iterator[Row]:
-    """Yield what acts inside a window only, and windows written in two ways."""
+    """Yield terms that act inside a window only, and windows written in two ways."""
     yield from _windows(draw, RANGES)
 
 

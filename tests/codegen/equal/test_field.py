@@ -51,7 +51,7 @@ def test_the_primes_are_as_they_are_described():
 
 @pytest.mark.parametrize("kind", [real, beyond])
 def test_roots_are_roots(kind):
-    """Of every square one of its two roots; of what has none in F_P, i times a number."""
+    """A square has one of its two roots; a number without a root in F_P has i times a number."""
     for k in DRAWS:
         a = kind(k)
         square = mul(a, a)

@@ -102,6 +102,15 @@ def test_circular_definitions_are_refused():
         to_casadi([a], {}, {a: b + 1, b: a + 1})
 
 
+def test_a_definition_that_divides_by_zero_whatever_the_values_is_refused() -> None:
+    x, whole, over = sp.symbols("x whole over")
+    definitions = {whole: x - x * (1 / x) * x, over: 1 / whole}
+    with sp.evaluate(False):
+        definitions[whole] = sp.Add(x, sp.Mul(-1, x))
+    with pytest.raises(LoweringError, match="definition over is inf whatever the values are, as it divides by zero"):
+        to_casadi([over], {x: ca.SX.sym("x")}, definitions)
+
+
 def test_matches_numpy_for_atan2_quadrants():
     for x, y in [(-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (0.0, -2.0)]:
         assert evaluate(sp.atan2(Y, X), x, y) == np.arctan2(y, x)

@@ -245,3 +245,15 @@ def test_a_function_without_a_value_is_named():
         UnknownFunctionError, match=r"no 50-digit value for besselj in besselj\(0, x\); functions known: .*acos, "
     ):
         Sides(Pool()).entries(sp.besselj(0, x))
+
+
+def test_an_inverse_is_printed_and_not_computed(monkeypatch):
+    def computed(self, **hints):
+        raise AssertionError("computed")
+
+    monkeypatch.setattr(sp.ImmutableDenseMatrix, "_eval_inverse", computed)
+    product = sp.MatMul(sp.Inverse(sp.ImmutableMatrix([[x, y], [0, 1]])), sp.ImmutableMatrix([x, r]))
+    assert names.as_text(product) == "[x, y; 0, 1]**(-1)*[x; r]"
+    assert names.as_latex(product) == (
+        r"\left[\begin{matrix}x & y\\0 & 1\end{matrix}\right]^{-1} \left[\begin{matrix}x\\\rho\end{matrix}\right]"
+    )

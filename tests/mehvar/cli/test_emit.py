@@ -68,7 +68,7 @@ def units(folder: Path, kind: str) -> list[Path]:
 
 
 def checksum(path: Path, model: str, law: str) -> int:
-    """Return what the self-test of a process says."""
+    """Return the output of a process's self-test."""
     port = ProcessPort(path)
     try:
         layout = program(load(model), law).layout

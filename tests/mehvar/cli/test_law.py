@@ -27,7 +27,7 @@ def test_it_is_the_plant_under_another_law(project: Path) -> None:
     own, plant = runtime.load(project / "generated" / "hover"), runtime.load("satellite")
     assert (own.state_names, own.parameter_names) == (plant.state_names, plant.parameter_names)
     assert list(own.manifest.controllers) == ["hover"]
-    assert "rms_roll" not in own.manifest.metrics  # of the reference model that the paper's laws keep
+    assert "rms_roll" not in own.manifest.metrics  # memory of the reference model in the paper's laws
     x, u, p = plant.state(roll=0.3, wx=0.1, hz=1.0), [0.1, -0.2, 0.3], plant.parameters()
     np.testing.assert_array_equal(own.rhs(x, u, p), plant.rhs(x, u, p))
     gains = {f"gain_{u}": 0.01 for u in own.input_names}

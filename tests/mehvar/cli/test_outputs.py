@@ -46,12 +46,12 @@ LINES: Mapping[tuple[str, str], tuple[tuple[str, ...], str, str]] = {
     ("export fmu", "out"): (FMU[:-2], "a.fmu", "mehvar.fmu.export.load"),
     ("export web", "out"): (("export", "web", PENDULUM), "", "mehvar.web.export.cases_of"),
 }
-"""Of each option that names an output: a line without it, a name of its kind, empty for a folder, and the work."""
+"""For each option that names an output: a line without it, a name of its kind, empty for a folder, and the work."""
 ELSEWHERE = {("batch", "out"): "a store takes its place before its first run: tests/mehvar/cli/test_batch.py"}
 ELSEWHERE[("require", "out")] = ELSEWHERE[("batch", "out")]
 READ = {("board tune", "journal"), ("board replay", "journal")}
 FILES = [row for row, (_, name, _) in LINES.items() if name and row != ("board run", "journal")]
-"""Those whose ending says what they are."""
+"""Outputs whose ending gives the format."""
 
 
 @pytest.fixture
@@ -186,7 +186,7 @@ def fill(folder: Path) -> None:
 
 
 def contents(folder: Path) -> dict[str, str]:
-    """Return what stands in a folder: files with their text, links with where they lead, pipes and folders."""
+    """Return the content of a folder: files with their text, links with their targets, pipes and folders."""
     return {
         str(path.relative_to(folder)): str(path.readlink())
         if path.is_symlink()

@@ -481,7 +481,7 @@ def test_the_entry_for_pre_commit_is_the_hook(project, hook, command):
 
 
 def test_the_steps_of_the_github_action_run(project, command):
-    """Those that are ours, as the runner calls them: in one shell that stops at the first failure."""
+    """Our own steps, as the runner calls them: in one shell that stops at the first failure."""
     text = shown_file(".github/workflows/equations.yml")
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     project.generate()

@@ -32,7 +32,7 @@ class Graph:
 
 
 def visible(node: ET.Element) -> str:
-    """Return what a formula says, without the signs that cannot be seen."""
+    """Return the visible text of a formula."""
     return "".join(node.itertext()).replace("\u2062", "").replace("\u2061", "")
 
 

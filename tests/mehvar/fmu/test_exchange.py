@@ -17,7 +17,7 @@ OK, ERROR = 0, 3
 
 
 class Callbacks(c.Structure):
-    """Those of FMI 2; none is called here."""
+    """Callbacks of FMI 2; none is called here."""
 
     _fields_ = [(name, c.c_void_p) for name in ("logger", "allocate", "free", "finished", "environment")]
 

@@ -11,7 +11,8 @@ import mehvar
 pytestmark = pytest.mark.peers
 
 BOUND = 1e-9
-"""Of continuous loops, by the largest of a state: the tolerance is 1e-11, and measured are 3.8e-10, for slosh."""
+"""Bound for continuous loops, relative to the largest value of a state: the tolerance is 1e-11, and measured are
+3.8e-10, for slosh."""
 
 CASES = [("triangle", "path", 10.0, 0.125), ("satellite", "pd", 60.0, 0.5), ("slosh", "lyapunov-v1", 20.0, 0.25)]
 

@@ -16,6 +16,8 @@ import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.units import UNITS
 from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
 
 READERS = {"csv": pandas.read_csv, "parquet": pandas.read_parquet, "arrow": pandas.read_feather}
 
@@ -38,7 +40,7 @@ def batch(tmp_path_factory):
 @pytest.mark.parametrize("to", ["csv", "parquet", "arrow"])
 def test_a_run_as_a_table(run, to, tmp_path):
     source, dataset = run
-    assert convert(source, to, tmp_path / f"run.{to}") == [tmp_path / f"run.{to}"]
+    assert convert(source, to, tmp_path / f"run.{to}").paths == [tmp_path / f"run.{to}"]
     frame = READERS[to](tmp_path / f"run.{to}")
     assert len(frame) == dataset.sizes["t"]
     for name in ("t_s", "rho", "theta_rad", "u_w2_rad_per_s", "mu_m2"):
@@ -62,12 +64,44 @@ def test_units_are_in_the_metadata_of_columns(run, to, tmp_path):
 @pytest.mark.parametrize("to", ["csv", "parquet", "arrow"])
 def test_a_batch_as_two_tables(batch, to, tmp_path):
     source, dataset = batch
-    table, series = convert(source, to, tmp_path / f"runs.{to}")
+    table, series = convert(source, to, tmp_path / f"runs.{to}").paths
     runs, samples = (READERS[to](path) for path in (table, series))
     assert (len(runs), len(samples)) == (5, 5 * dataset.sizes["t"])
     np.testing.assert_array_equal(runs["theta_0_rad"], dataset["theta_0"])
     np.testing.assert_array_equal(runs["final_theta_rad"], dataset["final"].sel(state="theta"))
     np.testing.assert_array_equal(samples.query("run == 3")["theta_rad"], dataset["theta"][3])
+
+
+class StopError(Exception):
+    """Ends a batch after a block."""
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory):
+    path = tmp_path_factory.mktemp("part") / "runs.zarr"
+
+    def report(runs, *_):
+        if runs == 2:
+            raise StopError
+
+    campaign = Campaign("path", 5, save_every=1.0, options={"t_end": 2.0})
+    with pytest.raises(StopError):
+        run_batch(mehvar.load("triangle"), campaign, path, chunk=2, report=report)
+    return path
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet", "netcdf", "mat"])
+def test_runs_that_were_not_made_are_left_out_and_counted(part, to, tmp_path):
+    conversion = convert(part, to, tmp_path / f"runs{ENDINGS[to]}")
+    assert conversion.note == "2 of 5 runs are stored; the others are left out"
+    if to in READERS:
+        runs, samples = (READERS[to](path) for path in conversion.paths)
+        assert (list(runs["run"]), len(samples)) == ([0, 1], 2 * 3)
+    elif to == "mat":
+        assert loadmat(conversion.paths[0])["status"].ravel().tolist() == [0, 0]
+    else:
+        with xarray.open_dataset(conversion.paths[0], engine="h5netcdf", decode_timedelta=False) as whole:
+            assert (whole["run"].values.tolist(), whole["status"].values.tolist()) == ([0, 1], [0, 0])
 
 
 def test_a_batch_whole(batch, tmp_path):

@@ -53,7 +53,7 @@ def test_the_app_of_cfs(emitted):
 
 
 def component_base(fpp: str) -> str:
-    """Return what F Prime's autocoder makes of a component, as far as the component here calls it."""
+    """Return the part of F Prime's generated code that the component here calls."""
     arrays = re.findall(r"array (\w+) = \[(\d+)\] F32", fpp)
     parameters = re.findall(r"param (\w+): F32 default (\S+)", fpp)
     channels = re.findall(r"telemetry (\w+): (F32|U32)", fpp)

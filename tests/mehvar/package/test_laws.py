@@ -42,7 +42,7 @@ LAWS = (("satellite", "mrac"), ("triangle", "path"), ("slosh", "lyapunov-v2"))
 
 
 def closed_loop(subject: Program) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield what a law gets at a sample, measurement, reference and applied input, and its answer on this machine."""
+    """Yield measurement, reference and applied input of a law at a sample, and its answer on this machine."""
     model, law, period = subject.model, subject.law, subject.period
     resolved = subject.resolved
     host = HostLaw(subject, resolved)

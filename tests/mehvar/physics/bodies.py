@@ -85,7 +85,7 @@ def _spins(at: Points) -> Array:
 
 
 def _bob(at: Points, k: int) -> Array:
-    """Return what I_i multiplies as angular velocity of bob k: a choice of the convention."""
+    """Return the angular velocity of bob k that I_i multiplies, by the convention."""
     convention = at.machine.system.structure["inertia"]
     if convention == "ball":
         s, slip = arm(at, k)

@@ -18,7 +18,7 @@ AXES = ("roll", "pitch", "yaw")
 
 
 def gates_of(subject: Machine) -> list[Gate]:
-    """Return what must hold for a set of wheels along any axes, balanced or not, on an ellipse."""
+    """Return the gates of a set of wheels along any axes, balanced or not, on an ellipse."""
     return [
         identity("energy of body and wheels", lambda at: at.call("energy")[:, 0], _energy),
         identity("momentum of body and wheels", lambda at: at.call("momentum"), _momentum),
@@ -233,7 +233,7 @@ def _field(at: Points) -> Array:
 
 
 def _measured(at: Points) -> Array:
-    """Return what instruments are to show: the state with the gyro's bias, field and Sun in body axes."""
+    """Return the true readings of the instruments: the state with the gyro's bias, field and Sun in body axes."""
     sun = rotations.apply(_body_axes(at), _direction(at["sun_ascension"], at["sun_declination"]))
     truth = {f"w{i}": at[f"w{i}"] + at[f"bias_{i}"] for i in "xyz"}
     truth |= dict(zip(_names("mag_"), _field(at).T, strict=True))

@@ -16,7 +16,7 @@ _ENDS = ((1, 2), (2, 0), (0, 1))
 
 
 def gates_of(_: Machine) -> list[Gate]:
-    """Return what must hold."""
+    """Return the gates of the dynamic triangle."""
     return [
         identity("computed forces", _accelerated, _wanted),
         identity("lengths, rates and momentum are those of the masses", lambda at: at.along(_flat), _relative),
@@ -104,7 +104,7 @@ def _distance(at: Points) -> Array:
 
 
 def _gravity(at: Points) -> Array:
-    """Return what gravity adds to each mass beside its centre's acceleration, to first order in the place."""
+    """Return the gravity gradient on each mass, to first order in the place."""
     X, r = _places(at), np.stack([np.cos(at["nu"]), np.sin(at["nu"])], axis=-1)[:, None, :]
     strength = (at["mean_motion"] ** 2 / _distance(at) ** 3)[:, None, None]
     return np.asarray(strength * (3 * r * np.sum(r * X, axis=-1, keepdims=True) - X))
@@ -232,7 +232,7 @@ def _at_target(at: Points) -> Points:
 
 
 def _errors() -> list[Gate]:
-    """Return what the errors of a run are: differences in the shape disc, and the area that is still to be enclosed."""
+    """Return the errors of a run: differences in the shape disc, and the area that is still to be enclosed."""
 
     def distance(at: Points) -> Array:
         return at["rho_ref"][:, None] - _zeta(at) * np.exp(-1j * at["phi_ref"])[:, None]

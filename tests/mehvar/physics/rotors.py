@@ -16,7 +16,7 @@ from mehvar.physics.gates import dot
 from mehvar.physics.machine import Array, Points
 
 RADIUS, HEIGHT = 0.4, 0.3
-"""Of a wheel's points about its axis and along it, m; no sum depends on them."""
+"""Distance of a wheel's points from its axis and along it, m; no sum depends on them."""
 
 
 @dataclass(frozen=True)

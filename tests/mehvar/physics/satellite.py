@@ -11,7 +11,7 @@ from tests.mehvar.physics import rotations
 
 
 def gates_of(subject: Machine) -> list[Gate]:
-    """Return what must hold for a chart."""
+    """Return the gates of a chart."""
     quaternion = subject.system.structure["chart"] == "quaternion"
     read = shown if quaternion else np.asarray
     found = [
@@ -126,7 +126,7 @@ def _square_wave(at: Points) -> Array:
 
 
 def _power(at: Points) -> Array:
-    """Return what changes the energy: torques on the body, and on wheels that turn relative to it."""
+    """Return the power of all torques: torques on the body, and on wheels that turn relative to it."""
     outside = dot(_w(at), _environment(at)) + dot(_orbit_rate(at), _gradient(at))
     return outside + dot(_wheel_torque(at), _w(at) - at["wheels"][:, None] * _absolute_speed(at))
 

@@ -18,7 +18,7 @@ FLOOR = 1e-12
 
 
 def gates_of(subject: Machine) -> list[Gate]:
-    """Return what must hold for a structure."""
+    """Return the gates of a structure."""
     structure = subject.system.structure
     count, inertia = int(structure["pendulums"]), structure["inertia"]
     found = [*_balances(structure["attitude"]), *_outputs(), *_prescribed(), *_limits(count, structure)]
@@ -136,7 +136,7 @@ def _there_and_back(at: Points) -> Array:
 
 
 def _prescribed() -> list[Gate]:
-    """Return what holds for the reduced model, the hull of which is moved by whatever wrench it takes."""
+    """Return the gates of the reduced model, whose hull takes any wrench that its motion needs."""
     flow = "rhs_reduced"
 
     def hull(at: Points) -> Array:

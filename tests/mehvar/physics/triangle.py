@@ -16,7 +16,7 @@ _LOOP = 64
 
 
 def gates_of(subject: Machine) -> list[Gate]:
-    """Return what must hold for equal or general masses, of rods that follow their rates."""
+    """Return the gates of equal or general masses, with rods that follow their rates."""
     found = [
         identity("angular momentum", momentum, lambda at: at["H"] + at["disturbance"] * _inertia(at)),
         identity("rods join the masses", lambda at: at.call("lengths"), rods),
@@ -47,7 +47,7 @@ _EXCHANGE = Symmetry("reflection", _FLIPPED, {"m1": "m2", "m2": "m1"})
 
 
 def _errors() -> list[Gate]:
-    """Return what the errors of a run are: differences in the shape disc, and the area that is still to be enclosed."""
+    """Return the errors of a run: differences in the shape disc, and the area that is still to be enclosed."""
 
     def arrived(at: Points) -> Points:
         return at.moved(rho=at["rho_ref"], phi=at["phi_ref"], mu=at["mu_ref"])

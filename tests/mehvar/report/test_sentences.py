@@ -24,7 +24,7 @@ OTHERWISE = {
 
 
 def sentences(sections):
-    """Return what a page says in words: its paragraphs, titles and captions, by sentence."""
+    """Return the sentences of a page: paragraphs, titles and captions."""
     texts = []
     for section in sections:
         texts.append(section.title)

@@ -41,7 +41,8 @@ from .balances import Balances, assembled
 from .table import BEAM, BODY, HUB, JOINT, LOSSY, PARTS, PUSH, TURN
 
 ROUNDING = 1e-12
-"""Of two ways to solve the same equations, over the largest rate: some thousand operations on numbers near one."""
+"""Difference of two solutions of the same equations over the largest rate: some thousand operations on numbers near
+one."""
 PERMUTED = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 TURNED = np.linalg.qr(np.array([[1.0, 0.2, 0.3], [-0.4, 1, 0.5], [0.3, -0.6, 1]]))[0]
 TURNED *= np.sign(np.linalg.det(TURNED))
@@ -271,7 +272,7 @@ def linear(balances: Balances, names: list[str]) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["sprung mass", "hinge"])
 def test_small_motion_is_a_mode(kind):
-    """Of the frequency sqrt(k/m), with a participation along the motion and about O."""
+    """Its frequency is sqrt(k/m), with a participation along the motion and about O."""
     if kind == "sprung mass":
         part, mass, k = SprungMass("a", **SPRUNG), 3.0, 3.0
         along, place, name = np.array(SPRUNG["axis"]), np.array(SPRUNG["at"]), "a_place"
@@ -397,7 +398,7 @@ def test_a_cable_keeps_the_balances():
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(50))
 def test_random_assemblies_keep_their_balances(seed):
-    """Of one to six parts of the table each, in any order; the hub anywhere among them."""
+    """One to six parts of the table, in any order; the hub is anywhere among them."""
     rng = np.random.default_rng(seed)
     names = rng.choice(list(PARTS), size=rng.integers(1, 7))
     parts: list[Part] = [replace(PARTS[name], name=f"part{k}") for k, name in enumerate(names)]

@@ -106,7 +106,7 @@ def test_a_run_ends_where_the_fuel_is_used_up(burning):
 def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
     run = mehvar.simulate(burning, lambda t, x: [0.0, 0.3], period=0.1, t_end=20.0)
     assert run.attrs["reason"] == "end time reached"
-    assert 1.0 - 0.03 < run["spare_fuel"][-1] <= 1.0
+    assert 1.0 - 0.3 * 0.1 < run["spare_fuel"][-1] <= 1.0
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,11 @@ def assembled(*parts, **options):
     [
         (lambda: assembled(), "has no parts: add a Hub"),
         (lambda: assembled(Wheel("w", axis=(1, 0, 0), inertia=0.1)), "has no mass: add a Hub"),
+        (lambda: assembled(Hub("hub", mass=1.0, inertia=(0, 0, 0))), "craft has no inertia about x: give the Hub one"),
+        (
+            lambda: assembled(HUB, Hinge("panel", 1.0, (1, 0, 1), axis=(0, 1, 0), centre=(0, 1, 0))),
+            "panel: no mass and no inertia moves with panel_rate: give panel an inertia about its axis",
+        ),
         (lambda: assembled(Hub("hub", mass=0.0, inertia=BALL)), r"hub_m = 0.0: must be a number in \(0, inf\), kg"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=1.0)), "hub.inertia = 1.0: must be three moments"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=((1, 2, 0), (0, 1, 0), (0, 0, 1)))), "must be symmetric"),

@@ -221,7 +221,7 @@ def satellite() -> System:
 
 
 def meaning(pool: Pool, of: System) -> tuple[Meaning, dict[str, int]]:
-    """Return what names mean in a system, and its rates by state."""
+    """Return the meanings of names in a system, and its rates by state."""
     sides, definitions, nodes = Sides(pool), {s.name: e for s, e in of.definitions.items()}, {}
 
     def target(name: str):

@@ -65,7 +65,7 @@ class Generated:
         return [q.name for q in getattr(self.manifest, key)]
 
     def law(self, law: str) -> Controller:
-        """Return what the manifest says of a law."""
+        """Return the entry of a law in the manifest."""
         return self.manifest.controllers[law]
 
     def memory(self, law: str) -> list[str]:

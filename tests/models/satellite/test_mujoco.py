@@ -9,7 +9,7 @@ from tests.models.satellite.loop import satellite
 from tests.reference.reference_satellite import INERTIA, SPIN
 
 TRANSVERSE = 0.7 * SPIN
-"""Of each wheel, part of the satellite's inertia: any value does that a body can have."""
+"""Transverse inertia of each wheel: any value that a body can have."""
 
 
 def body():

@@ -164,5 +164,5 @@ def implicit(pendulums: str = "2", inertia: str = "paper") -> ca.Function:
 
 
 def rate_positions(model: Slosh) -> list[int]:
-    """Return where the rates of the derived equations stand in the right-hand side."""
+    """Return the places of the derived rates in the right-hand side."""
     return [model.index(name) for name in model.system.rates]

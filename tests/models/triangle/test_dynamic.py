@@ -16,7 +16,7 @@ from tests.reference.cartesian_triangle import place, rods
 from tests.tools import needs
 
 EXACT = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}
-"""Of SciPy: ten times tighter moves no number here by more than 1e-11."""
+"""Tolerances of SciPy: ten times tighter ones move no number here by more than 1e-11."""
 ENDS = ((1, 2), (2, 0), (0, 1))
 MASSES = (1.0, 2.0, 3.5)
 

@@ -40,7 +40,7 @@ def test_a_run_is_the_same_point_in_every_piece(first: int, count: int, design: 
 
 
 def test_listed_values_are_those_of_the_runs(tmp_path) -> None:
-    """Of more runs than a block, beside what is drawn, in every design; a run is repeated from its store alone."""
+    """More runs than a block, beside drawn values, in every design; a run is repeated from its store alone."""
     angles = np.linspace(-1, 1, 301)
     options = {"controller": "path", "t_end": 0.02, "vary": {"theta_0": angles, "rho": "uniform(0.2, 0.4)"}}
     drawn = mehvar.batch("triangle", "path", 301, t_end=0.02, vary={"rho": "uniform(0.2, 0.4)"})
@@ -121,7 +121,7 @@ def test_bits_are_pinned() -> None:
 
 
 def test_points_of_a_sobol_sequence_are_in_the_middle_of_their_cells() -> None:
-    """Of 2^-32 each, so that none is at zero or one, where a quantile is infinite."""
+    """Cells of 2^-32: no point is at zero or one, where a quantile is infinite."""
     halves = Sampler("sobol", [("a",), ("b",)], 64, 5).points(0, 64) * 2.0**33
     np.testing.assert_array_equal(halves % 2, 1)
 

@@ -288,7 +288,7 @@ def test_a_full_disk_stops_cleanly_and_the_rest_follows(
 
 
 def test_a_lack_of_memory_stops_cleanly_and_the_rest_follows(pendulum: runtime.Model, tmp_path: Path) -> None:
-    """Of the process's own limit; the block's series alone would take gigabytes."""
+    """The process limits its own memory; the block's series would take gigabytes."""
     campaign = Campaign("pd", n=40_000, options={"t_end": 10.0}, save_every=0.01)
     limits = resource.getrlimit(resource.RLIMIT_AS)
     pages = int(Path("/proc/self/statm").read_text().split()[0])
@@ -354,8 +354,8 @@ def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
     rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
     straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
     assert straight.n < 240
-    real = fill._here
-    monkeypatch.setattr(fill, "_here", lambda blocks: lambda missing: real(blocks)(missing[::-1]))
+    real = fill._local
+    monkeypatch.setattr(fill, "_local", lambda blocks: lambda missing: real(blocks)(missing[::-1]))
     run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
     assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
 

@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[3]
 CAMPAIGN = Campaign(
     "path", n=96, seed=5, vary={"l1_0": "normal(0.2, 0.01)", "R": "uniform(0.6, 0.72)"}, options={"t_end": 0.5}
 )
-PATIENCE = "2s"  # before a process that was killed is given up
+PATIENCE = "2s"  # until a killed process counts as lost
 
 
 def dask(*arguments: str, cwd: Path | None = None, **environment: str) -> subprocess.Popen[bytes]:

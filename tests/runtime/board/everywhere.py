@@ -133,7 +133,7 @@ def short() -> Iterator[tuple[str, Target]]:
 
 
 def digest(model: runtime.Model, law: str, target: Target) -> str:
-    """Return what a cell depends on besides its compiler: the C text that is compiled, and the command's words."""
+    """Return the inputs of a cell besides its compiler: the C text and the words of the command."""
     words: list[str] = []
     if target.target == BATCH:
         folders = (NATIVE / name for name in ("include", "step", "methods", "batch", "random"))
@@ -203,20 +203,19 @@ def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
 _HEAD = """\
 # Every law on every target
 
-Written by `python -m tests.runtime.board.everywhere`, which `make soak` runs; a test fills a part of it anew, with each
-law and each kind of target. @run@.
+`make soak` writes this page (`python -m tests.runtime.board.everywhere`); a test repeats a part of it. @run@.
 
-A number is the largest difference, in units of the last place, of the law's inputs and memory and of the plant's states
-from those of this machine, an x86-64 with gcc; in the lanes of a batch 0 says that every result has the same bits. The
-self-test, law and plant on the target alone, has the checksum of this machine, or the cell says so. The firmware is
-compiled with `-std=c99 -pedantic`. Emulators are not silicon. `–` was not run.
+A number is the largest difference between the target and this machine, an x86-64 with gcc, in units of the last place.
+It covers the law's inputs and memory and the plant's states. The self-test, in which the target computes law and plant,
+must have the same checksum here. The firmware is compiled with `-std=c99 -pedantic`. Emulators are not silicon. `–` was
+not run.
 
 """
 _TAKES = """\
 
 ## What a law takes
 
-STM32F405, Cortex-M4F under Unicorn, bytes; the stack as it was used, and as it is bounded from the instructions.
+STM32F405, Cortex-M4F under Unicorn, in bytes. The bound of the stack is computed from the instructions.
 
 | law | compiler | instructions of a step | flash | static RAM | stack used | bound |
 |---|---|---|---|---|---|---|

@@ -21,7 +21,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def checksums(place: Path) -> dict[str, str]:
-    """Of the self-test on this machine, by law."""
+    """Checksums of the self-test on this machine, by law."""
     return {law: cell(law, TARGETS[0], SAMPLES, place).crc for law in laws()}
 
 

@@ -46,7 +46,7 @@ def library_in(folder: Path) -> Path:
 
 
 def entries(cache: Path) -> list[Path]:
-    """Return what stands in the cache, unfinished work included."""
+    """Return the content of the cache, unfinished work included."""
     return list(cache.glob("*/*"))
 
 

@@ -127,7 +127,7 @@ def wrong_names(folder: Path, headers: list[str], model: str, *flags: str) -> li
 
 @pytest.mark.parametrize("flags", [(), ("-DMEHVAR_FLOAT", "-DMEHVAR_LANES=8")], ids=["one lane", "lanes"])
 def test_every_public_name_is_prefixed(exported: Path, flags: tuple[str, ...]) -> None:
-    """Of every macro, type, function, constant and variable, as the compiler sees them."""
+    """Macros, types, functions, constants and variables, as the compiler sees them."""
     headers = public_headers(exported)
     assert wrong_names(exported, headers, model_of(exported), *flags) == []
 

@@ -76,7 +76,7 @@ def test_stiffness_that_passes_is_forgotten(folder: Path, mu: float) -> None:
     [(True, "14 + 5 - 1 +"), (False, "14 + 6 - 14 +"), (True, "15 +"), (True, "7 + 3 - 4 + 3 - 4 +")],
 )
 def test_so_many_steps_in_a_row_forget_stiffness(stiff: bool, steps: str) -> None:
-    """Of the Python backend, with the numbers of `native/step/stiffness.h`."""
+    """The Python backend has the numbers of `native/step/stiffness.h`."""
     test, words = StiffTest(), steps.split()
     for count, sign in zip(words[::2], words[1::2], strict=True):
         for _ in range(int(count)):

@@ -62,7 +62,7 @@ def test_fewer_samples_cost_no_more(loop: str, method: str) -> None:
     dt = LOOPS[loop][3]
     many, some, few = (run(loop, method, 1e-6, dt_out=factor * dt).statistics for factor in (1, 10, 100))
     assert few["evaluations"] <= some["evaluations"] <= many["evaluations"]
-    if method != "dop853":  # which takes shorter steps where it needs them between their ends
+    if method != "dop853":  # dop853 shortens steps where its samples need it
         assert many == few
 
 

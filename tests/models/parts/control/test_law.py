@@ -172,3 +172,10 @@ def test_wrong_laws_are_refused(parts, write, words):
     craft.law("l", write)
     with pytest.raises(MehvarError, match=words):
         craft.system()
+
+
+def test_a_branch_in_a_law_names_the_function_to_write():
+    craft = craft_of(Torquer("torque"))
+    craft.law("limited", lambda law: {"torque": (min(law.parameter("k", 0.4, "N m"), 1), 0, 0)})
+    with pytest.raises(MehvarError, match=r"test_law.py:\d+: a Python branch asks .* k > 1; use .* sympy.Min"):
+        craft.system()

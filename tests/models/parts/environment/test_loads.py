@@ -189,7 +189,7 @@ def test_gravity_gradient_of_a_ball_vanishes():
 
 
 def test_angular_momentum_about_the_earth_and_energy_are_kept():
-    """Of orbit and craft together: the force of the gradient takes what its torque gives; with two-body gravity."""
+    """Orbit and craft together: the force of the gradient takes what its torque gives; with two-body gravity."""
     craft = Spacecraft("craft", orbit=Orbit())
     for part in (HUB, Wheel("wheel", axis=(1, 2, 1), inertia=0.2), GravityGradient()):
         craft.add(part)
@@ -223,7 +223,7 @@ def test_angular_momentum_about_the_earth_and_energy_are_kept():
 
 
 def test_balances_with_all_loads():
-    """Of energy and angular momentum relative to the centre of mass."""
+    """Energy and angular momentum relative to the centre of mass."""
     craft = Spacecraft("craft", orbit=ORBIT)
     parts = (
         HUB, Wheel("wheel", axis=(0.3, -0.5, 0.7), inertia=0.2),

@@ -86,7 +86,7 @@ def test_air_takes_energy():
 
 
 def test_libration_in_pitch():
-    """Of a craft that points to the Earth: at n sqrt(3 (Jx - Jz)/Jy), with x along the motion and z down."""
+    """A craft that points to the Earth librates at n sqrt(3 (Jx - Jz)/Jy), with x along the motion and z down."""
     a = 7e6
     n = np.sqrt(MU / a**3)
     craft = Spacecraft("libration", orbit=Orbit(size=a, inclination=np.pi / 2))

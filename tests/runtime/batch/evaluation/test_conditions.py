@@ -38,3 +38,40 @@ def test_numbers_that_are_compared_have_one_unit_and_words_of_a_status_have_none
     Criterion("T_x < T_y and status == done").check(units, {})
     with pytest.raises(InputError, match="T_x is in s, rho in m"):
         Criterion("status == done and T_x < rho").check(units, {})
+
+
+UNITS = {"T_x": "s", "roll": "rad", "wx": "rad/s", "F": "N"}
+QUANTITIES = [
+    ("T_x < 2 min", "T_x < 120"),
+    ("T_x<2min and roll < 12 deg", f"T_x < 120 and roll < {np.pi / 15!r}"),
+    ("wx < 3 rpm or not T_x < 1 h", f"wx < {3 * 2 * np.pi / 60!r} or not T_x < 3600"),
+    ("abs(F) < 5e2 mN", "abs(F) < 0.5"),
+    ("roll < -12 deg + 2*3 deg", f"roll < {-np.pi / 30!r}"),
+    ("wx*T_x < 30 deg", f"wx*T_x < {np.pi / 6!r}"),
+]
+
+
+@pytest.mark.parametrize(("text", "plain"), QUANTITIES)
+def test_a_number_with_a_unit_is_that_number_in_the_si(text, plain):
+    one, other = Criterion(text), Criterion(plain)
+    one.check(UNITS, {})
+    assert one.names == other.names
+    values = {name: np.linspace(-4, 4, 4001) * (100 if name == "T_x" else 1) for name in UNITS}
+    assert one(values).tolist() == other(values).tolist()
+    assert 0 < one(values).sum() < 4001
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("T_x < 12 deg", "T_x is in s, 12 deg in rad"),
+        ("wx < 5 Hz", "wx is in rad/s, 5 Hz in 1/s"),
+        ("F < 5 mN m", "F is in N, 5 mN m in kg m.2/s.2"),
+        ("T_x < 5 smoots", "must be numbers in known units: 'smoots' is none"),
+        ("T_x < 1e999 min", "with numbers up to"),
+        ("1 min < 2 min", "names no number of a run"),
+    ],
+)
+def test_a_unit_of_another_kind_is_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        Criterion(text).check(UNITS, {})

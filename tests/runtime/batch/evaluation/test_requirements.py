@@ -149,6 +149,22 @@ def test_a_store_of_known_numbers_has_known_verdicts() -> None:
         assert word in text
 
 
+def test_a_bad_run_says_whether_it_ended_early_has_no_number_or_an_infinite_one() -> None:
+    m = np.arange(1000.0)
+    m[[3, 7, 500]] = math.inf, math.nan, math.inf
+    status = np.zeros(1000, np.uint8)
+    status[5] = Status.LIMIT
+    texts = {"below": "quantile(0.5, m) < 600 s"}
+    text = repr(Verdicts(filled({"m": m, STATUS: status}, **RULES), texts, None))
+    assert text.splitlines()[-3:] == [
+        "    run 3, m = inf",
+        "    run 5, which ended as 'limit'",
+        "    run 7, which has no m",
+    ]
+    late = repr(Verdicts(filled({"m": m, STATUS: status}, blocks=[7], **RULES), texts, None))
+    assert "run 500, m = inf" in late
+
+
 def test_a_verdict_counts_the_runs_with_values_that_are_not_allowed() -> None:
     status = np.zeros(1000, np.uint8)
     (verdict,) = decide(filled({STATUS: status}, **RULES), {"r": "quantile(0.5, m) < 1"}, 0.95)

@@ -37,7 +37,7 @@ COMMANDS = {
     "report": [("report", "{}")],
     "simulate": [("simulate", str(PENDULUM), "--from", "{}", "--run", "17")],
 }
-"""Of each command that reads a store, lines that read block 1."""
+"""Lines of each command that reads a store; they read block 1."""
 LINES = [line for lines in COMMANDS.values() for line in lines]
 PYTHON: dict[str, Callable[[Path], object]] = {
     "stored": lambda path: open_store(path).stored(),
@@ -80,7 +80,7 @@ def store(
 
 
 def test_every_command_that_reads_a_store_has_its_lines() -> None:
-    """Those whose arguments are called so; `batch` writes one."""
+    """Commands with such arguments; `batch` writes a store."""
     words = {
         command
         for command in app.COMMANDS

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signals that come at any time to runs and batches: each ends the call with what its handler raised.
 
-python -m tests.runtime.run.own.interrupts COUNT [SEED]
+python -m tests.runtime.run.own.interrupts COUNT [SEED [KIND ...]]
 
-prints for each kind of run what became of the signals that came to it; exits 1 if one was swallowed, or raised
-something else than its handler does.
+prints for each kind of run, or for those that are named, what became of the signals that came to it, and the
+traceback of what was raised instead; exits 1 if one was swallowed, or raised something else than its handler does.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import signal
 import sys
 import tempfile
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -72,7 +73,7 @@ def law_of_many(_t: float, x: Any) -> list[Any]:
 
 
 def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
-    """Return what became of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
+    """Return the fate of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
     came: list[bool] = []
     ended = False
 
@@ -87,7 +88,10 @@ def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
         run()
         ended = True
     except BaseException as raised:
-        return "raised" if type(raised) is error else "changed"
+        if type(raised) is error:
+            return "raised"
+        traceback.print_exception(raised)
+        return "changed"
     finally:
         ended = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -107,12 +111,13 @@ def campaign(run: Run, count: int, seed: int) -> Counter[str]:
     return counts
 
 
-def main(count: str, seed: str = "1") -> int:
+def main(count: str, seed: str = "1", *names: str) -> int:
     """Print what became of the signals."""
     lost = 0
     kinds = runs(runtime.load(PENDULUM, "c"))
-    for number, (name, run) in enumerate(kinds.items()):
-        counts = campaign(run, -(-int(count) // len(kinds)), int(seed) + number)
+    names = names or tuple(kinds)
+    for number, name in enumerate(names):
+        counts = campaign(kinds[name], -(-int(count) // len(names)), int(seed) + number)
         print(name, dict(counts), flush=True)
         lost += counts["swallowed"] + counts["changed"]
     return int(lost > 0)
