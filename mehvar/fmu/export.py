@@ -48,7 +48,7 @@ def export_fmu(
     out : path
         The file, whose name ends in `.fmu`.
     controller : str, optional
-        The law of the closed loop; default: the plant alone.
+        The law of the closed loop; default: the plant without a law.
     scenario : str, optional
         Gives the start values; default: the model's first one.
     fmi : {"2.0", "3.0"}
