@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that stand still along a run: modes, which only resets change, and parameters.
+"""Names that are constant along a run: modes, which only resets change, and parameters.
 
 At a threshold `<` and `<=` differ.
 
