@@ -9,6 +9,9 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# bytecode apart from the tree, also where a container asks for none: each of hundreds of processes would compile its libraries
+export PYTHONDONTWRITEBYTECODE :=
+export PYTHONPYCACHEPREFIX := $(CURDIR)/$(VENV)/bytecode
 
 CAMPAIGNS := validate mutants soak matrix peers compare sceptic
 
@@ -33,6 +36,7 @@ $(CAMPAIGNS): develop
 
 campaign-soak:
 	$(BIN)/pytest -m soak
+	$(BIN)/mehvar reproduce --out build/report
 	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
 	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl

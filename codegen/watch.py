@@ -225,5 +225,7 @@ def is_copy(path: Path, root: str | Path) -> bool:
 
 def is_written(path: Path, root: Path) -> bool:
     """Return True if generation or Python writes a file."""
+    if sys.pycache_prefix is not None and path.is_relative_to(sys.pycache_prefix):
+        return True
     inner = path.relative_to(root).parts if path.is_relative_to(root) else ()
     return bool(inner) and (inner[0] == "generated" or "__pycache__" in inner or inner[0].startswith("."))

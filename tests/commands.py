@@ -118,6 +118,7 @@ def load() -> None:
     """Import the libraries."""
     for name in LIBRARIES:
         importlib.import_module(name)
+    sys.dont_write_bytecode = True  # of what a test may edit within a second
 
 
 def serve(place: str) -> list[str] | None:

@@ -95,4 +95,7 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         patch.setenv("MEHVAR_CACHE", str(Path(kept).resolve() if kept else run / "compiled"))
         patch.setattr(sys, "executable", commands.python())  # and derive without importing the libraries each time
         multiprocessing.spawn.set_executable(sys.executable)
+        # a module that a test edits within a second, in as many bytes, would be taken for the former one
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
         yield

@@ -320,8 +320,10 @@ class Judge:
         if not verdict.points:
             return verdict
         used = {self.pool.nodes[node][0] for node in reached(self.pool.nodes, roots)} & INEXACT or {"roots"}
-        told = f"compared at {verdict.points} points with {reals.DIGITS} digits: {', '.join(sorted(used))}"
-        return replace(verdict, how=f"{verdict.how}; {told} {'is' if len(used) == 1 else 'are'} not decided exactly")
+        evidence = f"compared at {verdict.points} points with {reals.DIGITS} digits: {', '.join(sorted(used))}"
+        return replace(
+            verdict, how=f"{verdict.how}; {evidence} {'is' if len(used) == 1 else 'are'} not decided exactly"
+        )
 
     def _by_parts(self, old: int, new: int) -> Verdict:
         """Decide by cells; first by points, then with shared parts as free numbers."""

@@ -49,7 +49,7 @@ def command(
         typer.Option(
             "--from",
             metavar="MODEL",
-            help="Only a law of your own on this plant; parts: a spacecraft assembled from parts.",
+            help="A law of your own on this plant; parts: a spacecraft from parts.",
             autocompletion=complete_models,
         ),
     ] = None,

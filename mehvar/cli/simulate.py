@@ -81,7 +81,7 @@ def command(
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
     run: Annotated[
-        int | None, typer.Option(parser=whole, metavar="ID", help="Which run of the batch, counted from 0.")
+        int | None, typer.Option(parser=whole, metavar="ID", help="Number of the run, counted from 0.")
     ] = None,
     trust_model: Annotated[
         bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")

@@ -112,9 +112,9 @@ def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
     from mehvar.codegen.build import built_folder
     from mehvar.models.parts import Spacecraft
 
-    told = compare_folders(built_folder(old), built_folder(new))
+    result = compare_folders(built_folder(old), built_folder(new))
     parts = old.changes(new) if isinstance(old, Spacecraft) and isinstance(new, Spacecraft) else ()
-    return replace(told, notes=(*parts, *told.notes))
+    return replace(result, notes=(*parts, *result.notes))
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
@@ -170,11 +170,11 @@ def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> 
         return ModelDiff(name, status, Comparison(name, ()), notes=stale)
     model = compare_folders(old.folders[name], new.folders[name])
     others = selection(name, old, new, structures)
-    told, notes = _others(model, others.variants)
+    compared_structures, notes = _others(model, others.variants)
     unread = () if others.complete else changed_sources(name, old, new)
     if unread and model.status is ModelStatus.SAME:
         model = replace(model, status=ModelStatus.UNDECIDED)
-    return replace(model, notes=(*stale, *notes, *_unread(unread, others.variants)), structures=told)
+    return replace(model, notes=(*stale, *notes, *_unread(unread, others.variants)), structures=compared_structures)
 
 
 def _stale(side: Version, model: str) -> Iterator[str]:
@@ -209,7 +209,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
         if not other.differs:
             named.setdefault("the same", []).append(variant.name)
         elif other.status is not ModelStatus.UNDECIDED and edits <= known:
-            named.setdefault("changed by edits that are told here of others", []).append(variant.name)
+            named.setdefault("changed by edits that are shown for another structure", []).append(variant.name)
         else:
             known |= edits
             parts.append(_with_consequences(other, variant.old, variant.new))
@@ -241,21 +241,21 @@ def _one_sided(model: str, variant: Variant) -> ModelDiff:
 
 def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
     """Return the edits of a model; structures with the same edits are reported once."""
-    told = model.comparison
+    comparison = model.comparison
     equations = {
-        (equation.name, equation.verdict.value, *_contents(told, equation))
-        for equation in told
+        (equation.name, equation.verdict.value, *_contents(comparison, equation))
+        for equation in comparison
         if equation.verdict not in (Fate.SAME, Fate.INHERITED) and equation.matters
     }
-    return equations | {tuple(map(str, astuple(change))) for change in told.parameters} | {*told.structure}
+    return equations | {tuple(map(str, astuple(change))) for change in comparison.parameters} | {*comparison.structure}
 
 
-def _contents(told: Comparison, equation: EquationChange) -> Iterator[str]:
+def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]:
     """Yield an equation's edits with their places and parts, as "term lost" names no term; both sides without edits."""
     for edit in equation.edits:
         yield from (edit.says, *edit.path, *(part.text if part else "" for part in (edit.old, edit.new)))
     if not equation.edits:
-        sides = ((told.old_nodes, equation.old_node), (told.new_nodes, equation.new_node))
+        sides = ((comparison.old_nodes, equation.old_node), (comparison.new_nodes, equation.new_node))
         yield from (Printer(nodes).text(node) if node is not None else "" for nodes, node in sides)
 
 

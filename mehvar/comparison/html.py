@@ -14,11 +14,12 @@ from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.html import page
-from mehvar.pictures.files import encoded
+from mehvar.pictures.files import small_png
 
 from .consequences import Consequences
 from .marks import Alignment
 from .result import Diff, ModelDiff
+from .runs import RunChange
 from .text import (
     choices,
     counted,
@@ -94,13 +95,23 @@ class _Section:
     parameters: Sequence[ParameterChange]
     follows: Consequences | None
     folded: Sequence[tuple[str, Sequence[_Card]]]
-    unchanged: Sequence[str]
     picture: str
+
+    @property
+    def has_content(self) -> bool:
+        """True where the section says more than its line of the summary."""
+        return bool(
+            self.notes or self.stories or self.changed or self.parameters or self.folded or self.follows is not None
+        )
+
+
+_ORDER = {"changed": 0, "maybe": 1, "same": 2}
 
 
 def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(part).section() for model in diff.models for part in model]
+    sections.sort(key=lambda section: _ORDER[section.kind])
     names = ", ".join(model.model for model in diff.models)
     filters: dict[str, Callable[..., Any]] = {
         **{"complex": number, "point": point, "place": place, "unit": unit, "relative": relative},
@@ -111,6 +122,7 @@ def html_page(diff: Diff) -> str:
             "same_runs": same_runs,
             "margin_rows": margin_rows,
             "listed": listed_metrics,
+            "farthest": _farthest,
         },
     }
     title = f"What changed in {names}"
@@ -155,7 +167,6 @@ class _Sheet:
             parameters=listed_parameters(comparison),
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            unchanged=[title(equation) for equation in comparison.of(Fate.SAME)],
             picture=_picture(self._model),
         )
 
@@ -221,10 +232,15 @@ class _Sheet:
         return old or written[0], new or written[1]
 
 
+def _farthest(runs: Sequence[tuple[RunChange, list[str]]]) -> list[tuple[RunChange, list[str]]]:
+    """Return runs by how far they moved, farthest first."""
+    return sorted(runs, key=lambda run: -run[0].size)
+
+
 def _picture(model: ModelDiff) -> str:
     """Return the overlay of the run that differs most as a data URL; empty if there is none."""
     figure = model.overlay.picture(model.name) if model.overlay else None
-    return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
+    return "" if figure is None else "data:image/png;base64," + b64encode(small_png(figure)).decode()
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:

@@ -147,8 +147,8 @@ def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> S
             )
     choices: dict[str, tuple[str, ...]] = _call(old, "choices_of", model) | _call(new, "choices_of", model)
     every, complete = every_structure(choices)
-    wanted = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
-    unique = list({_name(structure): structure for structure in wanted}.values())
+    chosen = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
+    unique = list({_name(structure): structure for structure in chosen}.values())
     with working(f"deriving {len(unique)} structures of {model}"), ThreadPoolExecutor(os.cpu_count()) as pool:
         variants = pool.map(lambda structure: _variant(model, old, new, structure), unique)
         several = {variant.name: variant for variant in variants}.values()

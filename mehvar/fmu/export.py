@@ -7,18 +7,15 @@ import hashlib
 import io
 import os
 import platform
-import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.errors import bad_value
 from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
-from mehvar.runtime.compiling.compiler import environment, require_compiler
-from mehvar.runtime.compiling.library import ENDING, FLAGS
+from mehvar.runtime.compiling.library import ENDING, compiled
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.model import Model, load
 
@@ -48,7 +45,7 @@ def export_fmu(
     out : path
         The file, whose name ends in `.fmu`.
     controller : str, optional
-        The law of the closed loop; default: the plant alone.
+        The law of the closed loop; default: the plant without a law.
     scenario : str, optional
         Gives the start values; default: the model's first one.
     fmi : {"2.0", "3.0"}
@@ -84,7 +81,7 @@ def export_fmu(
     files |= {f"sources/{path}": text.encode() for path, text in sources.items()}
     if fmi == "3.0":
         files["sources/buildDescription.xml"] = _build_description(name)
-    files[_binary_path(name, fmi)] = _compiled(sources)
+    files[_binary_path(name, fmi)] = compiled("fmu", sources, UNITS, ("-O2", "-I.")).read_bytes()
     write_atomic(out, _zipped(files))
 
 
@@ -109,23 +106,6 @@ def _build_description(name: str) -> bytes:
         + "    </SourceFileSet>\n"
         "  </BuildConfiguration>\n</fmiBuildDescription>\n"
     ).encode()
-
-
-def _compiled(sources: Mapping[str, str]) -> bytes:
-    compiler, file = require_compiler(), f"unit{ENDING}"
-    with tempfile.TemporaryDirectory() as scratch:
-        for path, text in sources.items():
-            place = Path(scratch) / path
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(text, encoding="utf-8")
-        command = [*compiler.command, *FLAGS, "-O2", *compiler.flags, "-I.", *UNITS, "-o", file, "-lm"]
-        process = subprocess.run(
-            command, cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
-            stdin=subprocess.DEVNULL,
-        )  # fmt: skip
-        if process.returncode:
-            raise BuildError(f"the C compiler failed: exit status {process.returncode}\n{process.stderr}".rstrip())
-        return (Path(scratch) / file).read_bytes()
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mehvar.base.errors import bad_value
 from mehvar.runtime.files import write_atomic
@@ -48,6 +50,19 @@ def encoded(figure: Figure, suffix: str) -> bytes:
     content = io.BytesIO()
     with style():
         figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
+    return content.getvalue()
+
+
+def small_png(figure: Figure) -> bytes:
+    """Return a figure as PNG in 256 colours: a third of the bytes, and lines and text look the same."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas: Any = FigureCanvasAgg(figure)  # matplotlib's canvas has no annotations
+    content = io.BytesIO()
+    with style():
+        canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
+    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize().save(content, "png", optimize=True)
     return content.getvalue()
 
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_MOST = 6
-"""Number of panels: the variables that a change affects most, as many as fit on a page."""
+_MOST = 4
+"""Number of panels: the variables that a change affects most, as many as fit on a screen."""
 _VISIBLE = 1e-3
 """Change relative to a variable's size that is within the width of a line."""
 

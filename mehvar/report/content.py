@@ -3,19 +3,16 @@
 
 from __future__ import annotations
 
-import io
 import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from PIL import Image
-
 from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
+from mehvar.pictures.files import small_png
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
@@ -211,24 +208,13 @@ def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
     """Return a figure as the page takes it."""
     with style():
-        return Picture(name, title, caption, _png(figure), chart(figure), claims)
+        return Picture(name, title, caption, small_png(figure), chart(figure), claims)
 
 
 def _static(name: str, title: str, figure: Figure) -> Picture:
     """Return a figure without its chart, which would be as large as the picture again."""
     with style():
-        return Picture(name, title, "", _png(figure), None)
-
-
-def _png(figure: Figure) -> bytes:
-    """Return a figure in 256 colours: a third of the bytes, and lines and text look the same."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    canvas: Any = FigureCanvasAgg(figure)  # matplotlib's canvas has no annotations
-    canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
-    content = io.BytesIO()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize().save(content, "png", optimize=True)
-    return content.getvalue()
+        return Picture(name, title, "", small_png(figure), None)
 
 
 def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:

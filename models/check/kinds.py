@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import types
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -24,13 +25,18 @@ def check_kinds(system: object) -> None:
 
 def _check_record(record: Any, where: str, origin: str) -> None:
     origin = record.origin if isinstance(record, Located) else origin
-    hints = get_type_hints(type(record))
+    hints = _hints(record.__class__)
     for field in fields(record):
         place = f"{where}.{field.name}" if where else field.name
         value, hint = getattr(record, field.name), hints[field.name]
         if isinstance(record, Definition | Equation) and hint is not str and not isinstance(value, hint):
             raise _wrong(value, "SymPy expression", place, origin)
         _check(value, hint, place, origin)
+
+
+@functools.cache
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
 
 
 def _check(value: Any, hint: Any, where: str, origin: str) -> None:

@@ -31,7 +31,7 @@ def geometry(rotation: sp.Matrix, torque: sp.Matrix) -> tuple[Shape, ...]:
         Of the wheels' motors on the body, N m.
     """
     at = dict(zip(angles, REFERENCES.symbols, strict=True))
-    asked = euler_rotation().xreplace(at)
+    reference = euler_rotation().xreplace(at)
     centre, ways = _place(rotation, sp.zeros(3, 1)), sp.eye(3)
     middles = [_place(rotation, _HALF[k] * ways[:, k]) for k in range(3)]
     arms = [_place(rotation, _REACH[k] * ways[:, k]) for k in range(3)]
@@ -41,7 +41,7 @@ def geometry(rotation: sp.Matrix, torque: sp.Matrix) -> tuple[Shape, ...]:
         *(Shape(f"panel {name}", "face", _panel(rotation, side), "sky") for name, side in (("+y", 1), ("-y", -1))),
         *(Shape(f"axis {'xyz'[k]}", "arrow", (centre, arms[k]), _COLORS[k]) for k in range(3)),
         *(
-            Shape(f"wanted {'xyz'[k]}", "arrow", (centre, _place(asked, _REACH[k] * ways[:, k])), "orange")
+            Shape(f"wanted {'xyz'[k]}", "arrow", (centre, _place(reference, _REACH[k] * ways[:, k])), "orange")
             for k in (0, 2)
         ),
         Shape("torque", "arrow", (centre, _place(rotation, twist)), "purple"),

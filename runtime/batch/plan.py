@@ -63,7 +63,7 @@ class Campaign:
     controller: str
     n: int = field(metadata=count_row("Number of runs", least=1))
     scenario: str | None = None
-    seed: int = field(default=0, metadata=count_row("What all random numbers start from"))
+    seed: int = field(default=0, metadata=count_row("Seed of all random numbers"))
     vary: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)

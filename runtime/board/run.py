@@ -70,7 +70,7 @@ class BoardRequest:
     tunable : tuple of str, optional
         Make all parameters but these constants of the law's code; default: all are parameters.
     restarts : int
-        Restarts of the board at one sample that end the run.
+        Restarts of the board at one sample after which the run ends.
     profiled : bool
         Count instructions where the emulator can; long runs are faster without.
     """

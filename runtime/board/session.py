@@ -57,7 +57,7 @@ class BoardLaw:
     retune : callable, optional
         Function that applies the values of those requests to parameters.
     restarts : int
-        Restarts of the board at one sample that end the run.
+        Restarts of the board at one sample after which the run ends.
     """
 
     real = "float"

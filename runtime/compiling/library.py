@@ -45,10 +45,8 @@ FLAGS = (
 )
 
 
-def load_library(
-    name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)
-) -> ctypes.CDLL:
-    """Compile C sources into a shared library unless the cache has it, and load it.
+def compiled(name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)) -> Path:
+    """Return the file of a shared library, which is compiled unless the cache has it.
 
     Parameters
     ----------
@@ -61,17 +59,12 @@ def load_library(
     flags : sequence of str
         Added to `FLAGS`.
 
-    Returns
-    -------
-    ctypes.CDLL
-        Its calls release the interpreter lock.
-
     Raises
     ------
     InputError
         If there is no compiler, $CC does not work, or $MEHVAR_CACHE cannot be written.
     BuildError
-        If compilation or loading fails.
+        If compilation fails.
     """
     compiler = require_compiler()
     options, file = (*FLAGS, *flags, *compiler.flags, *units), f"{name}{ENDING}"
@@ -80,14 +73,24 @@ def load_library(
     machine = (sys.platform, platform.machine())
     entry = f"{name}-{cache.key(*machine, compiler.version, *compiler.command[1:], *options, *texts)}"
 
-    def fill(folder: Path) -> None:
-        _compile(folder, file, sources, command, compiler)
+    return cache.entry(_KIND, entry, lambda folder: _compile(folder, file, sources, command, compiler)) / file
 
-    folder = cache.entry(_KIND, entry, fill)
+
+def load_library(
+    name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)
+) -> ctypes.CDLL:
+    """Load a library that is `compiled` from these; its calls release the interpreter lock.
+
+    Raises
+    ------
+    InputError, BuildError
+        As `compiled`, or if loading fails.
+    """
+    path = compiled(name, sources, units, flags)
     with suppress(OSError):
-        return ctypes.CDLL(str(folder / file))
-    cache.discard(folder)  # the file is intact but the loader refused it; a new one may load
-    path = cache.entry(_KIND, entry, fill) / file
+        return ctypes.CDLL(str(path))
+    cache.discard(path.parent)  # the file is intact but the loader refused it; a new one may load
+    path = compiled(name, sources, units, flags)
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:

@@ -51,7 +51,7 @@ class Model:
     functions : mapping of str to callable
         Every generated function by name.
     evaluator : CBackend or PythonBackend
-        What evaluates the functions.
+        Evaluation of the functions.
     manifest : Manifest
         Units, defaults, bounds, laws, scenarios.
     """

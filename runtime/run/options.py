@@ -206,7 +206,7 @@ class RunOptions:
     hold: float | None = field(
         default=None,
         metadata=number_row(
-            "Sample the law once in so long and hold its input in between; `dt_out` times a whole number, or a part",
+            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole part of it",
             "s",
             otherwise="the law's period, or else none",
             above=0.0,
@@ -219,7 +219,7 @@ class RunOptions:
     seed: int = field(
         default=0,
         metadata=count_row(
-            "What the noise starts from",
+            "Seed of the noise",
             refused={"batch": "given with --seed, or as seed of the batch"},
             needs="noise",
         ),
@@ -227,7 +227,7 @@ class RunOptions:
     run: int = field(
         default=0,
         metadata=count_row(
-            "Which run of a batch with this seed has the same noise",
+            "Number of the run in a batch with this seed that has the same noise",
             refused={"batch": "left out: a batch counts its runs"},
             needs="noise",
         ),
@@ -235,7 +235,7 @@ class RunOptions:
     real: Real = field(
         default="double",
         metadata=word_row(
-            "What the law computes with; float needs the C backend",
+            "Numbers of the law; float needs the C backend",
             get_args(Real),
             needs="sampled",
             refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
@@ -244,8 +244,8 @@ class RunOptions:
     method: Method = field(
         default="dop853",
         metadata=word_row(
-            "Integration method, adaptive in its step but for rk4, and euler and platen of noise; auto is dop853, or "
-            "rodas5p for a run that is stiff",
+            "Integration method; rk4, and for noise euler and platen, have fixed steps; auto is "
+            "dop853, or rodas5p for a stiff run",
             METHODS,
         ),
     )
@@ -267,7 +267,7 @@ class RunOptions:
     backend: BackendName | None = field(
         default=None,
         metadata=word_row(
-            "What evaluates the functions: the generated C, the generated Python module, or CasADi's own C",
+            "Evaluation of the functions, by the generated C, the generated Python module, or CasADi's own C",
             get_args(BackendName),
             otherwise="c where there is a compiler",
             refused={"batch": "left out: a batch runs our own C in lanes", **_BY_BOARD},
@@ -276,7 +276,7 @@ class RunOptions:
     profile: Profile = field(
         default="portable",
         metadata=word_row(
-            "Whether a run has the same bits on every machine, or may contract products and sums",
+            "portable: the same bits on every machine; fast: products and sums may be contracted",
             get_args(Profile),
             refused=_IN_BATCH,
         ),

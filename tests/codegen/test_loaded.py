@@ -14,6 +14,7 @@ import pytest
 
 from mehvar.base.manifest import manifest_text, read_manifest, sealed
 from mehvar.codegen.generate import Tree, check, installed_tree
+from mehvar.codegen.watch import is_written
 from tests import commands
 
 ROOT = installed_tree().root
@@ -106,6 +107,13 @@ def test_a_new_title_of_a_scenario_derives_nothing(tree):
     assert check(tree, "wheel").reasons == ()
     assert "another title" in manifest_text(after)
     assert after.files_sha256 == before.files_sha256
+
+
+@pytest.mark.parametrize("place", ["models/wheel/__pycache__/system.pyc", "kept/models/wheel/system.pyc"])
+def test_bytecode_is_no_input_wherever_python_keeps_it(tmp_path, monkeypatch, place):
+    monkeypatch.setattr(sys, "pycache_prefix", str(tmp_path / "kept"))
+    assert is_written(tmp_path / place, tmp_path)
+    assert not is_written(tmp_path / "models" / "wheel" / "system.py", tmp_path)
 
 
 def test_a_file_elsewhere_that_a_model_reads_is_an_input(derived, tmp_path):

@@ -4,8 +4,8 @@
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
 that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, as
-`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/, generated/ and docs/examples/ in a git
-repository.
+`make peers` does. `<!-- long -->`, or `<!-- long, exit: 2 -->`, for a block that only soak runs: it takes many seconds.
+`<!-- in a copy of the checkout -->` gives a page models/, generated/ and docs/examples/ in a git repository.
 A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
 `...` stands for anything. The pictures that a page shows and draws are compared with what it draws now.
 """
@@ -51,6 +51,7 @@ PAGES = sorted(
     ]
 )
 SHELLS = ("console", "bash")
+LONG = "<!-- long"
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def blocks(text: str) -> Iterator[Block]:
 
 def said(block: Block, what: str) -> str:
     """Return the value of `what` in the comment before a block, or nothing."""
-    match = re.match(rf"^<!-- {what}: (.+) -->$", block.marker)
+    match = re.match(rf"^<!-- (?:long, )?{what}: (.+) -->$", block.marker)
     return match.group(1) if match else ""
 
 
@@ -109,6 +110,17 @@ def _name(page: Path) -> str:
     ],
 )
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_page(page, tmp_path, monkeypatch)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("page", [page for page in PAGES if LONG in page.read_text(encoding="utf-8")], ids=_name)
+def test_a_page_with_long_commands_runs_whole(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_page(page, tmp_path, monkeypatch, whole=True)
+
+
+def run_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: bool = False) -> None:
+    """Run the blocks of a page in their order, those that take long only if it is to be whole."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)  # it is meant for this run, not for those of a page
@@ -120,7 +132,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
         copy_checkout(tmp_path)
     for block in blocks(text):
         where = f"{page.relative_to(ROOT)}:{block.start}"
-        if said(block, "not run") or missing(block):
+        if said(block, "not run") or missing(block) or (block.marker.startswith(LONG) and not whole):
             output = ""
         elif name := said(block, "file"):
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

@@ -46,6 +46,7 @@ def errors(farm: Path, scripts: dict[str, str]) -> list[str]:
     return [line for line in done.stdout.splitlines() if ": error: " in line]
 
 
+@pytest.mark.soak
 def test_the_python_of_the_pages_passes_a_type_checker(farm: Path) -> None:
     scripts = {re.sub(r"\W", "_", str(page.relative_to(ROOT))): script(page) for page in PAGES}
     scripts = {name: text for name, text in scripts.items() if text.strip()}

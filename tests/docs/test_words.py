@@ -90,7 +90,7 @@ def test_the_pages_keep_to_fifty_thousand_words() -> None:
     docs = ROOT / "docs"
     written = {
         docs / "numbers.md",
-        *(docs / "reference" / f"{name}.md" for name in ("capabilities", "mistakes", "options")),
+        *(docs / "reference" / f"{name}.md" for name in ("capabilities", "mistakes", "options", "targets")),
     }
     texts = [page.read_text(encoding="utf-8") for page in docs.rglob("*.md") if page not in written]
     shown = [re.sub("<!--.*?-->", "", text, flags=re.DOTALL) for text in texts]

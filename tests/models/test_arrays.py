@@ -88,7 +88,7 @@ def expected(form, outside):
 
 
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
-@pytest.mark.share(3)
+@pytest.mark.share(4)
 def test_tables_against_scipy(case, backend):
     form, outside, folder = case
     model, rate = load(folder, backend), expected(form, outside)

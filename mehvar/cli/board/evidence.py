@@ -31,7 +31,7 @@ def command(
     disturbed: Annotated[
         int,
         typer.Option(
-            parser=whole, metavar="N", help="Steps besides, from memories, parameters and measurements that are drawn."
+            parser=whole, metavar="N", help="Further steps, with random memories, parameters and measurements."
         ),
     ] = 400,
     elf: Annotated[

@@ -18,7 +18,7 @@ from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values, whole
 from mehvar.terminal import working
 
-_BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil {', '.join(PROCESSORS)} under QEMU."
+_BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil also {', '.join(PROCESSORS)} under QEMU."
 ModelName = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
 ]

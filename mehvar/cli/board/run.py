@@ -51,11 +51,12 @@ def command(
     inline: Inline = False,
     tunable: Tunable = None,
     restarts: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Restarts of the board at one sample that end the run.")
+        int,
+        typer.Option(parser=whole, metavar="N", help="Restarts of the board at one sample after which the run ends."),
     ] = BoardRequest.restarts,
     journal: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
+        typer.Option(metavar="FILE", help="Record the answers; a stopped run continues from it."),
     ] = None,
 ) -> int:
     """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""

@@ -15,9 +15,9 @@ def command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
     out: Annotated[str, typer.Option("--out", metavar="FILE.fmu", help="The file to write.")],
     controller: Annotated[
-        str | None, typer.Option(metavar="LAW", help="The law of a closed loop; default: the plant alone.")
+        str | None, typer.Option(metavar="LAW", help="The law of a closed loop; default: the plant without a law.")
     ] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="NAME", help="Of the start values.")] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="NAME", help="Scenario of the start values.")] = None,
     fmi: Annotated[str, typer.Option("--fmi", metavar="2.0|3.0", help="Version of the standard.")] = "2.0",
     kind: Annotated[str, typer.Option("--kind", metavar="cs|me", help="Co-simulation or model exchange.")] = "cs",
 ) -> None:

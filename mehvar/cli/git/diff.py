@@ -17,7 +17,7 @@ _NOWHERE = "/dev/null"
 
 
 def command(
-    arguments: Annotated[list[str], typer.Argument(help="What git passes to an external diff.")],
+    arguments: Annotated[list[str], typer.Argument(help="Arguments that git passes to an external diff.")],
 ) -> None:
     """Compare the two versions that git names."""
     external_diff(arguments)

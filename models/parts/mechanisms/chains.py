@@ -74,7 +74,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Pose:
+class LinkMotion:
     """Place and motion of a link.
 
     Attributes
@@ -181,34 +181,39 @@ class Chain(Part):
                 result |= {entry: entry / size for entry in q}
         return result
 
-    def _poses(self, at: Mounted) -> list[Pose]:
-        rotation, rate, poses = sp.eye(3), ZERO, []
+    def _link_motions(self, at: Mounted) -> list[LinkMotion]:
+        rotation, rate, link_motions = sp.eye(3), ZERO, []
         for k, ((name, link), v) in enumerate(zip(self._named(), at.values.links, strict=True), 1):
-            pose = _pose(at, k, name, link, v, rotation, rate)
-            rotation, rate = pose.rotation, pose.rate
-            poses.append(pose)
-        return poses
+            link_motion = _link_motion(at, k, name, link, v, rotation, rate)
+            rotation, rate = link_motion.rotation, link_motion.rate
+            link_motions.append(link_motion)
+        return link_motions
 
     def aggregates(self, at: Mounted) -> Aggregates:
         joint, velocity = ZERO, ZERO
         mass, first, inertia, momentum, angular = sp.S.Zero, ZERO, sp.zeros(3, 3), ZERO, ZERO
         energy = potential = power = sp.S.Zero
         motors = iter(self.inputs())
-        for k, (pose, v, (name, link)) in enumerate(
-            zip(self._poses(at), at.values.links, self._named(), strict=True), 1
+        for k, (link_motion, v, (name, link)) in enumerate(
+            zip(self._link_motions(at), at.values.links, self._named(), strict=True), 1
         ):
-            sliding = pose.slip if link.joint == "slider" else ZERO
-            joint = at.vector(f"P{k}_", joint + pose.arm, f"place of joint {k}", "m")
+            sliding = link_motion.slip if link.joint == "slider" else ZERO
+            joint = at.vector(f"P{k}_", joint + link_motion.arm, f"place of joint {k}", "m")
             velocity = at.vector(
-                f"dP{k}_", velocity + pose.before_rate.cross(pose.arm) + sliding, f"speed of joint {k}", "m/s"
+                f"dP{k}_",
+                velocity + link_motion.before_rate.cross(link_motion.arm) + sliding,
+                f"speed of joint {k}",
+                "m/s",
             )
-            centre = at.vector(f"C{k}_", joint + pose.centre, f"centre of mass of body {k}", "m")
-            moving = at.vector(f"dC{k}_", velocity + pose.rate.cross(pose.centre), f"its speed, body {k}", "m/s")
-            spin = pose.inertia * pose.rate
+            centre = at.vector(f"C{k}_", joint + link_motion.centre, f"centre of mass of body {k}", "m")
+            moving = at.vector(
+                f"dC{k}_", velocity + link_motion.rate.cross(link_motion.centre), f"its speed, body {k}", "m/s"
+            )
+            spin = link_motion.inertia * link_motion.rate
             mass, first = mass + v.mass, first + v.mass * centre
-            inertia += pose.inertia + point_inertia(v.mass, centre)
+            inertia += link_motion.inertia + point_inertia(v.mass, centre)
             momentum, angular = momentum + v.mass * moving, angular + v.mass * centre.cross(moving) + spin
-            energy += (v.mass * moving.dot(moving) + pose.rate.dot(spin)) / 2
+            energy += (v.mass * moving.dot(moving) + link_motion.rate.dot(spin)) / 2
             speeds = [q.symbol for q in speeds_of(name, link)]
             if v.stiffness is not None:
                 potential += v.stiffness * places_of(name, link)[0].symbol ** 2 / 2
@@ -225,38 +230,40 @@ class Chain(Part):
 
     def _steps(self, at: Mounted) -> tuple[list[list[_Step]], sp.Matrix, sp.Matrix]:
         """Eliminate from the tip to the hub; return the solved accelerations, and A and b at O."""
-        poses, w, motors = self._poses(at), at.frame.rate, iter(reversed(self.inputs()))
+        link_motions, w, motors = self._link_motions(at), at.frame.rate, iter(reversed(self.inputs()))
         matrix, bias, steps = sp.zeros(6, 6), sp.zeros(6, 1), []
-        for k, (pose, v, (name, link)) in reversed(
-            list(enumerate(zip(poses, at.values.links, self._named(), strict=True), 1))
+        for k, (link_motion, v, (name, link)) in reversed(
+            list(enumerate(zip(link_motions, at.values.links, self._named(), strict=True), 1))
         ):
-            rate = at.vector(f"W{k}_", w + pose.rate, f"absolute rate of body {k}", "rad/s")
-            own, free = _rigid(at, k, v.mass, pose, rate)
+            rate = at.vector(f"W{k}_", w + link_motion.rate, f"absolute rate of body {k}", "rad/s")
+            own, free = _rigid(at, k, v.mass, link_motion, rate)
             matrix, bias = _matrix(at, f"A{k}_", matrix + own, k), _six(at, f"b{k}_", bias + free, k)
             forces = _forces(name, link, v, next(motors).symbol if link.motor else sp.S.Zero)
-            before = at.vector(f"W{k - 1}_", w + pose.before_rate, f"absolute rate of body {k - 1}", "rad/s")
-            bias = _six(at, f"z{k}_", bias + matrix * _bias(pose, link, before), k)
+            before = at.vector(f"W{k - 1}_", w + link_motion.before_rate, f"absolute rate of body {k - 1}", "rad/s")
+            bias = _six(at, f"z{k}_", bias + matrix * _bias(link_motion, link, before), k)
             solved = []
-            for i, (column, force) in enumerate(zip(pose.columns, forces, strict=True)):
+            for i, (column, force) in enumerate(zip(link_motion.columns, forces, strict=True)):
                 step, matrix, bias = _eliminated(at, f"{k}{'abc'[i]}", column, force, matrix, bias)
                 solved.append(step)
             steps.append(solved)
-            matrix, bias = _shifted(at, k, matrix, bias, pose.arm, before)
+            matrix, bias = _shifted(at, k, matrix, bias, link_motion.arm, before)
         return steps[::-1], matrix, bias
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         steps, w = self._steps(at)[0], at.frame.rate
         linear, angular, result = motion.origin, motion.angular, []
-        for k, (pose, solved, (name, link)) in enumerate(zip(self._poses(at), steps, self._named(), strict=True), 1):
-            before = at.vector(f"W{k - 1}_", w + pose.before_rate, f"absolute rate of body {k - 1}", "rad/s")
-            linear = linear + angular.cross(pose.arm) + before.cross(before.cross(pose.arm))
+        for k, (link_motion, solved, (name, link)) in enumerate(
+            zip(self._link_motions(at), steps, self._named(), strict=True), 1
+        ):
+            before = at.vector(f"W{k - 1}_", w + link_motion.before_rate, f"absolute rate of body {k - 1}", "rad/s")
+            linear = linear + angular.cross(link_motion.arm) + before.cross(before.cross(link_motion.arm))
             x = _six(at, f"x{k}_", sp.Matrix([*linear, *angular]), k)
             own: list[Expr] = []
             for i, step in reversed(list(enumerate(solved))):
                 value = at.define(f"a{k}{'abc'[i]}", step.free - step.share.dot(x), f"acceleration of joint {k}")
                 x += step.column * value
                 own.insert(0, value)
-            x = _six(at, f"y{k}_", x + _bias(pose, link, before), k)
+            x = _six(at, f"y{k}_", x + _bias(link_motion, link, before), k)
             linear, angular = x[:3, :], x[3:, :]
             result += [*_place_rates(name, link), *own]
         return tuple(result)
@@ -295,9 +302,9 @@ def _place_rates(name: str, link: Link) -> list[Expr]:
     return list(quaternion_product((sp.S.Zero, *speeds), q) / 2)
 
 
-def _pose(
+def _link_motion(
     at: Mounted, k: int, name: str, link: Link, v: SimpleNamespace, before: sp.Matrix, before_rate: sp.Matrix
-) -> Pose:
+) -> LinkMotion:
     """Define place and motion of link k for those of the body before it."""
     places, speeds = ([q.symbol for q in of(name, link)] for of in (places_of, speeds_of))
     arm, rotation, rate, slip = before * v.at, before, before_rate, ZERO
@@ -328,7 +335,7 @@ def _pose(
         sp.Matrix([*column, *none]) if link.joint == "slider" else sp.Matrix([*none, *column])
         for column, none in zip(columns, zero, strict=True)
     ]
-    return Pose(before, rotation, arm, before_rate, rate, spatial, slip, centre, inertia)
+    return LinkMotion(before, rotation, arm, before_rate, rate, spatial, slip, centre, inertia)
 
 
 def _named_matrix(at: Mounted, name: str, matrix: sp.Matrix, title: str) -> sp.Matrix:
@@ -337,12 +344,12 @@ def _named_matrix(at: Mounted, name: str, matrix: sp.Matrix, title: str) -> sp.M
     )
 
 
-def _rigid(at: Mounted, k: int, mass: Expr, pose: Pose, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
+def _rigid(at: Mounted, k: int, mass: Expr, link_motion: LinkMotion, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
     """Return A and b of a free body at its joint."""
-    first = at.vector(f"s{k}_", mass * pose.centre, f"first moment of body {k} about its joint", "kg m")
+    first = at.vector(f"s{k}_", mass * link_motion.centre, f"first moment of body {k} about its joint", "kg m")
     inertia = at.frame.tensor(
         f"{at.name}_I{k}_",
-        pose.inertia + point_inertia(mass, pose.centre),
+        link_motion.inertia + point_inertia(mass, link_motion.centre),
         f"{at.name}: inertia about joint {k}",
         "kg m^2",
     )
@@ -351,9 +358,9 @@ def _rigid(at: Mounted, k: int, mass: Expr, pose: Pose, rate: sp.Matrix) -> tupl
     return matrix, sp.Matrix([*rate.cross(rate.cross(first)), *rate.cross(inertia * rate)])
 
 
-def _bias(pose: Pose, link: Link, before: sp.Matrix) -> sp.Matrix:
+def _bias(link_motion: LinkMotion, link: Link, before: sp.Matrix) -> sp.Matrix:
     """Return z, what the joint adds to x without its acceleration."""
-    turned = before.cross(pose.slip)
+    turned = before.cross(link_motion.slip)
     return sp.Matrix([*(2 * turned), *ZERO]) if link.joint == "slider" else sp.Matrix([*ZERO, *turned])
 
 

@@ -75,8 +75,8 @@ def feedback(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, l
     The acceleration -2 wn^2 e - 2 zeta wn Omega through J, and w x (J w + h), which leaves no coupling. The rotation of
     the orbit axes and the torques of the environment are left out.
     """
-    wanted = -2 * law.bandwidth**2 * off.vector - 2 * law.ratio * law.bandwidth * omega
-    return motion.inertia * wanted + _gyroscopic(omega + carried, motion)
+    demand = -2 * law.bandwidth**2 * off.vector - 2 * law.ratio * law.bandwidth * omega
+    return motion.inertia * demand + _gyroscopic(omega + carried, motion)
 
 
 def sliding(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
@@ -89,8 +89,8 @@ def sliding(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, la
     surface = omega + law.slope * off.vector
     along = (off.scalar * omega + off.vector.cross(omega)) / 2
     reach = (surface / law.layer).applyfunc(lambda part: sp.Max(-1, sp.Min(1, part)))
-    wanted = -law.slope * along - law.reach * reach - omega.cross(carried)
-    return motion.inertia * wanted + _gyroscopic(omega + carried, motion)
+    demand = -law.slope * along - law.reach * reach - omega.cross(carried)
+    return motion.inertia * demand + _gyroscopic(omega + carried, motion)
 
 
 def _gyroscopic(rate: sp.Matrix, motion: Motion) -> sp.Matrix:
@@ -104,8 +104,8 @@ def attitude_law(
     d.section(f"Law {name}: {title}")
     tag = name.replace("-", "_")
     off = error(motion.quaternion, motion.wanted, tag, d)
-    wanted = form(off, seen.omega, motion.rate - motion.omega, motion, law)
-    torque = [d.define(f"u_{i}_{tag}", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    demand = form(off, seen.omega, motion.rate - motion.omega, motion, law)
+    torque = [d.define(f"u_{i}_{tag}", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
     return Controller(
         name,
         title,

@@ -47,6 +47,6 @@ def sun_pointing(
         "sun_share", sp.Piecewise((angle / sine, sine > LEAST), (1, True)), "", "angle to the Sun over its sine", "1"
     )
     turn = law.sun_bandwidth**2 * share * across - 2 * law.sun_bandwidth * rates
-    wanted = inertia * turn
-    torque = [d.define(f"u_{i}_sun", wanted[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    demand = inertia * turn
+    torque = [d.define(f"u_{i}_sun", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
     return Controller("sun", "safe mode: panels to the Sun", law, drive.commands(torque, law), period="Ts")

@@ -51,7 +51,7 @@ def _wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, d: De
     tag = law.name
     d.section(f"Forces of the law {tag}")
     command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
-    asked = [
+    commanded = [
         d.define(
             f"rod_rate{k}_{tag}",
             rate.xreplace(command),
@@ -64,11 +64,11 @@ def _wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, d: De
     ]
     share = d.define(
         f"share_{tag}",
-        limit / sp.Max(limit, *(sp.Abs(rate) for rate in asked)),
+        limit / sp.Max(limit, *(sp.Abs(rate) for rate in commanded)),
         title="part of these rates that keeps every rod within its largest rate: the path in shape stays the same",
         latex="s",
     )
-    return tuple(share * rate for rate in asked)
+    return tuple(share * rate for rate in commanded)
 
 
 def with_forces(

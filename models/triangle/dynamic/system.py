@@ -90,11 +90,11 @@ def dynamic(masses: str, rods: str) -> System:
     d.section("Shape and attitude of the rods")
     stretched = shape_and_attitude(base, d)
     from_shape = rod_lengths(stretched, base, d)
-    asked = rates_of_shape(from_shape, d)
+    commanded = rates_of_shape(from_shape, d)
     d.section("Shifted coordinates")
     shifted = shifted_state(REFERENCES, tables["laws"].area_factor, d)
     final = target_lengths(from_shape, REFERENCES.rho_ref, REFERENCES.phi_ref, REFERENCES.mu_ref, d)
-    controllers = _forceful(laws(tables, shifted, (start[0], goal[0]), d), asked, acting, moving, own, d)
+    controllers = _forceful(laws(tables, shifted, (start[0], goal[0]), d), commanded, acting, moving, own, d)
     functions = _functions(p, moving, field, acting, d)
     scenarios, metrics = _runs(masses)
     return System(
@@ -130,7 +130,7 @@ def dynamic(masses: str, rods: str) -> System:
 
 def _forceful(
     plain: tuple[Controller, ...],
-    asked: tuple[Expr, ...],
+    commanded: tuple[Expr, ...],
     acting: Plant,
     moving: Motion,
     own: Mapping[str, Group],
@@ -138,7 +138,7 @@ def _forceful(
 ) -> tuple[Controller, ...]:
     """Return the paper's laws with computed forces, and the path law beside thrust."""
     tracking = Group("c", own["tracking"].quantities + own["rates"].quantities)
-    controllers = {law.name: with_forces(law, asked, acting, tracking, d) for law in plain}
+    controllers = {law.name: with_forces(law, commanded, acting, tracking, d) for law in plain}
     return (*controllers.values(), with_thrust(controllers["path"], moving, acting, own["thrust"]))
 
 

@@ -27,5 +27,5 @@ def findings(image: Image) -> Findings | None:
             "-I.", "-Ilibc", "--template={file}:{line} {id}", ".",
         ]  # fmt: skip
         done = subprocess.run(command, cwd=name, capture_output=True, text=True, check=False)
-    found = re.findall(r"^(\S+):\d+ misra-c2012-(\S+)$", done.stderr, re.MULTILINE)
-    return Counter((rule, file) for file, rule in found)
+    findings = re.findall(r"^(\S+):\d+ misra-c2012-(\S+)$", done.stderr, re.MULTILINE)
+    return Counter((rule, file) for file, rule in findings)

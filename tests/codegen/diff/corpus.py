@@ -89,6 +89,10 @@ SAME = {
     "inverse hyperbolic tangent": ("f: atanh(x)", "f: log((1 + x)/(1 - x))/2"),
     "inverse hyperbolic sine": ("f: y*asinh(x/m)", "f: y*log((x + sqrt(x**2 + m**2))/m)"),
     "inverse hyperbolic cosine": ("f: acosh(x)", "f: log(x + sqrt(x**2 - 1))"),
+    "three saturations": (
+        "f: " + "*".join(f"Max(-m, Min({name}, m))" for name in ("x", "y", "z")),
+        "f: " + "*".join(f"Min(m, Max({name}, -m))" for name in ("x", "y", "z")),
+    ),
     "six saturations": (
         "f: " + "*".join(f"Max(-m, Min({name}, m))" for name in ("x", "y", "z", "v", "w", "a")),
         "f: " + "*".join(f"Min(m, Max({name}, -m))" for name in ("x", "y", "z", "v", "w", "a")),

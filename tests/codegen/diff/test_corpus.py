@@ -21,7 +21,10 @@ from tests.codegen.diff.measured import answer, answers
 from tests.codegen.diff.pairs import SEED, pairs
 
 
-@pytest.mark.parametrize("name", SAME)
+# six saturations have 729 branches, of which three have 27
+@pytest.mark.parametrize(
+    "name", [n if n != "six saturations" else pytest.param(n, marks=pytest.mark.soak) for n in SAME]
+)
 def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for comparison in (compare(old, new), compare(new, old)):
@@ -103,6 +106,7 @@ NARROW = {
 
 
 @pytest.mark.parametrize("name", NARROW)
+@pytest.mark.share(2)
 def test_a_bump_that_no_ordinary_point_meets_is_a_change(name):
     old, new = (document(f"f: {text}") for text in NARROW[name])
     for comparison in (compare(old, new), compare(new, old)):
@@ -167,6 +171,7 @@ LIMITED = {
 @pytest.mark.parametrize(("first", "other"), [
     pytest.param(texts[0], text, id=f"{name}: {text}") for name, texts in LIMITED.items() for text in texts[1:]
 ])  # fmt: skip
+@pytest.mark.share(2)
 def test_a_limit_that_is_written_anew_is_the_same_and_another_limit_is_not(first, other):
     assert not compare(document(f"f: {first}"), document(f"f: {other}")).differs
     moved = (
@@ -197,6 +202,7 @@ OPEN = "windows of two functions at once"
 
 
 @pytest.mark.parametrize("part", range(4))
+@pytest.mark.share(2)
 def test_every_sixteenth_pair_has_the_answer_of_a_person(part):
     for pair in pairs()[part::64]:
         given, right = answer(compare(pair.old, pair.new)), "different" if pair.differs else "same"

@@ -244,9 +244,8 @@ def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folde
 
     expected = run()
     assert np.unique(expected[0], axis=0).shape[0] == 11
-    for lanes in (1, 2, 4, 8):
-        same(run(lanes=lanes), expected)
-        same(run(lanes=lanes, threads=2), expected)
+    same(run(lanes=1), expected)
+    same(run(lanes=4, threads=2), expected)
     for chosen in (slice(0, 1), slice(1, 4), slice(4, 11)):
         same(run(chosen), [values[chosen] for values in expected])
     monkeypatch.setenv("CC", f"{sys.executable} -m ziglang cc")

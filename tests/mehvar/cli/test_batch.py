@@ -305,7 +305,7 @@ def test_verify_says_whole_or_what_is_not(folder: Path, tmp_path: Path) -> None:
 
 def test_two_first_starts_lose_nothing(folder: Path, tmp_path: Path) -> None:
     """One has the name, the other is told; `benchmarks/batch/store.py starts` does it fifty times."""
-    line = [sys.executable, "-m", "mehvar", *BATCH, *VARY, "-n", "600", "--out", "runs.zarr"]
+    line = [sys.executable, "-P", "-m", "mehvar", *BATCH, *VARY, "-n", "600", "--out", "runs.zarr"]
     pair = [subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     said = {process.communicate(timeout=120)[1]: process.returncode for process in pair}
     assert sorted(said.values()) == [0, 2], said
@@ -346,7 +346,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     import pty
 
     master, slave = pty.openpty()
-    command = [sys.executable, "-m", "mehvar", *BATCH, *VARY, "-n", "1200", "--out", "runs.zarr"]
+    command = [sys.executable, "-P", "-m", "mehvar", *BATCH, *VARY, "-n", "1200", "--out", "runs.zarr"]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=slave, stdout=subprocess.DEVNULL,
                                env={**os.environ, "TERM": "xterm", "COLUMNS": "150"})  # fmt: skip
     os.close(slave)

@@ -54,6 +54,7 @@ def test_the_commands_of_its_readme_work(project):
     assert "end time reached" in done.stdout
 
 
+@pytest.mark.soak
 def test_a_craft_from_parts_is_whole_and_its_own_tests_pass(tmp_path):
     project = scaffold("scout", tmp_path, "craft")
     assert check(Tree(project), "scout").reasons == ()

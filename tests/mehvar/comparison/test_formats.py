@@ -174,3 +174,23 @@ def test_many_edits_are_told_shortly_and_in_order():
     assert "and 25 more" in text
     page = html_page(Diff("old", "new", (model,)))
     assert all(f"metric {k}" in page for k in range(30))
+
+
+def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
+    same, changed = (
+        dataclasses.replace(compare_documents(document("f: m*x"), document(new)), model=name)
+        for name, new in (("same", "f: m*x"), ("turned", "f: -m*x"))
+    )
+    page = html_page(Diff("old", "new", (same, changed)))
+    assert re.findall(r'<section id="(\w+)"', page) == ["turned"]
+    assert page.index("#turned") < page.index("<li>same")
+
+
+def test_the_run_that_moved_farthest_is_shown_and_the_others_are_folded():
+    model = compare_documents(document("f: m*x"), document("f: -m*x"))
+    runs = [RunChange("pd", f"start{k}", "", "", (MetricChange("T", "s", 1.0, 1.0 + k),), 1) for k in (1, 3, 2)]
+    model = dataclasses.replace(model, consequences=Consequences(runs=Runs(changed=tuple(runs))))
+    page = html_page(Diff("old", "new", (model,)))
+    folded = page[page.index("2 more under other laws or scenarios") :]
+    assert "start3" in page.removesuffix(folded)
+    assert 0 < folded.index("start2") < folded.index("start1")

@@ -61,7 +61,9 @@ def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_c
     assert compared["status"] == "same"
     first, *others = compared["structures"]
     assert (first["variant"], first["status"], others) == ("kind=firm", "changed", [])
-    assert compared["notes"] == ["structures, changed by edits that are told here of others: kind=firm,wall=near"]
+    assert compared["notes"] == [
+        "structures, changed by edits that are shown for another structure: kind=firm,wall=near"
+    ]
     (edited,) = [e for e in first["equations"] if e["verdict"] == "changed"]
     assert [edit["says"] for edit in edited["edits"]] == ["-4 became 2"]
     text = project.diff("--structures", "all")[1]
@@ -80,7 +82,7 @@ def test_two_edits_in_the_same_words_are_two(project, linear, firm):
     project.edit("force = -p.k * x - p.d * v", f'{linear}\n    if kind == "firm":\n        {firm}')
     result = project.json("--structures", "kind=firm", status=1)
     assert [part["variant"] for part in result["structures"]] == ["kind=firm"]
-    assert not any("told here of others" in note for note in result["notes"])
+    assert not any("shown for another structure" in note for note in result["notes"])
 
 
 def test_a_structure_that_is_named_is_compared_and_the_rest_stays_undecided(project):

@@ -52,7 +52,7 @@ def test_estimate_and_covariance_are_those_of_curve_fit(truth: xr.Dataset) -> No
 
 
 def test_intervals_cover_as_often_as_they_say(truth: xr.Dataset) -> None:
-    rng, trials = np.random.default_rng(20261124), 60
+    rng, trials = np.random.default_rng(20261124), 30
     fits = [
         mehvar.fit("satellite", noisy(truth, rng), ["I_x"], "pd", sigma={"roll": NOISE, "wx": NOISE})
         for _ in range(trials)

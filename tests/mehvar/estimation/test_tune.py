@@ -19,7 +19,7 @@ def test_the_gain_is_the_one_that_a_search_without_gradients_finds() -> None:
         return float((runs.final.sel(state="theta") ** 2 + 0.3 * runs.max_rate).mean())
 
     tuning = mehvar.tune("triangle", "path", ["k_phi"], COST, **RUNS)
-    best = minimize_scalar(cost, bounds=(0.3, 4.0), method="bounded", options={"xatol": 1e-6})
+    best = minimize_scalar(cost, bounds=(0.3, 4.0), method="bounded", options={"xatol": 1e-4})
     assert tuning.gains["k_phi"] == pytest.approx(best.x, rel=1e-3)
     assert tuning.cost[1] <= best.fun * (1 + 1e-6)
     assert tuning.cost[0] == pytest.approx(cost(0.5), rel=1e-12)

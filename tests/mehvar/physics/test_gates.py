@@ -42,7 +42,7 @@ def test_only_a_number_of_pendulums_is_left_to_soak():
 
 
 @every_case
-@pytest.mark.share(2)
+@pytest.mark.share(3)
 def test_equations_pass_their_gates(case):
     subject = subject_of(case)
     failed = {name: error for name, error in gates(gates_of(subject), subject).items() if not error <= TOLERANCE}

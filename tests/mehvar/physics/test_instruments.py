@@ -73,6 +73,7 @@ SIZE, CLUSTERS = 20, 4000
 
 
 @pytest.mark.parametrize("period", [0.5, 0.05])
+@pytest.mark.share(2)
 def test_densities_are_what_a_data_sheet_prints(period):
     """Allan deviations of N/sqrt(tau) for white noise and K sqrt(tau/3) for a walk (IEEE 952), at two sample periods.
 

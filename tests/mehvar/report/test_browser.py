@@ -159,6 +159,7 @@ def test_the_report_of_a_published_system_looks_as_approved(browser, paper_look,
     assert unlike(browser.get_screenshot_as_png(), APPROVED / f"triangle-{width}-{color}.png") < TOLERANCE
 
 
+@pytest.mark.soak
 def test_firefox_shows_the_same(look, tmp_path):
     program = shutil.which("firefox-esr") or shutil.which("firefox")
     if program is None:

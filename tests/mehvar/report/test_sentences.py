@@ -104,6 +104,7 @@ def test_the_page_of_a_batch_names_what_it_has_otherwise(tmp_path):
          "(scenario paper, l1_0 = 0.21, l2_0 = 0.21, l3_0 = 0.31, theta_0 = 0.9, 2 more)"),
     ],
 )  # fmt: skip
+@pytest.mark.share(2)
 def test_titles_name_what_differs_from_the_scenario_and_nothing_else(given, text):
     run = mehvar.simulate("triangle", "path", **given)
     with style():

@@ -71,6 +71,7 @@ def in_node(node, page, wanted=None):
     return json.loads(done.stdout)
 
 
+@pytest.mark.share(2)
 def test_every_run_has_the_bits_of_this_machine(model, page, node):
     results = in_node(node, page(model))
     assert results
@@ -88,6 +89,7 @@ def checksum_here(model, case, own):
         return None
 
 
+@pytest.mark.share(2)
 def test_own_values_have_the_bits_of_this_machine_or_are_refused_there_too(model, page, node):
     """Sliders a little off their defaults, one at a time: formulas follow; and one that no bounds allow."""
     data, random = data_of(page(model)), np.random.default_rng(24)
@@ -223,6 +225,7 @@ return found;
 """
 
 
+@pytest.mark.share(2)
 def test_sliders_end_on_values_that_their_bounds_allow(model, page, tmp_path):
     with chromium(tmp_path) as browser:
         browser.get(page(model).as_uri())

@@ -66,6 +66,7 @@ def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
 # without translation a craft has a subset of the equations
 @pytest.mark.parametrize("motion", ["free", pytest.param("attitude", marks=pytest.mark.soak)])
 @pytest.mark.parametrize("case", PARTS)
+@pytest.mark.share(4)
 def test_momentum_and_energy_balance(case, motion):
     """About the centre of mass where the attitude alone is a state."""
     balances, rng = craft(case, motion), np.random.default_rng(1)
@@ -81,7 +82,7 @@ def test_momentum_and_energy_balance_in_every_chart(attitude):
 
 
 @pytest.mark.parametrize("case", LOSSY)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_dampers_take_energy(case):
     balances, rng = craft(case), np.random.default_rng(2)
     for _ in range(10):
@@ -99,7 +100,7 @@ def scaled(quantities: Any, name: str, factor: float) -> dict[str, float]:
 @functools.cache
 def pair(case: str) -> Balances:
     """A part twice, and all in another order."""
-    return assembled((PARTS[case], TURN, replace(PARTS[case], name="b"), PUSH, HUB))
+    return assembled((PARTS[case], TURN, replace(PARTS[case], name="b"), PUSH, HUB), checked=False)
 
 
 def paired(case: str, seed: int, first: float, second: float) -> tuple[dict[str, float], dict[str, float]]:
@@ -117,14 +118,14 @@ def paired(case: str, seed: int, first: float, second: float) -> tuple[dict[str,
 
 # two chains take ten times as long as two hinges, of which a chain is made
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_two_halves_are_the_whole(case):
     results, expected = paired(case, 3, 0.5, 0.5)
     assert apart(results, expected) < ROUNDING
 
 
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_a_part_without_mass_is_none_and_the_order_of_adding_does_not_matter(case):
     tiny = 1e-12
     results, expected = paired(case, 4, 1.0, tiny)
@@ -163,17 +164,18 @@ def turned_numbers(values: Mapping[str, float], turn: np.ndarray) -> dict[str, f
 
 
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_mount_turned_is_its_parameters_turned(case):
     part, rng = PARTS[case], np.random.default_rng(5)
     turn = PERMUTED if isinstance(part, UnbalancedWheel) else TURNED  # its angle zero is towards an axis of the hub
-    around = assembled([turned(each, turn) for each in (HUB, PUSH, TURN, part)])
+    around = assembled([turned(each, turn) for each in (HUB, PUSH, TURN, part)], checked=False)
     x, u = craft(case).sample(rng)
     results = around.rates(turned_numbers(x, turn), turned_numbers(u, turn))
     assert apart(results, turned_numbers(craft(case).rates(x, u), turn)) < ROUNDING
 
 
 @pytest.mark.parametrize("case", PARTS)
+@pytest.mark.share(2)
 def test_a_constant_velocity_changes_nothing(case):
     x, u = craft(case).sample(np.random.default_rng(7))
     w, boost = np.array([x[f"w{axis}"] for axis in "xyz"]), np.array([3.0, -2.0, 5.0])

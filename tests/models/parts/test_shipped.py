@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+import pytest
 import sympy as sp
 
 from mehvar.codegen.code.files import printed
@@ -145,6 +146,7 @@ def test_the_plant_of_slosh_is_the_assembled_one():
     assert operations(assembled) <= 1.75 * operations(shipped, "rhs_euler")
 
 
+@pytest.mark.soak
 def test_slosh_on_ball_joints_is_the_assembled_one():
     assembled, shipped = ball(), system("slosh", inertia="ball")
     agree(assembled, shipped, NAMES | RODS)

@@ -232,6 +232,7 @@ def test_with_the_papers_numbers_it_moves_as_the_papers_model():
             assert a[states.index(name)] == pytest.approx(b[theirs_states.index(other)], rel=1e-9, abs=1e-13)
 
 
+@pytest.mark.soak
 def test_wheels_without_imbalance_move_as_balanced_ones():
     none = {f"{name}_imbalance_{k}": 0.0 for name in ("static", "dynamic") for k in range(1, 5)}
     spin = {f"wheel_inertia_{k}": 8e-4 for k in range(1, 5)}
@@ -252,6 +253,7 @@ def test_wheels_without_imbalance_move_as_balanced_ones():
             np.testing.assert_allclose(left, right, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.soak
 def test_wheels_off_balance_shake_the_body_by_what_is_off():
     """At steady speed a force U_s W^2 and a moment U_d W^2 turn with the wheel, and the whole swings."""
     static, dynamic, speed, span = 5e-6, 1e-6, 300.0, 0.2
@@ -275,6 +277,7 @@ def test_wheels_off_balance_shake_the_body_by_what_is_off():
     np.testing.assert_allclose(found[1:-1], expected[1:-1], atol=2e-3 * size)  # differences: (W dt)^2/6 is 1.5e-4
 
 
+@pytest.mark.soak
 def test_the_whole_keeps_momentum_and_energy_with_wheels_off_balance():
     values = {f"static_imbalance_{k}": 2e-3 for k in range(1, 5)} | {
         f"dynamic_imbalance_{k}": 2e-4 for k in range(1, 5)
@@ -291,6 +294,7 @@ def test_the_whole_keeps_momentum_and_energy_with_wheels_off_balance():
     assert swing.min() > 1e-3
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("value", "message"),
     [({"mass": 1e-9}, "is not more than that of the wheels"), ({"dynamic_imbalance_2": 1e-3}, "dynamic_imbalance")],

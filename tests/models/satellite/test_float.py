@@ -81,6 +81,7 @@ def covariance(law, z, axis):
 
 @pytest.mark.parametrize("law", ["mrac", "mrac-literal", "pd"])
 @pytest.mark.parametrize("delay", [0, 1])
+@pytest.mark.share(2)
 def test_python_and_c_agree_sample_by_sample(law, delay):
     """Each sample from the same memory, and the same loop over 600 samples where it is not lost before."""
     samples = 60 if (law, delay) == ("mrac-literal", 1) else 600
@@ -112,6 +113,7 @@ def test_single_precision_tracks_as_well():
     assert np.degrees(np.abs(x[late, :3] - exact[late, :3]).max()) < 0.01
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("still", "noise"),
     [

@@ -73,6 +73,7 @@ def measured(law, name):
 
 
 @pytest.mark.parametrize(("law", "name"), [(law, name) for law, cases in LAWS.items() for name in cases])
+@pytest.mark.share(3)
 def test_the_metric_table(law, name):
     t, error, u, lost = measured(law, name)
     late = t >= 200
@@ -100,6 +101,7 @@ def test_the_metric_table(law, name):
         ("mrac", ("paper", {"delay": 1, "design_delay": 0, "applied_regressor": 0}), 41.0, 0.07),
     ],
 )
+@pytest.mark.share(2)
 def test_loops_that_are_lost(law, case, lost, within):
     result = run(G, law, [case], samples=380, substeps=10).lost[0]
     assert result == pytest.approx(lost, rel=within)

@@ -13,6 +13,7 @@ from tests.reference import reference_slosh as reference
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 @pytest.mark.parametrize("pendulums", ["1", "2", "6"])
+@pytest.mark.share(3)
 def test_evaluation_form_solves_the_derived_equations(inertia, pendulums):
     model, equations = slosh(pendulums, inertia), implicit(pendulums, inertia)
     rng = np.random.default_rng(1)

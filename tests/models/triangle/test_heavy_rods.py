@@ -164,6 +164,7 @@ def test_rods_that_no_points_stand_for_are_refused(general):
 
 
 @pytest.mark.parametrize("target", ["sil", pytest.param("unicorn", marks=needs("arm-none-eabi-gcc"))])
+@pytest.mark.share(2)
 def test_the_laws_have_the_same_bits_on_a_board(model, target):
     outcome = run_on_board(model, BoardRequest("path-thrust", target, samples=100))
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)

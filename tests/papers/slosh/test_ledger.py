@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+import pytest
 import sympy as sp
 
 from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
@@ -102,6 +103,7 @@ def verdicts(system: System, *numbers: str) -> dict[str, Standing]:
     return {number: judge_entry(chosen[number], written.names).verdict for number in numbers}
 
 
+@pytest.mark.soak
 def test_wrong_equations_turn_the_verdicts(system: System) -> None:
     """A wrong mass in the energy, a wrong rate in the reduced model and a wrong gain turn what rests on them."""
     steps = tuple(

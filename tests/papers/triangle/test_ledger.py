@@ -113,6 +113,7 @@ def broken(system: System, *names: str) -> System:
     return dataclasses.replace(system, steps=steps)
 
 
+@pytest.mark.soak
 def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
     rhs = (*system.rhs[:3], -system.rhs[3])
     wrong = dataclasses.replace(system, rhs=rhs)

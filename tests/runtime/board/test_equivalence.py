@@ -137,6 +137,7 @@ def test_constants_in_the_laws_text_save_instructions_and_keep_every_bit(compile
 
 @pytest.mark.parametrize("law", ["mrac", "mrac-literal", "pd"])
 @pytest.mark.parametrize("tunable", [(), ("noise",)])
+@pytest.mark.share(3)
 def test_folded_text_keeps_every_bit_of_the_memory_where_numbers_are_lost(law, tunable):
     """Memory is written early and taken back: lost, huge and tiny numbers in any place, at any sample."""
     model, random = load("satellite"), np.random.default_rng(20)

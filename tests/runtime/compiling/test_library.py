@@ -196,12 +196,12 @@ def test_home_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 
 def test_two_processes_at_once(cache: Path, folder: Path) -> None:
     code = (
-        "import sys, runtime\n"
+        "import sys\nfrom mehvar import runtime\n"
         f"m = runtime.load({str(folder)!r}, backend='c')\n"
         "sys.stdin.readline()\n"
         "print(runtime.simulate(m, 'pd').x[-1].tolist())"
     )
-    command = [sys.executable, "-c", code]
+    command = [sys.executable, "-P", "-c", code]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "cwd": ROOT}
     processes = [subprocess.Popen(command, **pipes) for _ in range(2)]
     for process in processes:

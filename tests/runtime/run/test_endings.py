@@ -141,7 +141,7 @@ VARY = {
 
 @pytest.mark.parametrize("method", ["rk4", "dop853"])
 @pytest.mark.parametrize(("law", "settings"), [("free", {}), ("steps", {"dt_out": 0.125})])
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_a_batch_has_the_bits_of_its_runs_and_counts_how_they_ended(folder, tmp_path, capsys, law, settings, method):
     out = tmp_path / "runs.zarr"
     save = 0.25 if settings else 0.1

@@ -88,7 +88,7 @@ def roots(a, b, w, end=10.0):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("law", ["free", "steps"])
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_roots_are_found_once_and_in_their_direction(folder, backend, law, method):
     """Steps of half a second at most see what is a quarter of that apart."""
     rng = np.random.default_rng(7)
@@ -143,7 +143,7 @@ def test_a_guard_that_starts_at_zero_does_not_happen_for_that(folder, backend):
 
 @pytest.mark.parametrize("law", ["free", "steps"])
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_batch_has_the_bits_of_its_runs(folder, tmp_path, law, method):
     vary = {"a": "uniform(1, 12)", "b": "uniform(-3, 3)", "w": "uniform(0.5, 1.5)", "top": "uniform(3, 20)"}
     runs = mehvar.batch(folder, law, n=11, seed=3, vary=vary, method=method, dt_out=0.125, out=tmp_path / "runs.zarr")

@@ -113,7 +113,7 @@ def test_full_disk_leaves_the_old_file_and_no_rest(tmp_path: Path, folder: Path)
     path = tmp_path / "run.nc"
     path.write_text("old")
     code = (
-        "import resource, sys, runtime\n"
+        "import resource, sys\nfrom mehvar import runtime\n"
         f"run = runtime.simulate({str(folder)!r}, 'pd', backend='python', t_end=1.0, dt_out=0.0005)\n"
         "dataset = runtime.to_dataset(run)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))\n"
@@ -122,7 +122,7 @@ def test_full_disk_leaves_the_old_file_and_no_rest(tmp_path: Path, folder: Path)
         "except OSError as error:\n"
         "    print(error, file=sys.stdout)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
     assert f"cannot write {path}: " in done.stdout, done.stderr
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]

@@ -118,6 +118,7 @@ def test_explicit_methods_have_the_order_they_are_known_for(number: int, order: 
 
 
 @pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-9), ("dopri5", 1e-8), ("rock4", 1e-8), ("rk4", 1e-7)])
+@pytest.mark.share(2)
 def test_continuous_loop_against_scipy(model: Model, method: Any, tolerance: float) -> None:
     run = simulate(model, "pd", method=method)
     assert run.status is Status.DONE
