@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that stand still along a run: modes, which only resets change, and parameters.
+"""Names that are constant along a run: modes, which only resets change, and parameters.
 
-A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number:
-there `<` and `<=` differ.
+At a threshold `<` and `<=` differ.
+
+A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number.
 """
 
 from __future__ import annotations
