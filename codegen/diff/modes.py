@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that stand still along a run: modes, which only resets change, and parameters. At a threshold `<` and `<=` differ.
+"""Names that are constant along a run: modes, which only resets change, and parameters.
+
+At a threshold `<` and `<=` differ.
 
 A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number.
 """
@@ -64,7 +66,7 @@ class Modes:
                 self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a mode or a parameter is on a threshold; None if they do not.
+        """Return a verdict if two expressions differ where a mode or a parameter is on a threshold, else None.
 
         It is undecided at a number that a mode or a parameter may or may not have.
         """

@@ -187,8 +187,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If the assembly, or what a joint moves, has no mass or no inertia, a number is outside of its bounds, or a law
-            branches on a symbol.
+            If the assembly, or the body that a joint moves, has no mass or no inertia, a number is outside of its
+            bounds, or a law branches on a symbol.
         """
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
