@@ -192,7 +192,7 @@ def test_the_centre_of_directions_points_along_the_last_axis() -> None:
     ("vary", "message"),
     [
         ({"a": "normal(50, -2)"}, r"a = 'normal\(50, -2\)' \(from vary\): must be normal\(mean, sd\) with sd > 0"),
-        ({"a": "norml(1, 2)"}, "unknown distribution of a 'norml'.*did you mean normal"),
+        ({"a": "norml(1, 2)"}, "unknown distribution 'norml' of a.*did you mean normal"),
         ({"a": "normal(1)"}, r"must be normal\(mean, sd\)"),
         ({"a": "normal([1], [[2]])"}, r"must be normal\(mean, sd\)"),
         ({"a": "uniform(2, 1)"}, "low < high"),
