@@ -128,7 +128,7 @@ def test_points_of_a_sobol_sequence_are_in_the_middle_of_their_cells() -> None:
 
 @pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
 def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
-    """Another constant of the permutation is as random, and makes another campaign of the same seed."""
+    """A changed constant of the permutation would make another campaign of the same seed."""
     assert digest(Sampler(design, [("a",), ("b",)], 60, 5).points(0, 60)) == numbers
 
 
