@@ -40,7 +40,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Conversion:
-    """What was written: the files, and a note about the runs that are not in them, which is empty if there are none."""
+    """Written files, and a note about missing runs, or an empty note."""
 
     paths: list[Path]
     note: str = ""

@@ -185,7 +185,7 @@ def project(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
 
 def test_models_of_the_project_are_known_and_suggested(project: Path) -> None:
     assert find_model("pendulum").folder == project / "generated" / "pendulum"
-    with pytest.raises(InputError, match=r"'pendlum': did you mean pendulum\? known: .*, pendulum"):
+    with pytest.raises(InputError, match=r"'pendlum' .*: did you mean pendulum\? known: .*, pendulum"):
         find_model("pendlum")
 
 
