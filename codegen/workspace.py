@@ -35,7 +35,7 @@ _COMPARING = re.compile(
 
 PLANT = "plant.toml"
 """File in the folder of a user's own law that names its plant."""
-ROOMS = frozenset(("arrays", "check", "forms", "parts"))
+ROOMS = frozenset(("arrays", "check", "estimation", "forms", "parts"))
 """Folders of the vocabulary, which are no models."""
 
 

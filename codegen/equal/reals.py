@@ -203,8 +203,6 @@ class SteppedWorld(RealWorld):
     def _on_a_step(self, operation: str, values: list[Any]) -> list[Any]:
         if operation in _TESTS:
             return [values[0], values[0]]
-        if operation == "sign":
-            return [_CONTEXT.zero]
         divisor = values[1] if len(values) == 2 else 1
         return [_CONTEXT.nint(values[0] / divisor) * divisor, *values[1:]]
 

@@ -81,6 +81,7 @@ def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
         title=f"{manifest.model}: {manifest.title}",
         styles=[_asset(f"{_UPLOT}/uPlot.min.css"), _asset("report/palette.css"), _asset("web/live.css")],
         scripts=[_asset(name) for name in names],
+        runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
         moves=bool(manifest.geometry),
         licence=_asset(f"{_UPLOT}/LICENSE"),
         data=Markup(json.dumps(page_data(manifest, cases), separators=(",", ":")).replace("<", "\\u003c")),

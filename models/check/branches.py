@@ -17,8 +17,8 @@ from sympy.core.relational import Relational
 from ..quantities import ModelError, place
 from ..system import Expr
 
-_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.")
-"""Packages that ask for the form of an expression: an assembly leaves out terms that are zero by structure."""
+_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimation.")
+"""Packages that ask for the form of an expression: an assembly and a filter leave out what is zero by structure."""
 
 
 @contextlib.contextmanager

@@ -24,6 +24,7 @@ import xarray as xr
 import mehvar
 from mehvar.parts import Hub, Spacecraft
 from mehvar.runtime.run.options import OPTIONS
+from tests.models.estimation.swing import START, swing
 
 PENDULUM = str(Path(__file__).parents[1] / "runtime" / "pendulum")
 GENERATED = str(Path(mehvar.__file__).parents[1] / "generated" / "triangle")
@@ -85,6 +86,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "open_result": (mehvar.open_result, {"path": "none.nc"}),
     "save": (mehvar.save, {"dataset": None, "path": "a.csv"}),
     "diff": (mehvar.diff, {"model": "triangle", "old": GENERATED, "new": GENERATED, "structures": ()}),
+    "estimated": (mehvar.estimated, {"system": swing(), "law": "pd", "start": START, "noise": {"rate": 0.01}}),
     "kirchhoff": (mehvar.kirchhoff, {"energy": X * Y, "velocity": sp.Matrix(sp.symbols("v1:4")),
                                      "rate": sp.Matrix(sp.symbols("w1:4")), "rates": {X: Y}}),
     "lagrange": (

@@ -17,29 +17,36 @@
   const short = (value) => String(Number(value.toPrecision(4)));
   const simulator = await Simulator.open(data);
   const chosen = { which: 0, own: {} };
+  let kept = null; // the end of the run whose curves stay beside the next ones
 
   const panels = (() => {
     const kinds = [["x", "states", data.states], ["u", "inputs", data.inputs], ["y", "outputs", data.outputs]];
     const made = [];
     for (const [series, kind, quantities] of kinds) for (const unit of new Set(quantities.map((q) => q.unit))) {
       const members = quantities.map((q, k) => [q, k]).filter(([q]) => q.unit === unit);
-      made.push({ series, title: `${kind} [${pretty(unit)}]`, members, width: quantities.length });
+      const drawn = [[], ...members.map(() => [])];
+      made.push({ series, title: unit === "1" ? kind : `${kind} [${pretty(unit)}]`, members, width: quantities.length, drawn, kept: null });
     }
     return made;
   })();
 
   const line = ([q], k) => ({
     label: q.name, stroke: Report.color(COLORS[k % COLORS.length]), dash: k < COLORS.length ? [] : [5, 3], width: 1.5,
-    points: { show: false }, pxAlign: 0, value: (_, v) => (v === null ? "–" : short(v)),
+    points: { show: false }, pxAlign: 0, value: (_, v) => (v == null ? "–" : short(v)), spanGaps: kept !== null,
   });
+  /** Two runs have their own times, so each has gaps at the times of the other. */
+  const keptLine = (member, k) => ({ ...line(member, k), label: `${member[0].name}, kept`, dash: [2, 3], width: 1 });
+
+  const together = (panel) => (panel.kept ? uPlot.join([panel.drawn, panel.kept]) : panel.drawn);
 
   const plot = (panel, host) => {
     const axis = { stroke: Report.color("text"), grid: { stroke: Report.color("grid"), width: 1 }, ticks: { stroke: Report.color("grid") } };
     const made = new uPlot({
-      width: host.clientWidth - 14, height: 170, scales: { x: { time: false, range: () => [0, data.cases[chosen.which].end] } }, // less the figure's padding
-      series: [{ label: "t", value: (_, v) => (v === null ? "–" : `${short(v)} s`) }, ...panel.members.map(line)],
+      width: host.clientWidth - 14, height: 170, scales: { x: { time: false, range: () => [0, Math.max(data.cases[chosen.which].end, kept ?? 0)] } }, // less the figure's padding
+      series: [{ label: "t", value: (_, v) => (v === null ? "–" : `${short(v)} s`) }, ...panel.members.map(line),
+        ...(panel.kept ? panel.members.map(keptLine) : [])],
       axes: [{ ...axis, size: 30 }, { ...axis, size: 62, values: (_, splits) => splits.map(short) }],
-    }, [[], ...panel.members.map(() => [])], host);
+    }, together(panel), host);
     const canvas = host.querySelector("canvas");
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `${panel.title} over time`);
@@ -68,7 +75,8 @@
       const value = numbers[row * panel.width + k];
       return Number.isFinite(value) ? value : null;
     }));
-    panel.plot.setData([rows.map((row) => series.t[row]), ...lines]);
+    panel.drawn = [rows.map((row) => series.t[row]), ...lines];
+    panel.plot.setData(together(panel));
   };
 
   const point = (time) => panels.forEach(({ plot, head }) => {
@@ -86,13 +94,20 @@
   const tell = (spent, frames) => {
     const here = simulator.checksum(), host = data.cases[chosen.which].checksum, plain = !Object.keys(chosen.own).length;
     at("here").textContent = here;
-    at("host").textContent = plain ? host : "run the command below: its checksum is to be this one";
+    at("host").textContent = plain ? host : "not run; the command below prints the same";
     at("verdict").textContent = plain ? (here === host ? "the same bits" : "other bits") : "";
     at("verdict").className = plain && here !== host ? "bad" : "good";
     at("outcome").textContent = simulator.outcome();
     const steps = simulator.steps();
-    at("cost").textContent = `${steps} steps in ${spent.toFixed(0)} ms, ${short((1e3 * spent) / Math.max(1, steps))} µs each, in ${frames} frames`;
+    at("cost").textContent = `in ${steps} steps in ${spent.toFixed(0)} ms, ${short((1e3 * spent) / Math.max(1, steps))} µs each, in ${frames} frames`;
     document.documentElement.dataset.done = here;
+  };
+
+  /** The address holds the run, so that it can be sent: #law/scenario?name=value. */
+  const save = () => {
+    const { law, scenario } = data.cases[chosen.which], own = new URLSearchParams(chosen.own).toString();
+    const address = `#${encodeURIComponent(law)}/${encodeURIComponent(scenario)}${own && `?${own}`}`;
+    try { history.replaceState(null, "", address); } catch { /* frames may refuse, and browsers limit how often */ }
   };
 
   let run = null, turn = 0, left = 0;
@@ -107,6 +122,7 @@
       left = panels.length;
       if (!more) {
         tell(run.spent, run.frames);
+        save();
         motion?.take();
         run = null;
       }
@@ -130,10 +146,16 @@
     motion?.rest();
   };
 
+  const refuse = (why) => {
+    forget(why);
+    run = null;
+    left = 0;
+  };
+
   const again = () => {
     const why = simulator.start(chosen.which, chosen.own);
-    forget(why);
-    if (why !== null) { run = null; left = 0; return; }
+    if (why !== null) return refuse(why);
+    forget(null);
     const going = run !== null || left > 0;
     run = { chunk: 16, spent: 0, frames: 0 };
     if (!going) requestAnimationFrame(frame);
@@ -157,9 +179,9 @@
   };
 
   const slider = (q, value) => {
-    const [low, high] = range(q, value);
-    const bar = element("input", { type: "range", min: low, max: high, step: "any", value });
-    const box = element("input", { type: "number", step: "any", value: short(value) });
+    const [low, high] = range(q, value), own = chosen.own[q.name];
+    const bar = element("input", { type: "range", min: low, max: high, step: "any", value: own ?? value });
+    const box = element("input", { type: "number", step: "any", value: own ?? short(value) });
     const set = (number) => { chosen.own[q.name] = number; again(); };
     bar.setAttribute("aria-label", q.description);
     box.setAttribute("aria-label", `${q.name}: ${q.description}`);
@@ -187,12 +209,39 @@
     again();
   };
 
-  at("case").append(...data.cases.map((c, k) => element("option", { value: k, textContent: `${c.law}, ${c.scenario}` })));
+  /** Take the run of the address; one that this page does not have is refused. */
+  const restore = () => {
+    const [path, values = ""] = location.hash.slice(1).split("?");
+    const which = path ? data.cases.findIndex((c) => path === `${encodeURIComponent(c.law)}/${encodeURIComponent(c.scenario)}`) : 0;
+    chosen.which = Math.max(which, 0);
+    chosen.own = {};
+    at("case").value = chosen.which;
+    const lists = [data.laws[data.cases[chosen.which].law].parameters, data.scenario_parameters, data.parameters];
+    const names = new Set(lists.flat().map((q) => q.name));
+    let why = which < 0 ? `the address names ${path}, which is no run of this page` : null;
+    for (const [name, text] of new URLSearchParams(values)) {
+      if (names.has(name) && text && Number.isFinite(Number(text))) chosen.own[name] = Number(text);
+      else why ??= `the address sets ${name} to ${text || "nothing"}: it takes numbers for parameters of the run`;
+    }
+    controls();
+    if (why === null) again();
+    else refuse(why);
+  };
+
+  const keep = () => {
+    kept = kept === null ? data.cases[chosen.which].end : null;
+    for (const panel of panels) panel.kept = kept === null ? null : panel.drawn;
+    at("keep").textContent = kept === null ? "keep these curves" : "drop the kept curves";
+    rebuild();
+  };
+
   at("case").addEventListener("change", choose);
   at("reset").addEventListener("click", choose);
+  at("keep").addEventListener("click", keep);
+  addEventListener("hashchange", restore);
   const rebuild = () => { build(); panels.forEach(draw); if (motion?.rows) point(motion.time); };
   Report.onTheme(rebuild);
   addEventListener("resize", rebuild);
   build();
-  choose();
+  restore();
 })();

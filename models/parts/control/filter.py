@@ -27,6 +27,7 @@ from typing import Annotated, Protocol
 import sympy as sp
 
 from ...derivation import Expr
+from ...estimation.factors import Define, Factors, above
 from ...forms.samples import whole
 from ...mechanics import quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
@@ -35,7 +36,6 @@ from ..frame import AXES
 from ..part import Mounted, Part
 from ..sensors import Gyro, StarTracker
 from ..values import Number, scalar
-from .factors import Define, Factors, above
 
 HALF = sp.Rational(1, 2)
 _ERROR = ("1",) * 3 + ("1/s",) * 3

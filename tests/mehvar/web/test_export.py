@@ -20,7 +20,8 @@ from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.run.simulate import simulate
 from mehvar.web import module
 from mehvar.web.export import export_web
-from tests.mehvar.browser import chromium, eventually, requests
+from tests.mehvar.browser import chromium, eventually, prefer, requests
+from tests.mehvar.pages import violations
 
 HERE = Path(__file__).parent
 IMPORTS = """
@@ -231,6 +232,63 @@ def test_sliders_end_on_values_that_their_bounds_allow(model, page, tmp_path):
         browser.get(page(model).as_uri())
         eventually(browser, "document.documentElement.dataset.done")
         assert browser.execute_script(ENDS) == []
+
+
+def test_the_address_holds_the_run_and_two_runs_lie_over_one_another(page, tmp_path):
+    place = page("triangle").as_uri()
+    with chromium(tmp_path) as browser:
+        browser.get(place)
+        first = eventually(browser, "document.documentElement.dataset.done")
+        count = len(browser.find_elements("css selector", "#plots .u-series"))
+        browser.find_element("id", "keep").click()
+        assert len(browser.find_elements("css selector", "#plots .u-series")) > count
+        browser.execute_script(SET, "theta_0", 0.25)
+        other = eventually(browser, f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)")
+        address = browser.current_url
+        assert address.endswith("?theta_0=0.25")
+        browser.find_element("id", "keep").click()
+        assert len(browser.find_elements("css selector", "#plots .u-series")) == count
+        browser.get("about:blank")
+        browser.get(address)
+        assert eventually(browser, "document.documentElement.dataset.done") == other
+        for wrong, why in (
+            ("?nothing=1", "nothing"),
+            ("?theta_0=far", "theta_0 to far"),
+            ("/x", "no run of this page"),
+        ):
+            browser.get("about:blank")
+            browser.get(address.partition("?")[0] + wrong)
+            eventually(browser, "document.getElementById('refusal').textContent")
+            assert why in browser.find_element("id", "refusal").text
+            assert not browser.find_element("id", "run").is_displayed()
+
+
+SHIFT = """
+const done = arguments[0];
+let shift = 0;
+new PerformanceObserver((list) => {
+  for (const entry of list.getEntries()) shift += entry.hadRecentInput ? 0 : entry.value;
+}).observe({ type: 'layout-shift', buffered: true });
+setTimeout(() => done(shift), 500);
+"""
+
+
+@pytest.mark.parametrize("width", [1300, 390])
+def test_nothing_moves_when_results_arrive(width, page, tmp_path):
+    """A shift of 0.1 is what readers notice, by the measure of browsers; half of it is asked."""
+    with chromium(tmp_path, width) as browser:
+        browser.get(page("triangle").as_uri())
+        eventually(browser, "document.documentElement.dataset.done")
+        assert browser.execute_async_script(SHIFT) < 0.05
+
+
+@pytest.mark.parametrize("color", ["light", "dark"])
+def test_a_screen_reader_has_what_it_needs(color, page, tmp_path):
+    with chromium(tmp_path) as browser:
+        prefer(browser, prefers_color_scheme=color)
+        browser.get(page("triangle").as_uri())
+        eventually(browser, "document.documentElement.dataset.done")
+        assert violations(browser) == []
 
 
 def test_without_zig_it_says_what_to_install(monkeypatch, tmp_path):

@@ -159,6 +159,26 @@ def test_lanes_that_fail_do_not_harm_their_neighbours():
         np.testing.assert_array_equal(getattr(block, name)[others], getattr(healthy, name)[others])
 
 
+@pytest.mark.parametrize(("options", "dt"), [({}, 0.5), ({"hold": 0.1}, 0.1)])
+def test_a_lane_that_a_limit_ends_counts_its_end_and_no_other_does(pendulum: runtime.Model, options, dt):
+    """Between two samples, in blocks in which other lanes go on or have ended."""
+    law, scenario = pendulum.manifest.controller("pd"), pendulum.manifest.scenario(None)
+    values = resolve(pendulum.manifest, pendulum.functions, law, scenario, {}, "the test", ())
+    vectors = [np.tile(v, (8, 1)) for v in (values.p, values.c, values.s)]
+    vectors[0][:, pendulum.parameter_names.index("rate_max")] = [0.2, 0.5, 1.0, 1.1, 1.2, 5.0, 6.0, 0.9]
+    start = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
+    kernel = compile_kernel(pendulum, "pd", options=RunOptions(**options))
+    block = kernel.run(0, *vectors, start, seed=0, t_end=3.0, dt=dt, save_every=dt)
+    assert sorted(set(block.status.tolist())) == [Status.DONE, Status.LIMIT]
+    equal(block, run_alone(pendulum, kernel, *vectors, start, t_end=3.0, dt=dt))
+    rate = pendulum.state_names.index("rate")
+    ended = block.status == Status.LIMIT
+    limits = vectors[0][ended, pendulum.parameter_names.index("rate_max")]
+    np.testing.assert_allclose(np.abs(block.final[ended, rate]), limits, rtol=1e-6)
+    reached = np.maximum(block.maximum, -block.minimum)[ended, rate]
+    np.testing.assert_array_equal(reached, np.abs(block.final[ended, rate]))
+
+
 def test_a_lane_that_needs_too_many_steps_is_retired_alone():
     vectors = dispersed("slosh", "lyapunov-v2", 4)
     vectors[3][1, model("slosh").state_names.index("phi1_dot")] = 20.0

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mehvar
 from mehvar.base.errors import InputError
+from mehvar.parts import Hub, Spacecraft, Tank
 from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link, LinkError
@@ -92,6 +94,26 @@ def test_other_models_on_the_processor(model, law, board):
     outcome = run_on_board(load(model), BoardRequest(law, "unicorn", board, samples=100, selftest=4, profiled=False))
     assert outcome.max_ulp == 0
     assert outcome.stats["stack_used"] <= outcome.bound.bytes
+
+
+@pytest.fixture(scope="module")
+def draining():
+    """A craft of parts whose law burns a kilogram of fuel in 33 s."""
+    craft = Spacecraft("draining", motion="attitude", period=0.5)
+    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 1.2, 0.9)))
+    craft.add(Tank("tank", 1.0, nozzle=(-0.5, 0.05, 0), thrust=(1, 0, 0), exhaust=20.0, at=(0.1, 0.1, 0)))
+    craft.law("burn", lambda law: {"tank": law.parameter("flow", 0.03, "kg/s")}, "a constant flow")
+    return mehvar.build(craft)
+
+
+@pytest.mark.parametrize("target", ["unicorn", QEMU])
+def test_a_tank_that_a_law_on_the_board_drains_ends_its_run(draining, target):
+    outcome = run_on_board(draining, BoardRequest("burn", target, samples=120, profiled=False))
+    for run in (outcome.board, outcome.single):
+        assert run.reason == "the fuel in tank is used up (at t = 33.3333 s)"
+        assert run.t[-1] == run.t_stop == pytest.approx(1 / float(np.float32(0.03)), rel=1e-9)
+        assert run.x[-1, draining.state_names.index("tank_fuel")] == pytest.approx(0, abs=1e-9)
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
 
 
 @pytest.mark.parametrize("target", ["sil", "unicorn", QEMU])

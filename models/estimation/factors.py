@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...derivation import Expr
+from ..derivation import Expr
 
 Define = Callable[[str, Expr, str], Expr]
 """Names a step: name, expression and title."""
@@ -60,9 +60,24 @@ class Factors:
 
     def widened(self, define: Define, noise: Sequence[Expr]) -> Factors:
         """Return the factors of P + Q with the diagonal Q of `noise`."""
-        size = len(noise)
+        return self.propagated(define, sp.eye(len(noise)), sp.eye(len(noise)), noise)
+
+    def propagated(self, define: Define, transition: sp.Matrix, drive: sp.Matrix, noise: Sequence[Expr]) -> Factors:
+        """Return the factors of F P F' + G Q G'.
+
+        Parameters
+        ----------
+        define : callable
+            Names the steps.
+        transition, drive : sympy.Matrix
+            F and G.
+        noise : sequence of Expr
+            Diagonal of Q.
+        """
+        size = len(self.diagonal)
         weights = (*self.diagonal, *noise)
-        rows = [list(self.upper.row(i)) + [sp.Integer(int(i == j)) for j in range(size)] for i in range(size)]
+        rows = [[*(transition * self.upper).row(i), *drive.row(i)] for i in range(size)]
+        rows = [[define(f"w{i + 1}_{k + 1}", e, "row") for k, e in enumerate(row)] for i, row in enumerate(rows)]
         entries: dict[tuple[int, int], Expr] = {}
         diagonal = [sp.S.Zero] * size
         for j in reversed(range(size)):

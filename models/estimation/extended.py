@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An extended Kalman filter of any system: all that it needs is in the system.
+
+The prediction is a step of the midpoint rule of `rhs`, with its exact Jacobian; noise is that of the sensor, of random
+steps and of the diffusion. The covariance is kept as factors U D U'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import sympy as sp
+
+from mehvar.base.names import identifier
+from mehvar.base.units import Dimension, dimension, unit_text
+
+from ..arguments import expression, expressions, instance
+from ..derivation import Derivation, Expr
+from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity, wrong
+from ..system import Controller, Output, System
+from ..tables import check_names
+from .factors import Define, Factors, above
+
+HALF = sp.Rational(1, 2)
+Start = Mapping[str, tuple[Expr | float, Expr | float]]
+
+
+def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr | float] | None = None) -> System:
+    """Let a sampled law compute with estimates of the state in place of the state.
+
+    Parameters
+    ----------
+    system : System
+        With a sensor, each of whose measurements has noise of its own.
+    law : str
+        A sampled law, written as a function of the state.
+    start : mapping of str to (mean, deviation)
+        Of each state before the first sample, by name: expressions in the parameters, or numbers, which become
+        parameters of the law, `STATE_est_0` and `STATE_dev_0`.
+    noise : mapping of str to Expr, optional
+        By states, a density of noise of their rates beside that of the system, in the unit of the state over s^(1/2);
+        a number becomes the parameter `STATE_noise`.
+
+    Returns
+    -------
+    System
+        With the law's memory longer by the estimates `STATE_est` for the next sample, the factors of their covariance,
+        and `est_nis`, the squared innovation over its variance; a run shows `est_nees`, the squared error over the
+        covariance.
+
+    Raises
+    ------
+    ModelError
+        If the law is continuous, a measurement has no noise of its own, or a name is none of a state.
+    """
+    instance("system", system, System, "a System")
+    instance("law", law, str, "the name of a law")
+    names = [q.name for q in system.states]
+    check_names([law], [one.name for one in system.controllers], "law")
+    for what, given in (("start", start), ("noise", {} if noise is None else noise)):
+        if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+            raise wrong(what, given, "a mapping by names of states")
+        check_names(given, names, "state")
+    for name, value in start.items():
+        for entry in expressions(f"start[{name!r}]", value, 2):
+            _finite(f"start[{name!r}]", entry)
+    for name, density in (noise or {}).items():
+        _finite(f"noise[{name!r}]", expression(f"noise[{name!r}]", density))
+    if missing := [name for name in names if name not in start]:
+        raise ModelError(f"start = {dict(start)}: must have mean and deviation of {', '.join(missing)} too")
+    chosen = next(one for one in system.controllers if one.name == law)
+    if not chosen.period or system.sensor is None:
+        raise ModelError(f"{chosen.origin}: law {law!r}: must be sampled, in a system with a sensor, for estimates")
+    return _Filter(system, chosen, start, noise or {}).system()
+
+
+def _finite(name: str, value: Expr) -> None:
+    if value.is_number and not (value.is_finite and value.is_real):
+        raise wrong(name, value, "finite")
+
+
+class _Filter:
+    """A filter while it is written into a law."""
+
+    def __init__(self, system: System, law: Controller, start: Start, noise: Mapping[str, Expr | float]) -> None:
+        self.of, self.law, self.start, self.noise = system, law, start, noise
+        self.derivation = Derivation(system.steps)
+        self.derivation.section(f"Estimates of law {law.name}")
+        self.period = next(q.symbol for q in system.parameters if q.name == law.period)
+        self.memory: dict[Quantity, tuple[Expr, Expr]] = {}
+        states, size = system.states, len(system.states)
+        self.parameters: list[Parameter] = []
+        self.prior, squares = [], []
+        for q in states:
+            mean, deviation = start[q.name]
+            mean = self.number(f"{q.name}_est_0", mean, q.unit, f"estimate of {q.description} at the start")
+            deviation = self.number(f"{q.name}_dev_0", deviation, q.unit, f"deviation of {q.name} at the start")
+            self.prior.append(self.keep(f"{q.name}_est", q.unit, f"estimate of {q.description}", mean))
+            squares.append(deviation**2)
+        units = [dimension(q.unit) for q in states]
+        diagonal = [
+            self.keep(f"est_D{k + 1}", _product(unit, unit, 1), f"entry {k + 1} of D", square)
+            for k, (unit, square) in enumerate(zip(units, squares, strict=True))
+        ]
+        entries = {
+            (i, j): self.keep(f"est_U{i + 1}{j + 1}", _product(units[i], units[j], -1), f"entry {i + 1}, {j + 1} of U")
+            for i, j in above(size)
+        }
+        self.factors = Factors.of(entries, diagonal)
+        self.nis = self.keep("est_nis", "1", "squared innovation over its variance, summed")
+
+    def keep(self, name: str, unit: str, meaning: str, begin: Expr = sp.S.Zero) -> sp.Symbol:
+        """Add a number to the memory."""
+        quantity = Quantity(name, unit, meaning)
+        self.memory[quantity] = begin, quantity.symbol
+        return quantity.symbol
+
+    def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
+        """Return an expression as it is, and for a number a parameter of the law, of which it is the default."""
+        if isinstance(value, sp.Expr) and not value.is_number:
+            return value
+        self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
+        return self.parameters[-1].symbol
+
+    def stage(self, prefix: str) -> Define:
+        """Return what names the steps of a stage."""
+
+        def define(name: str, expr: Expr, title: str) -> Expr:
+            if expr.is_Symbol or expr.is_number:
+                return expr
+            return self.derivation.define(f"{identifier(self.law.name)}_{prefix}_{name}", expr, title=title)
+
+        return define
+
+    def at(self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY) -> _Slopes:
+        """Return the evaluation at a state, without noise, with slopes by state and noise."""
+        values = dict(zip(self.of.states.symbols, x, strict=True)) | dict.fromkeys(noise.symbols, sp.S.Zero)
+        return _Slopes(self.stage(prefix), self.of.definitions, values)
+
+    def system(self) -> System:
+        """Return the system with the law that computes with estimates."""
+        posterior, factors, nis = self.corrected()
+        predicted, factors = self.predicted(posterior, factors)
+        updates = (*predicted, *factors.entries, nis)
+        law, at = self.law, self.at("law", posterior)
+        made = replace(
+            law,
+            command=tuple(at.values(law.command)),
+            parameters=replace(law.parameters, quantities=(*law.parameters, *self.parameters)),
+            memory=Group(law.memory.name or "z", (*law.memory, *self.memory)),
+            start=(*law.start, *(begin for begin, _ in self.memory.values())),
+            update=(*at.values(law.update), *updates),
+            outputs=(*law.outputs, self.report()),
+        )
+        laws = tuple(made if one is law else one for one in self.of.controllers)
+        return replace(self.of, controllers=laws, steps=tuple(self.derivation.steps))
+
+    def corrected(self) -> tuple[list[Expr], Factors, Expr]:
+        """Return estimates and factors after the measurements, one after the other, and the NIS."""
+        sensor = self.of.sensor
+        assert sensor is not None
+        at = self.at("seen", self.prior, sensor.noise)
+        values, rows = at.values(sensor.measured), at.jacobian(sensor.measured, self.of.states.symbols)
+        errors = at.jacobian(sensor.measured, sensor.noise.symbols)
+        self._check(errors)
+        correction, factors, terms = sp.zeros(len(self.prior), 1), self.factors, []
+        for k, (seen, value) in enumerate(zip(self.of.seen.symbols, values, strict=True)):
+            define, row = self.stage(f"seen{k + 1}"), rows.row(k)
+            variance = define("R", sp.Add(*(e**2 for e in errors.row(k))), "variance of the noise")
+            factors, product, over = factors.measured(define, list(row), variance)
+            innovation = define("innovation", seen - value - row.dot(correction), "innovation")
+            share = define("share", innovation * over, "innovation over its variance")
+            total = correction + share * sp.Matrix(product)
+            correction = sp.Matrix([define(f"x{i + 1}", entry, "correction") for i, entry in enumerate(total)])
+            terms.append(innovation * share)
+        define = self.stage("after")
+        pairs = zip(self.of.states, self.prior, correction, strict=True)
+        return [define(q.name, x + c, f"estimate of {q.name}") for q, x, c in pairs], factors, sp.Add(*terms)
+
+    def _check(self, errors: sp.Matrix) -> None:
+        """Refuse measurements without noise, and with noise in common."""
+        for k, q in enumerate(self.of.seen):
+            if errors.row(k).is_zero_matrix:
+                raise ModelError(f"{self.of.origin}: measurement {q.name!r} has no noise: an estimate needs it")
+        for j in range(errors.cols):
+            rows = [q.name for k, q in enumerate(self.of.seen) if errors[k, j] != 0]
+            if len(rows) > 1:
+                raise ModelError(f"{self.of.origin}: measurements {' and '.join(rows)} have noise in common")
+
+    def predicted(self, x: Sequence[Expr], factors: Factors) -> tuple[list[Expr], Factors]:
+        """Return estimates and factors for the next sample."""
+        states, t, size = self.of.states.symbols, self.period, len(x)
+        define = self.stage("step")
+        here = self.at("here", x)
+        middle = [
+            define(f"mid{k + 1}", e + t / 2 * rate, "estimate after half a period")
+            for k, (e, rate) in enumerate(zip(x, here.values(self.of.rhs), strict=True))
+        ]
+        there = self.at("mid", middle)
+        rates = there.values(self.of.rhs)
+        following = [
+            define(f"x{k + 1}", e + t * rate, "prediction") for k, (e, rate) in enumerate(zip(x, rates, strict=True))
+        ]
+        half = sp.eye(size) + t / 2 * here.jacobian(self.of.rhs, states)
+        transition = sp.eye(size) + t * there.jacobian(self.of.rhs, states) * half
+        transition = sp.Matrix(
+            size, size, lambda i, j: define(f"F{i + 1}_{j + 1}", transition[i, j], "entry of the transition")
+        )
+        columns = []
+        for k, q in enumerate(self.of.states):
+            if q.name in self.noise:
+                unit, meaning = _product(dimension(q.unit), {"s": Fraction(1, 2)}, -1), f"density of noise of {q.name}"
+                density = self.number(f"{q.name}_noise", self.noise[q.name], unit, meaning)
+                columns.append((sp.eye(size)[:, k], density**2 * t))
+        if self.of.diffusion:
+            wiener = self.of.diffusion.wiener
+            drive = self.at("wiener", following, wiener).jacobian(self.of.diffusion.change, wiener.symbols)
+            columns += [(drive[:, k], t) for k in range(drive.cols)]
+        if self.of.random_step:
+            e, after = self.of.random_step.noise, self.of.random_step.after
+            at = self.at("jump", following, e)
+            turn, drive = at.jacobian(after, states), at.jacobian(after, e.symbols)
+            following, transition = at.values(after), turn * transition
+            columns = [(turn * column, q) for column, q in columns] + [(drive[:, k], sp.S.One) for k in range(len(e))]
+        drive = sp.Matrix.hstack(*(column for column, _ in columns)) if columns else sp.zeros(size, 0)
+        return following, factors.propagated(self.stage("noise"), transition, drive, [q for _, q in columns])
+
+    def report(self) -> Output:
+        """Return the squared error of the estimates before the measurements over its covariance."""
+        errors = [s - e for s, e in zip(self.of.states.symbols, self.prior, strict=True)]
+        quantity = Quantity("est_nees", "1", "squared error of the estimates over its covariance")
+        return Output(quantity, self.factors.distance(self.stage("nees"), errors))
+
+
+class _Slopes:
+    """Expressions of a system at other values of some symbols, and their slopes, through its steps."""
+
+    def __init__(self, define: Define, definitions: Mapping[sp.Symbol, Expr], values: Mapping[sp.Symbol, Expr]) -> None:
+        self._define, self._definitions = define, definitions
+        self._given, self._values = tuple(values), dict(values)
+        self._slopes: dict[sp.Symbol, dict[sp.Symbol, Expr]] = {s: {s: sp.S.One} for s in values}
+
+    def values(self, exprs: Iterable[Expr]) -> list[Expr]:
+        """Return the values of expressions."""
+        exprs = list(exprs)
+        self._reach(exprs)
+        return [sp.sympify(e).xreplace(self._values) for e in exprs]
+
+    def jacobian(self, exprs: Sequence[Expr], by: Sequence[sp.Symbol]) -> sp.Matrix:
+        """Return the slopes of expressions by some of the symbols."""
+        self._reach(exprs)
+        slopes = [self._slope(sp.sympify(e)) for e in exprs]
+        return sp.Matrix(len(exprs), len(by), lambda i, j: slopes[i].get(by[j], sp.S.Zero))
+
+    def _reach(self, exprs: Iterable[Expr]) -> None:
+        """Take over the steps that expressions use, in their order."""
+        stack, reached = [s for e in exprs for s in sp.sympify(e).free_symbols], set[sp.Symbol]()
+        while stack:
+            symbol = stack.pop()
+            if symbol in self._definitions and symbol not in reached and symbol not in self._values:
+                reached.add(symbol)
+                stack.extend(self._definitions[symbol].free_symbols)
+        for symbol, expr in self._definitions.items():
+            if symbol in reached and not expr.free_symbols.isdisjoint(self._values):
+                self._slopes[symbol] = {
+                    s: self._define(f"{symbol.name}_by_{s.name}", slope, f"slope of {symbol.name} by {s.name}")
+                    for s, slope in self._slope(expr).items()
+                }
+                self._values[symbol] = self._define(symbol.name, expr.xreplace(self._values), f"{symbol.name} here")
+
+    def _slope(self, expr: Expr) -> dict[sp.Symbol, Expr]:
+        total: dict[sp.Symbol, Expr] = {}
+        for symbol in sorted(expr.free_symbols & self._slopes.keys(), key=str):
+            slope = _smooth(expr.diff(symbol)).xreplace(self._values)
+            for by, inner in self._slopes[symbol].items():
+                total[by] = total.get(by, sp.S.Zero) + slope * inner
+        return {by: slope for by, slope in total.items() if slope != 0}
+
+
+def _product(one: Dimension, other: Dimension, power: int) -> str:
+    """Return the unit of a product or a quotient."""
+    return unit_text({base: one.get(base, 0) + power * other.get(base, Fraction()) for base in {**one, **other}})
+
+
+def _smooth(slope: Expr) -> Expr:
+    """Return a slope with the steps of `Min` and `Max` as cases, and none of jumps."""
+    slope = slope.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
+    return slope.replace(sp.Heaviside, lambda at, *_: sp.Piecewise((1, at > 0), (0, True)))

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An extended Kalman filter of a pendulum against one in NumPy, against its own statistics, and what is refused."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.stats import chi2
+
+import mehvar
+from mehvar import Diffusion, Group, Quantity, Sensor, estimated
+from mehvar.base.errors import MehvarError
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from mehvar.runtime.run.noise import normals
+
+from .swing import DEVIATION, KD, KP, MEAN, SIGMA, SIGMA_G, START, TS, WALK, E, J, K, P, U, X, Y, swing
+
+
+@pytest.fixture(scope="module")
+def model():
+    return mehvar.build(estimated(swing(), "pd", START))
+
+
+def by_hand(run):
+    """Return estimate and covariance before each sample: midpoint rule, slopes by complex steps, whole covariance."""
+
+    def rate(x, u):
+        return np.array([x[1], -K / J * np.sin(x[0]) - x[2] * x[1] + u / J, 0 * x[0]])
+
+    def moved(x, u):
+        return x + TS * rate(x + TS / 2 * rate(x, u), u)
+
+    def seen(x):
+        return np.array([np.sin(x[0]), x[1]])
+
+    def slopes(of, x):
+        return np.stack([of(x + 1e-30j * e).imag / 1e-30 for e in np.eye(3)], axis=1)
+
+    e = normals(0, 0, run.sizes["t"], 2) * [SIGMA, SIGMA_G]
+    x, P, R = MEAN, np.diag(DEVIATION**2), np.diag([SIGMA**2, SIGMA_G**2])
+    for k, (angle, speed) in enumerate(zip(run["angle"].values, run["rate"].values, strict=True)):
+        yield x, P
+        H = slopes(seen, x)
+        gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        x = x + gain @ (np.array([np.sin(angle), speed]) + e[k] - seen(x))
+        I = np.eye(3) - gain @ H  # noqa: E741
+        P = I @ P @ I.T + gain @ R @ gain.T
+        u = -KP * x[0] - KD * x[1]
+        F = slopes(lambda v, u=u: moved(v, u), x)
+        x, P = moved(x, u), F @ P @ F.T + np.diag([0, 0, WALK**2 * TS])
+
+
+def test_it_is_the_filter_of_the_textbook(model):
+    run = mehvar.simulate(model, "pd", t_end=10.0, initial={"drag": 0.3})
+    for k, (x, V) in enumerate(by_hand(run)):
+        ours = np.array([run[f"{name}_est"].values[k] for name in START])
+        np.testing.assert_allclose(ours, x, rtol=0, atol=1e-11)
+        error = np.array([run[name].values[k] for name in START]) - x
+        assert float(run["est_nees"].values[k]) == pytest.approx(error @ np.linalg.solve(V, error), rel=1e-6)
+
+
+def test_a_board_computes_the_same_bits(model):
+    outcome = run_on_board(model, BoardRequest("pd", "sil", samples=100))
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+
+
+def test_noise_of_the_user_is_a_parameter():
+    law = estimated(swing(), "pd", START, {"rate": 0.01}).controllers[0]
+    assert (law.parameters.quantities[-1].name, law.parameters.quantities[-1].unit) == ("rate_noise", "1/s^(3/2)")
+
+
+def test_noise_of_the_diffusion_is_that_of_a_density():
+    """The memory after a sample has the same numbers."""
+    wiener = Group("w", (Quantity("W", "s^(1/2)", "wind"),))
+    wind = swing(random_step=None, diffusion=Diffusion(wiener, (0, P.sigma_g * wiener.W, 0)))
+    updates = []
+    for system in (estimated(wind, "pd", START), estimated(swing(random_step=None), "pd", START, {"rate": P.sigma_g})):
+        law = system.controllers[0]
+        groups = (P, law.parameters, law.memory, U, Y)
+        at = {q.symbol: sp.Float(0.3 + 0.1 * k) for group in groups for k, q in enumerate(group)}
+        for symbol, expr in system.definitions.items():
+            at[symbol] = sp.sympify(expr).xreplace(at)
+        updates.append([float(sp.sympify(e).xreplace(at)) for e in law.update])
+    np.testing.assert_allclose(*updates, rtol=1e-12)
+
+
+@pytest.mark.soak
+def test_errors_and_innovations_are_as_large_as_it_says(model):
+    """The start is drawn as the filter believes; means of 1000 runs within 99.9 % bands, for it is no linear system."""
+    n = 1000
+    drawn = {name: f"normal({m}, {d})" for name, (m, d) in START.items()}
+    runs = mehvar.batch(model, "pd", n, vary=drawn, t_end=10.0, save=1.0)
+    low, high = chi2.ppf([0.0005, 0.9995], 2 * n) / n
+    assert all(low < mean < high for mean in runs["est_nis"].values.mean(axis=0)[2:])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: estimated(swing(), "lqr", START), "law 'lqr' is not known"),
+        (lambda: estimated(swing(), "pd", {"angle": (0, 1)}), "must have mean and deviation of rate, drag too"),
+        (lambda: estimated(swing(), "pd", START, {"speed": 1.0}), "state 'speed' is not known"),
+        (lambda: estimated(swing(sensor=None), "pd", START), "must be sampled, in a system with a sensor"),
+        (
+            lambda: estimated(swing(sensor=Sensor(E, (X.angle + E.e_s, X.rate), Y)), "pd", START),
+            "measurement 'gyro' has no noise: an estimate needs it",
+        ),
+        (
+            lambda: estimated(swing(sensor=Sensor(E, (X.angle + E.e_s, X.rate + E.e_s), Y)), "pd", START),
+            "measurements sine and gyro have noise in common",
+        ),
+        (lambda: estimated("swing", "pd", START), "system = 'swing': must be a System"),
+    ],
+)
+def test_wrong_filters_are_refused(make, words):
+    with pytest.raises(MehvarError, match=words):
+        make()
