@@ -40,7 +40,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Conversion:
-    """What was written: the files, and a note about the runs that are not in them, which is empty if there are none."""
+    """Files of a conversion, and a note about the runs that are not in them, which is empty if all are."""
 
     paths: list[Path]
     note: str = ""
