@@ -251,3 +251,9 @@ def test_a_triangle_may_have_its_mode_at_an_end(text):
 def test_arguments_that_make_no_distribution(names, text):
     with pytest.raises(InputError, match="must be"):
         read_dispersions({names: text})
+
+
+@pytest.mark.parametrize("value", ["bar", 3.0, [1.0]])
+def test_an_unknown_name_is_refused_as_such_whatever_its_value(value: object) -> None:
+    with pytest.raises(InputError, match="unknown parameter or option of triangle with path 'foo'"):
+        mehvar.batch("triangle", "path", n=2, foo=value)
