@@ -42,9 +42,8 @@ def walk(programs: Path, place: Path) -> list[str]:
         (folder / name / "__init__.py").write_text("raise RuntimeError('the wrong package')\n")
     home = place / "home"
     home.mkdir()
-    own = ("PYTHON", "MEHVAR", "XDG")
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(own) or k == "MEHVAR_CACHE"}  # the C is the same
-    kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # what the libraries' own folders may not take
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "MEHVAR", "XDG"))}
+    kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # the libraries' own folders may be read-only
     environment = {**kept, "HOME": str(home), "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     wrong = []
     for steps, where in ((STEPS, folder), (OWN, folder / "wheel")):
