@@ -3,6 +3,12 @@
 
 from __future__ import annotations
 
+import base64
+import functools
+import html
+import io
+import re
+import unicodedata
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +21,9 @@ from mehvar.base.errors import printable
 from mehvar.codegen.equations.mathml import mathml
 
 _TEMPLATES = Path(__file__).parent / "templates"
+_FONT = _TEMPLATES / "fonts" / "stix-two-math.woff"
+_FONT_PLACE = "/* font of the formulas */"
+"""What the style of a page that may have formulas begins with."""
 
 
 def typeset(latex: str) -> Markup:
@@ -56,4 +65,42 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
         finalize=_shown,
     )
     environment.filters |= {"mathml": typeset, "words": typeset_within, **filters}
-    return environment.get_template(template).render(content)
+    text = environment.get_template(template).render(content)
+    return text.replace(_FONT_PLACE, _formula_font(text), 1)
+
+
+def _formula_font(text: str) -> str:
+    """Return the style that embeds a font with the signs of a page's formulas; empty for a page without formulas.
+
+    A browser lowers subscripts and stretches brackets by the table of a font for mathematics, which many systems lack.
+    """
+    formulas = "".join(re.findall(r"<math\b.*?</math>", text, re.DOTALL))
+    signs = frozenset(html.unescape(re.sub(r"<[^>]*>", "", formulas)))
+    if not signs:
+        return ""
+    data = base64.b64encode(_font(signs)).decode()
+    return f'@font-face {{ font-family: Formulas; src: url(data:font/woff;base64,{data}) format("woff"); }}'
+
+
+@functools.lru_cache(maxsize=16)
+def _font(signs: frozenset[str]) -> bytes:
+    """Return the font with some signs; with all of them, six times as long, where fontTools is missing."""
+    try:
+        from fontTools import subset
+        from fontTools.ttLib import TTFont
+    except ImportError:  # comes with Matplotlib
+        return _FONT.read_bytes()
+    with TTFont(_FONT) as font:
+        part = subset.Subsetter(subset.Options())
+        part.populate(unicodes=[ord(sign) for sign in signs | _italic(signs)])
+        part.subset(font)
+        content = io.BytesIO()
+        font.save(content)
+    return content.getvalue()
+
+
+def _italic(signs: frozenset[str]) -> set[str]:
+    """Return the italic letters by which a browser shows names of one letter."""
+    block = map(chr, range(0x1D434, 0x1D7CC))
+    italic = {sign for sign in block if unicodedata.name(sign, "").startswith("MATHEMATICAL ITALIC")}
+    return {sign for sign in italic | {"\u210e"} if unicodedata.normalize("NFKC", sign) in signs}

@@ -101,7 +101,7 @@ def _fork(place: Path) -> None:
         sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115 - pytest's may be another file
         try:
             main(str(place))
-        except BaseException:  # which must not go on in a copy of the caller
+        except BaseException:  # the copy of the caller must end here
             traceback.print_exc()
         finally:
             os._exit(1)

@@ -706,7 +706,7 @@ class Cells:
         return None
 
     def _free(self, taken: Mapping[int, int]) -> set[int]:
-        """Return the nodes with ways, except comparisons, that count for the given ways and have no way yet."""
+        """Return the open branching nodes, except comparisons, that count under the branches taken."""
         counting = (k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k))
         return {k for k in counting if k not in taken and self.pool.nodes[k][0] not in COMPARISONS}
 

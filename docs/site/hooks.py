@@ -42,6 +42,8 @@ _formulas: dict[str, list[str]] = {}
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add every file of the repository that a page leads to."""
+    from mkdocs.structure.files import File
+
     waiting = [Path(config.docs_dir) / file.src_uri for file in files.documentation_pages()]
     seen = set(waiting)
     while waiting:
@@ -52,6 +54,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
                 waiting += [target] if target.suffix == ".md" else []
     for model in shipped_models():
         files.append(_live(model, config))
+    fonts = ROOT / "mehvar" / "templates" / "fonts"
+    for font in fonts.iterdir():
+        files.append(File.generated(config, f"site/{font.name}", abs_src_path=str(font)))
     return files
 
 

@@ -145,7 +145,7 @@ def chart() -> str:
     loop = [place(0.3 + 0.17 * np.cos(turn), 0.9 + 0.6 * np.sin(turn)) for turn in _ROUND]
     lines = [f'<path class="axis dashed" d="{_curve(rim)}"/>', f'<path class="line" d="{_curve(bound)}"/>']
     lines += [f'<path class="area" d="{_curve(loop)}Z"/>']
-    for rho, phi in (*_SAMPLES[:1], *_SAMPLES[2:]):  # the loop and its letters need the room of one
+    for rho, phi in (*_SAMPLES[:1], *_SAMPLES[2:]):  # the loop takes the place of one sample
         lines += _shape(rho, phi, place(rho, phi))
     at, zero = place(0.47, 0.9), place(0.62, 0.0)
     lines += [

@@ -108,7 +108,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     Parameters
     ----------
     kind : str
-        What the name stands for, as in "parameter" or "controller".
+        Its kind and place, as in "parameter", "controller of triangle" or "variable in metric T_theta".
     name : object
         What was given.
     known : iterable of str
@@ -120,7 +120,8 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     listed = ", ".join(names) if names else "none"
-    return InputError(f"unknown {kind} {shown(name)}{whence(origin)}: {hint}known: {listed}")
+    noun, place = re.fullmatch(r"(.*?)((?: of | in | under | \().*)?", kind).groups("")  # type: ignore[union-attr]
+    return InputError(f"unknown {noun} {shown(name)}{place}{whence(origin)}: {hint}known: {listed}")
 
 
 def together(*checks: Callable[[], object]) -> None:

@@ -18,7 +18,7 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..model.model import Model
-from ..model.parameters import Resolved, named_values, number, resolve
+from ..model.parameters import Resolved, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import (
@@ -132,6 +132,7 @@ class Plan:
         self.options, choices = read_options(campaign.options, "batch", origin)
         self.origin = of_scenario(self.options, self.scenario, origin)
         self.choices: Mapping[str, Any] = choices
+        check_values(manifest, self.law, campaign.parameters, origin, OPTIONS)
         self.campaign = campaign = self._checked(campaign)
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.names = tuple(name for d in self.dispersions for name in d.names)

@@ -43,7 +43,7 @@ def walk(programs: Path, place: Path) -> list[str]:
     home = place / "home"
     home.mkdir()
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "MEHVAR", "XDG"))}
-    kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # what the libraries' own folders may not take
+    kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # the libraries' own folders may be read-only
     environment = {**kept, "HOME": str(home), "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     wrong = []
     for steps, where in ((STEPS, folder), (OWN, folder / "wheel")):

@@ -70,9 +70,9 @@ def test_simulate_prints_saves_and_draws(tmp_path):
     ("arguments", "message"),
     [
         (("show", "triangel"), "unknown model .*'triangel'.*did you mean triangle"),
-        (("simulate", "triangle", "--controller", "slide"), "unknown controller of triangle 'slide'"),
-        ((*SIMULATE, "--scenario", "papre"), "unknown scenario of triangle 'papre'.*did you mean paper"),
-        ((*SIMULATE, "--set", "no_such=1"), "unknown parameter or option .* 'no_such'.*--set"),
+        (("simulate", "triangle", "--controller", "slide"), "unknown controller 'slide' of triangle"),
+        ((*SIMULATE, "--scenario", "papre"), "unknown scenario 'papre' of triangle.*did you mean paper"),
+        ((*SIMULATE, "--set", "no_such=1"), "unknown parameter or option 'no_such'.*--set"),
         ((*SIMULATE, "--set", "R=0.71"), r"R = 0.71 \(from --set\): must be in \(0, 0.707"),
         ((*SIMULATE, "--set", "R=nan"), "R = nan"),
         ((*SIMULATE, "--set", "R=big"), "R = 'big'.*must be a number"),

@@ -35,7 +35,7 @@ def test_inputs_come_from_flags_and_files(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"input_texts": ["Ta=1"]}, r"unknown input of satellite 'Ta' \(from --input\)"),
+        ({"input_texts": ["Ta=1"]}, r"unknown input 'Ta' of satellite \(from --input\)"),
         ({"input_texts": ["Tx=a"]}, "--input Tx = 'a': must be a number"),
         ({"input_texts": ["Tx"]}, "--input = 'Tx': must be NAME=VALUE"),
         ({"inputs": Path("no.csv")}, "cannot read no.csv"),

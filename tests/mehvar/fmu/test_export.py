@@ -55,8 +55,8 @@ def test_the_same_model_gives_the_same_bytes_by_name_and_loaded(folder, monkeypa
         ({"out": "x.zip"}, "a file name that ends in .fmu"),
         ({"fmi": "1.0"}, "fmi = '1.0': must be '2.0' or '3.0'"),
         ({"kind": "se"}, "kind = 'se': must be 'me' or 'cs'"),
-        ({"controller": "no"}, "unknown controller of triangle 'no'"),
-        ({"scenario": "no"}, "unknown scenario of triangle 'no'"),
+        ({"controller": "no"}, "unknown controller 'no' of triangle"),
+        ({"scenario": "no"}, "unknown scenario 'no' of triangle"),
     ],
 )
 def test_what_is_not_there_is_refused(arguments, message, tmp_path):

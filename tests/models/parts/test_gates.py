@@ -327,7 +327,7 @@ def test_an_unbalanced_wheel_without_imbalance_is_a_balanced_one():
     even = assembled((HUB, PUSH, TURN, Wheel("a", **given), rest))
     x, u = shaken.sample(np.random.default_rng(13))
     expected = even.rates(x, u)
-    assert apart({n: shaken.rates(x, u)[n] for n in expected}, expected) < 1e-11  # the inertia 1e-12 of the rest
+    assert apart({n: shaken.rates(x, u)[n] for n in expected}, expected) < 1e-11  # its inertia is 1e-12 of the rest
 
 
 def test_an_unbalanced_wheel_is_a_body_on_a_hinge():

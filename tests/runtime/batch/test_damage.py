@@ -198,7 +198,7 @@ def test_a_block_that_is_not_the_one_of_the_end_is_damage(store: Path) -> None:
 
 @pytest.mark.parametrize("ended", [True, False])
 def test_a_block_of_another_batch_is_damage(store: Path, tmp_path: Path, ended: bool) -> None:
-    """Its digests are right, and it proves nothing here, whether or not an end has sealed another."""
+    """A foreign block with right digests is refused, with and without the record of the end."""
     if not ended:
         (store / END).unlink()
     other = Campaign("pd", n=40, seed=1, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)

@@ -128,7 +128,7 @@ def test_points_of_a_sobol_sequence_are_in_the_middle_of_their_cells() -> None:
 
 @pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
 def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
-    """Another constant of the permutation is as random, and makes another campaign of the same seed."""
+    """A changed constant of the permutation would make another campaign of the same seed."""
     assert digest(Sampler(design, [("a",), ("b",)], 60, 5).points(0, 60)) == numbers
 
 
@@ -192,7 +192,7 @@ def test_the_centre_of_directions_points_along_the_last_axis() -> None:
     ("vary", "message"),
     [
         ({"a": "normal(50, -2)"}, r"a = 'normal\(50, -2\)' \(from vary\): must be normal\(mean, sd\) with sd > 0"),
-        ({"a": "norml(1, 2)"}, "unknown distribution of a 'norml'.*did you mean normal"),
+        ({"a": "norml(1, 2)"}, "unknown distribution 'norml' of a.*did you mean normal"),
         ({"a": "normal(1)"}, r"must be normal\(mean, sd\)"),
         ({"a": "normal([1], [[2]])"}, r"must be normal\(mean, sd\)"),
         ({"a": "uniform(2, 1)"}, "low < high"),
@@ -251,3 +251,9 @@ def test_a_triangle_may_have_its_mode_at_an_end(text):
 def test_arguments_that_make_no_distribution(names, text):
     with pytest.raises(InputError, match="must be"):
         read_dispersions({names: text})
+
+
+@pytest.mark.parametrize("value", ["bar", 3.0, [1.0]])
+def test_an_unknown_name_is_refused_as_such_whatever_its_value(value: object) -> None:
+    with pytest.raises(InputError, match="unknown parameter or option of triangle with path 'foo'"):
+        mehvar.batch("triangle", "path", n=2, foo=value)

@@ -255,7 +255,7 @@ def test_a_parameter_beyond_float_is_refused_by_name():
 def test_what_cannot_be_run_is_refused():
     model = load("satellite")
     for request, text in (
-        (BoardRequest("mrac", "sil", "stm32f4"), "unknown board of software in the loop.*known: aarch64"),
+        (BoardRequest("mrac", "sil", "stm32f4"), "unknown board .stm32f4. of software in the loop.*known: aarch64"),
         (BoardRequest("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
         (BoardRequest("mrac", compiler="icc"), "known: zig, gcc"),
         (BoardRequest("mrac", tunable=("F_0",)), "unknown tunable 'F_0'.*did you mean F0"),

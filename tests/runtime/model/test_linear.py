@@ -131,12 +131,12 @@ def test_a_point_without_input_and_parameters_has_their_defaults(model: Model) -
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"u": [0.0], "outputs": ["enrgy"]}, "unknown output of pendulum 'enrgy': did you mean energy"),
+        ({"u": [0.0], "outputs": ["enrgy"]}, "unknown output 'enrgy' of pendulum: did you mean energy"),
         ({"u": [0.0], "z": [0.0]}, r"z = \[0.0\]: must be None without a controller"),
         ({"u": [0.0], "c": [0.0]}, r"c = \[0.0\]: must be None without a controller"),
         ({"u": [0.0], "controller": "pd"}, r"u = \[0.0\]: must be None: the law pd gives the input"),
         ({"u": None, "controller": "pd", "z": [0.0]}, r"z = \[0.0\]: must be None: the law pd"),
-        ({"u": None, "controller": "pid"}, "unknown controller of pendulum 'pid'"),
+        ({"u": None, "controller": "pid"}, "unknown controller 'pid' of pendulum"),
     ],
 )
 def test_what_has_no_meaning_is_refused(model: Model, arguments: dict, message: str) -> None:
@@ -154,7 +154,7 @@ def test_eigenvalues_of_what_has_no_derivative_are_no_numbers(model: Model) -> N
 
 def test_law_parameters(model: Model) -> None:
     assert model.law_parameters("pd", k_p=25.0).tolist() == [25.0, 10.0]
-    with pytest.raises(InputError, match="unknown parameter of the law pd 'k_q'"):
+    with pytest.raises(InputError, match="unknown parameter 'k_q' of the law pd"):
         model.law_parameters("pd", k_q=1.0)
 
 

@@ -51,13 +51,13 @@ def test_what_is_not_steady_is_no_result():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"free": ["rho_"]}, "unknown state or input of triangle in free 'rho_': did you mean rho"),
+        ({"free": ["rho_"]}, "unknown state or input 'rho_' of triangle in free: did you mean rho"),
         ({"free": ["rho"], "fix": {"rho": 1.0}}, "rho = 'fixed and free'"),
         ({"free": []}, "free = "),
         ({"free": ["rho"], "bounds": {"rho": (1.0, 0.0)}}, "a lower and a higher number"),
         ({"free": ["rho"], "bounds": {"rho": 1.0}}, "a lower and a higher number"),
         ({"free": ["rho"], "bounds": {"phi": (0.0, 1.0)}}, "phi = 'not free'"),
-        ({"free": ["rho"], "steady": ["w1"]}, "unknown state of triangle in steady 'w1'"),
+        ({"free": ["rho"], "steady": ["w1"]}, "unknown state 'w1' of triangle in steady"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(arguments, message):

@@ -99,7 +99,7 @@ def names_of(lines: list[str]) -> list[str]:
     macros = [m[1] for line in lines if (m := re.match(r"#define (\w+)", line))]
     text = "\n".join(line for line in lines if not line.startswith("#"))
     text = re.sub(r"__attribute__\s*\(\(.*?\)\)\)", "", text)
-    text = re.sub(r"typedef struct \{[^{}]*\}", "typedef", text)  # the names of its members are in nobody's scope
+    text = re.sub(r"typedef struct \{[^{}]*\}", "typedef", text)  # names of members cannot clash
     return macros + [name for part in text.split(";") if part.strip() for name in _declared(part.strip())]
 
 

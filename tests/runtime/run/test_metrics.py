@@ -70,9 +70,9 @@ def test_nan_shows() -> None:
 
 
 def test_bad_metrics() -> None:
-    with pytest.raises(InputError, match="unknown variable in metric test 'c'"):
+    with pytest.raises(InputError, match="unknown variable 'c' in metric test"):
         value("max", "c")
-    with pytest.raises(InputError, match="unknown kind of metric test 'maxi': did you mean max"):
+    with pytest.raises(InputError, match="unknown kind 'maxi' of metric test: did you mean max"):
         value("maxi", "a")
     with pytest.raises(InputError, match="names no variable"):
         value("max")

@@ -396,7 +396,7 @@ def test_initial_state(model: Model) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"initial": {"angel": 1.0}}, r"unknown state .* 'angel' \(from --set\): did you mean angle"),
+        ({"initial": {"angel": 1.0}}, r"unknown state 'angel' of .* \(from --set\): did you mean angle"),
         ({"initial": {"angle": float("nan")}}, r"angle = nan \(from --set\): must be a finite number"),
         (
             {"initial": {"rate": 60.0}},
@@ -407,7 +407,7 @@ def test_initial_state(model: Model) -> None:
             r"\(from scenario swing with torque_max from --set\) is outside the limits: the torque reached -1",
         ),
         ({"rate_0": 60.0}, r"initial state \(from scenario swing with rate_0 from --set\) is outside the limits"),
-        ({"scenario": "swingg"}, "unknown scenario of pendulum 'swingg': did you mean swing"),
+        ({"scenario": "swingg"}, "unknown scenario 'swingg' of pendulum: did you mean swing"),
         ({"t_end": 0.0}, r"t_end = 0.0 \(from --set\): must be a number > 0"),
         ({"t_end": float("inf")}, "t_end = inf .*: must be a finite number"),
         ({"t_end": 1e9}, "t_end = 1000000000.0 .* at most 20000000 times"),
@@ -425,7 +425,7 @@ def test_initial_state(model: Model) -> None:
         ({"step": 0.0, "method": "rk4"}, "step = 0.0 .*: must be a number > 0"),
         ({"max_steps": 0}, "max_steps = 0 .*: must be a whole number >= 1"),
         ({"parameters": {"m": 1.0}, "m": 2.0}, r"m is given twice \(from --set\)"),
-        ({"k_pp": 1.0}, r"unknown parameter or option of pendulum with pd 'k_pp' \(from --set\): did you mean k_p"),
+        ({"k_pp": 1.0}, r"unknown parameter or option 'k_pp' of pendulum with pd \(from --set\): did you mean k_p"),
         ({"t_ned": 1.0}, "did you mean t_end"),
     ],
 )
@@ -467,7 +467,7 @@ def test_loaded_model_keeps_its_backend(pendulum: Model) -> None:
 
 
 def test_unknown_controller(model: Model) -> None:
-    with pytest.raises(InputError, match=r"unknown controller of pendulum 'pdd': did you mean pd\? known: pd, p-sum"):
+    with pytest.raises(InputError, match=r"unknown controller 'pdd' of pendulum: did you mean pd\? known: pd, p-sum"):
         simulate(model, "pdd")
 
 

@@ -32,7 +32,7 @@ def test_results_and_tables_are_read(pendulum: runtime.Model, tmp_path: Path) ->
         ("a.txt", "", r"a.txt'.*ends in \.nc or \.csv"),
         ("a.csv", "", "columns of .*a.csv = '': must be t"),
         ("a.csv", "torque\n1\n", "columns of .*a.csv = 'torque': must be t"),
-        ("a.csv", "t,torqe\n0,1\n", "unknown input of pendulum 'torqe'.*a.csv"),
+        ("a.csv", "t,torqe\n0,1\n", "unknown input 'torqe' of pendulum.*a.csv"),
         ("a.csv", "t [ms],torque\n0,1\n", r"unit of t in .*a.csv = 'ms': must be s, or left out"),
         ("a.csv", "t,torque [mN m]\n0,1\n", "unit of torque in .*must be N m, or left out"),
         ("a.csv", "t,torque,torque\n0,1,2\n", "columns of .*must be one of each name"),

@@ -121,7 +121,7 @@ def test_a_short_pulse_is_not_stepped_over(pendulum: runtime.Model) -> None:
 @pytest.mark.parametrize(
     ("inputs", "options", "message"),
     [
-        ({"torqe": 1.0}, {}, "unknown input of pendulum 'torqe'.*did you mean torque"),
+        ({"torqe": 1.0}, {}, "unknown input 'torqe' of pendulum.*did you mean torque"),
         ({"torque": 0.1}, {"interpolation": "linear"}, "interpolation = 'linear'.*unless an input is an array"),
         ({"torque": "1"}, {"interpolation": "spline"}, "interpolation = 'spline'.*'hold' or 'linear'"),
         ({"torque": np.nan}, {}, r"inputs\['torque'\] = nan"),

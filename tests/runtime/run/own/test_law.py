@@ -188,7 +188,7 @@ def test_an_interrupt_in_a_law_is_not_its_error(pendulum: runtime.Model) -> None
         (p_sum, {"period": 0.0}, r"hold = 0.0 \(from the call, period\): must be a number > 0"),
         (p_sum, {"hold": 0.05}, "hold = 0.05.*others by period"),
         (p_sum, {"inputs": {}}, "inputs = .*left out with a law"),
-        (p_sum, {"k_p": 3.0}, "unknown parameter or option of pendulum with python:p_sum 'k_p'"),
+        (p_sum, {"k_p": 3.0}, "unknown parameter or option 'k_p' of pendulum with python:p_sum"),
         ("pd", {"memory": None}, "period = 0.05.*hold says"),
         ("pd", {"period": None}, "memory = .*left out with a law of the model"),
         (3, {}, "controller = 3.*the name of a law, a function"),

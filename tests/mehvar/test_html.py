@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Formulas of pages in a font of their own, in a browser."""
+
+import base64
+import builtins
+import io
+import re
+
+import pytest
+from fontTools.ttLib import TTFont
+
+from mehvar import html
+from mehvar.html import typeset
+from tests.mehvar.browser import chromium
+
+FORMULA = r"\Omega_3 + \left(\frac{h}{\sqrt{x^2}}\right)"
+
+
+def styled(body):
+    """Return a page as the templates make it: the style's place is filled."""
+    return f"<!doctype html><style>{html._formula_font(body)} math {{ font-family: Formulas }}</style>{body}"
+
+
+def test_a_page_embeds_the_signs_of_its_formulas_and_no_others():
+    font = html._formula_font(f"<p>words</p>{typeset(FORMULA)}")
+    data = base64.b64decode(re.search(r"base64,([^)]+)\)", font)[1])
+    signs = set(map(chr, TTFont(io.BytesIO(data)).getBestCmap()))
+    assert {"Ω", "𝛺", "3", "+", "(", "ℎ", "𝑥"} <= signs
+    assert not {"w", "∑"} & signs
+    assert html._formula_font("<p>words</p>") == ""
+
+
+def test_without_font_tools_the_whole_font_is_embedded(monkeypatch):
+    imported = builtins.__import__
+
+    def missing(name, *rest):
+        if name.startswith("fontTools"):
+            raise ImportError(name)
+        return imported(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    assert html._font.__wrapped__(frozenset("x")) == html._FONT.read_bytes()
+
+
+@pytest.mark.parametrize("latex", [r"\Omega_3", "h_i"])
+def test_a_subscript_is_lowered(latex, tmp_path):
+    (tmp_path / "page.html").write_text(styled(str(typeset(latex))), encoding="utf-8")
+    with chromium(tmp_path) as browser:
+        browser.get((tmp_path / "page.html").as_uri())
+        browser.execute_async_script("document.fonts.ready.then(arguments[0])")
+        base, below = (
+            browser.execute_script(
+                f"const box = document.querySelector('msub').children[{k}].getBoundingClientRect();"
+                "return (box.top + box.bottom) / 2"
+            )
+            for k in (0, 1)
+        )
+    assert below > base + 2
