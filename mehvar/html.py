@@ -23,7 +23,7 @@ from mehvar.codegen.equations.mathml import mathml
 _TEMPLATES = Path(__file__).parent / "templates"
 _FONT = _TEMPLATES / "fonts" / "stix-two-math.woff"
 _FONT_PLACE = "/* font of the formulas */"
-"""What the style of a page that may have formulas begins with."""
+"""Beginning of the style of a page that may have formulas."""
 
 
 def typeset(latex: str) -> Markup:
