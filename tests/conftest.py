@@ -16,9 +16,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 
 from tests import commands
+
+hypothesis.settings.register_profile("any load", deadline=None)
+hypothesis.settings.load_profile("any load")
 
 PAPERS = ("tests/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
 TOGETHER = (PAPERS, ("tests/models/slosh/",), ("tests/mehvar/physics/",))

@@ -12,9 +12,9 @@ tracker the quaternion takes the angles, which are zero again. Sources: Lefferts
 angles about inertial axes Sola, arXiv 1711.02508.
 
 The rate of a sample stands for the time from half a period before to half a period after it, so that an acceleration
-does no harm: the memory has the attitude half a period after the last sample. Its noise is the same in both halves;
-taken as independent, half before a measurement and half after, it gives the covariance of the exact filter but for a
-quarter of its variance beside that of the tracker.
+does no harm: the memory has the attitude half a period after the last sample. Its noise is the same in both halves.
+With half of it before a measurement and half after, and a quarter less of it in the variance of the tracker, gain and
+covariance are those of the exact filter.
 """
 
 from __future__ import annotations
@@ -211,7 +211,7 @@ class _Sample:
         turn, transition = self.transition("turn", now)
         white, walk = self.noise()
         prior = self.factors.moved(self.stage("to"), transition).widened(self.stage("white"), (*white, 0, 0, 0))
-        correction, factors = self.corrected(now, turn, prior)
+        correction, factors = self.corrected(now, turn, prior, white[0] / 2)
         attitude = self.unit("after", quaternion_product((1, *(correction[:3, 0] / 2)), list(now)), "quaternion")
         bias = self.vector("bias", self.bias + correction[3:, 0], "bias of the gyro")
         rate = self.vector("rate_after", measured - bias, "rate without the bias, after the measurement")
@@ -229,7 +229,7 @@ class _Sample:
         walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
         return [white] * 3, [walk] * 3
 
-    def corrected(self, now: sp.Matrix, turn: sp.Matrix, prior: Factors) -> tuple[sp.Matrix, Factors]:
+    def corrected(self, now: sp.Matrix, turn: sp.Matrix, prior: Factors, less: Expr) -> tuple[sp.Matrix, Factors]:
         """Return correction and factors by the three angles of a measurement in turn, unless it is rejected."""
         scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), self.of.tracker.symbols)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
@@ -237,7 +237,9 @@ class _Sample:
         for k, axis in enumerate(AXES):
             define = self.stage(f"angle_{axis}")
             row = [*turn.row(k), 0, 0, 0]
-            factors, product, over_variance = factors.measured(define, row, self.tracker.sigma[k] ** 2)
+            square = self.tracker.sigma[k] ** 2
+            noise = define("R", sp.Max(square - less, square / 2), "variance, of which the noise of the gyro is less")
+            factors, product, over_variance = factors.measured(define, row, noise)
             innovation = define("innovation", over * off[k] - sp.Matrix(row).dot(correction), "innovation")
             share = define("share", innovation * over_variance, "innovation over its variance")
             correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")

@@ -7,6 +7,7 @@ A line `name = expression` is a definition, `name: expression` a result, `0: exp
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -21,6 +22,7 @@ from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.equations.document import Node, Row
 from mehvar.codegen.equations.graph import Graph
 
+Version = Callable[[], Document]
 PARAMETERS = {"m", "l", "k", "J", "r", "m1", "m2", "m3", "l1", "l2", "l3"}
 STATES = {"x", "y", "z", "v", "w", "a", "b", "c", "phi", "theta", "q1", "q2", "q3", "w1", "w2", "w3"}
 POSITIVE = PARAMETERS
@@ -126,3 +128,8 @@ def _symbol(name: str) -> dict[str, object]:
 def _member(name: str) -> dict[str, object]:
     index = re.search(r"\d$", name)
     return {"family": name[:-1], "index": int(index[0])} if index else {}
+
+
+def version(text: str, **declared: dict[str, str]) -> Version:
+    """Return a document that is written when it is called for."""
+    return functools.partial(document, text, **declared)

@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterator
 
 import sympy as sp
 
-from mehvar.codegen.diff import Document
-from tests.codegen.diff.documents import document
+from tests.codegen.diff.documents import Version, version
 from tests.codegen.diff.windows import inside
 
-Row = tuple[str, bool, Document, Document]
+Row = tuple[str, bool, Version, Version]
 Texts = tuple[str, str]
 """One function, written in two ways."""
 _COUNT = 20
@@ -153,7 +152,7 @@ class Writer:
 
 def _row(differs: bool, texts: Texts) -> Row:
     old, new = texts
-    return f"{old} | {new}", differs, document(f"f: {old}"), document(f"f: {new}")
+    return f"{old} | {new}", differs, version(f"f: {old}"), version(f"f: {new}")
 
 
 def equal(draw: random.Random) -> Iterator[Row]:

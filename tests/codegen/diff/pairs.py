@@ -19,7 +19,7 @@ import sympy as sp
 from mehvar.base.manifest import Advice, Choice, Manifest, Output, Quantity, manifest_text, read_manifest
 from mehvar.codegen.diff import Document
 from tests.codegen.diff import mixed, places, windows
-from tests.codegen.diff.documents import document
+from tests.codegen.diff.documents import Version, version
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 ANGLES = ("a", "b", "phi", "theta", "q1")
@@ -31,31 +31,38 @@ SEED = 1702
 
 @dataclass(frozen=True)
 class Pair:
-    """Two versions of a model, and whether a person would say that they differ."""
+    """Two versions of a model, read when they are used, and whether a person would say that they differ."""
 
     group: str
     name: str
     differs: bool
-    old: Document
-    new: Document
+    versions: tuple[Version, Version]
+
+    @functools.cached_property
+    def old(self) -> Document:
+        return self.versions[0]()
+
+    @functools.cached_property
+    def new(self) -> Document:
+        return self.versions[1]()
 
 
 @functools.cache
 def pairs(seed: int = SEED) -> tuple[Pair, ...]:
     """Return the corpus of a seed, the same one each time."""
     return tuple(
-        Pair(group, f"{group} {number}: {label}", differs, old, new)
+        Pair(group, f"{group} {number}: {label}", differs, (old, new))
         for group, write in GROUPS.items()
         for number, (label, differs, old, new) in enumerate(write(random.Random(f"{seed} {group}")), start=1)
     )
 
 
-Row = tuple[str, bool, Document, Document]
+Row = tuple[str, bool, Version, Version]
 
 
 def _text(differs: bool, old: str, new: str) -> Row:
     old, new = (f"f: {text}" if ":" not in text else text for text in (old, new))
-    return f"{old} | {new}", differs, document(old), document(new)
+    return f"{old} | {new}", differs, version(old), version(new)
 
 
 def _angles(draw: random.Random) -> Iterator[Row]:
@@ -198,12 +205,12 @@ def _limits(draw: random.Random) -> Iterator[Row]:
         yield _text(False, f"Max(-{far}, Min({s}, {far}))", f"Min({far}, Max({s}, -{far}))")
     bounds = {"role": "parameter", "sign": "real", "bounds": "[0, 3)"}
     for name in ("r", "k", "J"):
-        yield (f"bounded {name}", False, document(f"f: Abs({name} + 1)*x", **{name: bounds}),
-               document(f"f: ({name} + 1)*x", **{name: bounds}))  # fmt: skip
-        yield (f"beyond the bound of {name}", True, document(f"f: Abs({name} - 2)*x", **{name: bounds}),
-               document(f"f: (2 - {name})*x", **{name: bounds}))  # fmt: skip
-        yield (f"bounds of {name}", True, document(f"f: {name}*x", **{name: bounds}),
-               document(f"f: {name}*x", **{name: {**bounds, "bounds": "[0, 4)"}}))  # fmt: skip
+        yield (f"bounded {name}", False, version(f"f: Abs({name} + 1)*x", **{name: bounds}),
+               version(f"f: ({name} + 1)*x", **{name: bounds}))  # fmt: skip
+        yield (f"beyond the bound of {name}", True, version(f"f: Abs({name} - 2)*x", **{name: bounds}),
+               version(f"f: (2 - {name})*x", **{name: bounds}))  # fmt: skip
+        yield (f"bounds of {name}", True, version(f"f: {name}*x", **{name: bounds}),
+               version(f"f: {name}*x", **{name: {**bounds, "bounds": "[0, 4)"}}))  # fmt: skip
 
 
 PARTIAL = (
@@ -364,10 +371,10 @@ def manifest() -> Manifest:
 
 
 def _manifests(_: random.Random) -> Iterator[Row]:
-    plain = document("f: x*m")
-    base = replace(plain, manifest=manifest())
+    plain = version("f: x*m")()
     for label, differs, edit in MANIFEST_EDITS:
-        yield label, differs, base, replace(plain, manifest=edit(manifest()))
+        old, new = (functools.partial(replace, plain, manifest=of) for of in (manifest(), edit(manifest())))
+        yield label, differs, old, new
 
 
 def _metric(**new: object) -> Callable[[Manifest], Manifest]:

@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterator, Mapping
 
 import sympy as sp
 
-from mehvar.codegen.diff import Document
-from tests.codegen.diff.documents import document
+from tests.codegen.diff.documents import Version, version
 from tests.codegen.diff.windows import inside, ramps, tents
 
-Row = tuple[str, bool, Document, Document]
+Row = tuple[str, bool, Version, Version]
 _COUNT, _FEW = 25, 4
 """Pairs of either kind in one drawing, and those in windows that few lines meet."""
 _DIGITS = 40
@@ -133,7 +132,7 @@ class Place:
 
 
 def _row(differs: bool, old: str, new: str) -> Row:
-    return f"{old} | {new}", differs, document(f"f: {old}"), document(f"f: {new}")
+    return f"{old} | {new}", differs, version(f"f: {old}"), version(f"f: {new}")
 
 
 def near_a_place(draw: random.Random) -> Iterator[Row]:

@@ -13,10 +13,9 @@ from math import pi
 
 import sympy as sp
 
-from mehvar.codegen.diff import Document
-from tests.codegen.diff.documents import document
+from tests.codegen.diff.documents import Version, version
 
-Row = tuple[str, bool, Document, Document]
+Row = tuple[str, bool, Version, Version]
 _INSIDE = 0.9
 """Part of a range within which windows lie, so that none reaches over its end."""
 
@@ -132,7 +131,7 @@ def _write(draw: random.Random, *texts: str) -> list[str]:
 
 
 def _row(differs: bool, old: str, new: str) -> Row:
-    return f"{old} | {new}", differs, document(f"f: {old}"), document(f"f: {new}")
+    return f"{old} | {new}", differs, version(f"f: {old}"), version(f"f: {new}")
 
 
 def _window(draw: random.Random, low: float, high: float) -> tuple[sp.Rational, sp.Rational]:

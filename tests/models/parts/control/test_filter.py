@@ -67,7 +67,8 @@ def by_hand(gyro, tracker, attitude=0.1, bias=1e-3):
     covariance is whole, updated in Joseph's form for the three angles at once.
     """
     q, b, P = np.array([1.0, 0, 0, 0]), np.zeros(3), np.diag([attitude**2] * 3 + [bias**2] * 3)
-    R, white = np.diag(np.square(SIGMA)), np.diag([NOISE**2 * PERIOD / 2] * 3 + [0] * 3)
+    white = np.diag([NOISE**2 * PERIOD / 2] * 3 + [0] * 3)
+    R = np.diag(np.square(SIGMA) - NOISE**2 * PERIOD / 4)  # noise of the gyro is on both sides of a measurement
     walk = np.diag([0] * 3 + [WALK**2 * PERIOD] * 3)
 
     def moved(P, q):

@@ -22,7 +22,7 @@ from mehvar import runtime
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.run.own.identity import told
+from mehvar.runtime.run.own.identity import identify
 from mehvar.runtime.run.own.law import own_law
 
 GAINS = """
@@ -234,28 +234,27 @@ def laws(project: Path, changed: str = "", old: str = "", new: str = "") -> Modu
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_whatever_a_law_reads_from_modules_of_the_user_changes_it(name: str, project: Path) -> None:
-    before, why = told(getattr(laws(project), name))
+    before, why = identify(getattr(laws(project), name))
     assert before, why
-    assert told(getattr(laws(project), name))[0] == before, "the same modules in another process"
+    assert identify(getattr(laws(project), name))[0] == before, "the same modules in another process"
     for place, old, new in CHANGES[name]:
-        assert told(getattr(laws(project, place, old, new), name))[0] not in ("", before), (place, new)
-    assert (
-        told(getattr(laws(project, "gains", "import numpy as np", "import numpy as np\nUNREAD = 1"), name))[0] == before
-    )
+        assert identify(getattr(laws(project, place, old, new), name))[0] not in ("", before), (place, new)
+    unread = getattr(laws(project, "gains", "import numpy as np", "import numpy as np\nUNREAD = 1"), name)
+    assert identify(unread)[0] == before
 
 
 @pytest.mark.parametrize("name", UNTOLD)
 def test_what_cannot_be_told_is_named(name: str, project: Path) -> None:
-    text, why = told(getattr(laws(project), name))
+    text, why = identify(getattr(laws(project), name))
     assert text == ""
     assert UNTOLD[name] in why
 
 
 def test_a_number_that_is_set_while_python_runs_counts_too(project: Path) -> None:
     module = laws(project)
-    before = told(module.module)
+    before = identify(module.module)
     module.gains.K = 9.0
-    assert told(module.module) != before
+    assert identify(module.module) != before
 
 
 def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, project: Path) -> None:
@@ -333,6 +332,6 @@ MOVING = (
 
 @pytest.mark.parametrize("law", MOVING, ids=lambda law: law.__name__)
 def test_a_law_that_reads_a_clock_a_generator_or_a_file_is_never_the_same(law: Callable[..., Any]) -> None:
-    text, why = told(law)
+    text, why = identify(law)
     assert text == ""
     assert "differs between times or processes" in why or "while it runs" in why
