@@ -7,23 +7,22 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
-from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.points import count, grid, listed, table
 from mehvar.runtime.batch.repeat import SESSION_LAWS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.compiling.library import begin_native
 from mehvar.runtime.interrupts import KeptInterrupts
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.model.parameters import all_parameters, elements, number
+from mehvar.runtime.model.parameters import all_parameters, elements
 from mehvar.runtime.run.formats import open_result as open_file
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.own.choice import law_of
@@ -33,12 +32,14 @@ from mehvar.runtime.units import distribution, setting_units
 from mehvar.terminal import BatchMeter, cell_progress
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from distributed import Client
 
     from mehvar.base.manifest import Manifest
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
+    from mehvar.runtime.batch.points import GivenDesign
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.model.functions import BackendName
     from mehvar.runtime.run.own.inputs import Interpolation
@@ -155,6 +156,8 @@ def batch(
     period: float | None = None,
     memory: ArrayLike | None = None,
     vary: Mapping[str, str | Sequence[float]] | None = None,
+    points: pd.DataFrame | Mapping[str, ArrayLike] | str | os.PathLike[str] | None = None,
+    design: GivenDesign | None = None,
     seed: int | None = None,
     sampling: Design | None = None,
     save: float | None = None,
@@ -190,6 +193,10 @@ def batch(
     vary : mapping of str to str, optional
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`; or to a list of values, one for each run, which also says how many runs there are.
+    points : pandas.DataFrame, mapping or path, optional
+        Points of your own: a column for each varied name and a row for each run; a path is a CSV file with these names.
+    design : {"grid"}, optional
+        Every combination of the lists of `vary`, the last name fastest.
     seed : int, optional
         Seed of all random numbers; default: 0. Run i of a seed is the same run wherever and however it is computed.
     sampling : str, optional
@@ -242,6 +249,8 @@ def batch(
             period=period,
             memory=memory,
             vary=vary,
+            points=points,
+            design=design,
             seed=seed,
             sampling=sampling,
             save=save,
@@ -272,6 +281,8 @@ def stored_batch(
     period: float | None = None,
     memory: ArrayLike | None = None,
     vary: Mapping[str, str | Sequence[float]] | None = None,
+    points: pd.DataFrame | Mapping[str, ArrayLike] | str | os.PathLike[str] | None = None,
+    design: GivenDesign | None = None,
     seed: int | None = None,
     sampling: Design | None = None,
     save: float | None = None,
@@ -297,7 +308,8 @@ def stored_batch(
         decided = {
             **{"controller": controller, "n": n, "scenario": scenario, "parameters": parameters, "initial": initial},
             **{"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory},
-            **{"vary": vary, "seed": seed, "sampling": sampling, "save": save},
+            **{"vary": vary, "points": points, "design": design},
+            **{"seed": seed, "sampling": sampling, "save": save},
             **options,
         }
         for name, value in decided.items():
@@ -311,8 +323,8 @@ def stored_batch(
         require = file.require if require is None else require
         confidence = file.confidence if confidence is None else confidence
     else:
-        dispersed = {names: _listed(text) for names, text in (vary or {}).items()}
-        n = _runs(dispersed) if n is None else n
+        dispersed = _points(vary or {}, points, design)
+        n = count(dispersed, "the call") if n is None else n
         if (controller is None and inputs is None) or n is None:
             raise InputError("a batch needs n, and controller or inputs")
         origin, source = "the call", model
@@ -374,17 +386,14 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
     return open_file(path)
 
 
-def _listed(values: Any) -> str:
-    """Return an array of values as the text of a dispersion; anything else is refused where it is read."""
-    if not isinstance(values, (list, tuple, np.ndarray)) or np.ndim(values) != 1:
-        return cast(str, values)
-    return f"values({', '.join(repr(number('vary', value)) for value in values)})"
-
-
-def _runs(vary: Mapping[str, str]) -> int | None:
-    """Return how many runs listed values are for; None where nothing is listed."""
-    counts = (d.listed for d in read_dispersions(vary, "the call"))
-    return next(filter(None, counts), None)
+def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
+    """Return the texts of all dispersions: distributions and lists, a grid of lists, and own points."""
+    if design is not None and not (isinstance(design, str) and design == "grid"):
+        raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
+    own = {} if points is None else table(points, "the call")
+    for name in own.keys() & vary.keys():
+        raise InputError(f"{name} is given twice, in vary and in points (from the call)")
+    return listed({**(grid(vary, "the call") if design else vary), **own}, "the call")
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:

@@ -61,8 +61,9 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "batch": (
         mehvar.batch,
         {
-            **RUN, "n": 1, "t_end": 0.05, "vary": {"k_p": "normal(16, 0.1)"}, "seed": 1, "sampling": None, "save": 0.01,
-            "out": None, "resume": False, "success": "peak < 1", "until": None, "strict": False, "threads": 1,
+            **RUN, "n": 1, "t_end": 0.05, "vary": {"k_p": "normal(16, 0.1)"}, "points": None, "design": None,
+            "seed": 1, "sampling": None, "save": 0.01, "out": None, "resume": False,
+            "success": "peak < 1", "until": None, "strict": False, "threads": 1,
             "require": {"r": "quantile(0.5, peak) < 1"}, "confidence": 0.9, "scheduler": None, "report": None,
         },
     ),

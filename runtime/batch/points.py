@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points of a batch that are given and not drawn: lists of values, their grid, and tables of points."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Mapping
+from typing import Any, Literal, cast
+
+import numpy as np
+
+from mehvar.base.errors import InputError, bad_value
+
+from ..arguments import number as text_number
+from ..model.parameters import number
+from .dispersions import read_dispersions
+
+GivenDesign = Literal["grid"]
+
+
+def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
+    """Return lists of values as texts of dispersions; what is no list stays, and is read or refused later.
+
+    Parameters
+    ----------
+    vary : mapping of str to str or sequence of float
+        Distributions and lists, by name.
+    origin : str
+        Origin of the values in error messages.
+
+    Raises
+    ------
+    InputError
+        For a value that is no finite number.
+    """
+    return {names: _text(names, values, origin) if _is_list(values) else values for names, values in vary.items()}
+
+
+def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
+    """Return lists that have every combination of some lists, the last name fastest.
+
+    Raises
+    ------
+    InputError
+        Without a list, or for a distribution.
+    """
+    for names, values in vary.items():
+        if not _is_list(values):
+            raise bad_value(names, values, 'a list of values, since design = "grid" combines lists', origin)
+    if not vary:
+        raise bad_value("design", "grid", "left out unless vary has lists", origin)
+    rows = itertools.product(*vary.values())
+    return dict(zip(vary, map(list, zip(*rows, strict=True)), strict=True))
+
+
+def table(points: Any, origin: str) -> dict[str, list[float]]:
+    """Return the columns of a table of points, a row for each run.
+
+    Parameters
+    ----------
+    points : path, pandas.DataFrame or mapping of str to sequence of float
+        A CSV file with names in its first line, or columns by name.
+    origin : str
+        Origin of the points in error messages.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, a table without a row, or a cell that is no finite number.
+    """
+    if isinstance(points, str | os.PathLike):
+        points, origin = _csv(points), str(points)
+    if not hasattr(points, "items"):
+        raise bad_value("points", points, "a CSV file, a pandas.DataFrame, or columns by name", origin)
+    columns = {str(name).strip(): np.atleast_1d(np.asarray(values, dtype=object)) for name, values in points.items()}
+    if not columns or not all(len(values) for values in columns.values()):
+        raise bad_value("points", "a table without a row", "at least one row with names above it", origin)
+    return {
+        name: [_value(name, value, f"{origin}, row {row}") for row, value in enumerate(values, 1)]
+        for name, values in columns.items()
+    }
+
+
+def count(vary: Mapping[str, str], origin: str) -> int | None:
+    """Return how many runs listed values are for; None where nothing is listed."""
+    return next((d.listed for d in read_dispersions(vary, origin) if d.listed), None)
+
+
+def _csv(path: str | os.PathLike[str]) -> Any:
+    import pandas as pd
+
+    try:
+        return pd.read_csv(path, skipinitialspace=True)
+    except (OSError, ValueError) as error:  # pandas' errors of parsing are ValueErrors
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"points = {os.fspath(path)!r} cannot be read as CSV: {reason}") from error
+
+
+def _value(name: str, value: Any, origin: str) -> float:
+    """Return a cell of a table; a column with a text in it has texts only."""
+    read = text_number(value.strip()) if isinstance(value, str) else None
+    return number(name, value if read is None else read, origin)
+
+
+def _is_list(values: Any) -> bool:
+    return isinstance(values, (list, tuple, np.ndarray)) and np.ndim(cast(Any, values)) == 1
+
+
+def _text(names: str, values: Any, origin: str) -> str:
+    return f"values({', '.join(repr(number(names, value, origin)) for value in values)})"
