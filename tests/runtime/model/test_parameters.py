@@ -88,7 +88,7 @@ def test_formula_follows_what_is_set(model: Model) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"k_q": 1.0}, r"'k_q' \(from --set\): did you mean k_p or k_d"),
+        ({"k_q": 1.0}, r"'k_q' of pendulum with pd \(from --set\): did you mean k_p or k_d"),
         ({"angel_0": 1.0}, "did you mean angle_0"),
         ({"dely": 1.0}, "did you mean delay"),
         ({"rate_mx": 1.0}, "did you mean rate_max"),
