@@ -61,7 +61,7 @@ def test_listed_values_are_those_of_the_runs(tmp_path) -> None:
         ({"theta_0": [0.1, 0.2], "rho": [0.3]}, {}, "must be 1, as rho lists as many values"),
         ({"theta_0": [0.1, 0.2]}, {"sampling": "saltelli"}, "sampling = 'saltelli'"),
         ({"theta_0": [[0.1], [0.2]]}, {"n": 2}, "theta_0 = .*: must be a text"),
-        ({"theta_0": [0.1, "x"]}, {}, "'x': must be a number"),
+        ({"theta_0": [0.1, "x"]}, {}, r"theta_0 = 'x' \(from the call\): must be a number"),
         ({"theta_0": [0.1, float("nan")]}, {}, "must be a finite number"),
         ({"theta_0": []}, {"n": 1}, "one value for each run"),
     ],
