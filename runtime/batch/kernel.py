@@ -331,7 +331,9 @@ class Kernel:
             for tick in range(0, len(ticks), every):
                 if stop is not None and stop():
                     return False
-                rows["u"][:], rows["z"][:] = self.own.command(float(ticks[tick]), rows["x"], rows["r"], rows["z"])
+                u, z = self.own.command(float(ticks[tick]), rows["x"], rows["r"], rows["z"])
+                # a memory that is not finite ends its run, as an input does
+                rows["u"][:], rows["z"][:] = np.where(np.isfinite(z).all(axis=0), u, np.nan), z
                 each(library.mv_continue_blocks, min(tick + every, len(ticks)))
         return True
 

@@ -200,3 +200,15 @@ def test_a_law_of_a_model_without_inputs_returns_none_of_them() -> None:
         LawError, match=r"returned u = 1.0: must be numbers of shape \(0, 4\), one for each of no inputs"
     ):
         mehvar.batch(model, lambda _t, _x: 1.0, n=4, period=0.1, t_end=0.5)
+
+
+def test_a_memory_that_is_not_finite_ends_its_run_as_in_a_single_one(pendulum: runtime.Model) -> None:
+    def counting(t, x, z):
+        return 0.0 * x[:1], np.where((z > 4) & (x[0] > 0), np.nan, z + 1)
+
+    options = {"period": 0.05, "memory": [0.0], "t_end": 0.3}
+    runs = mehvar.batch(pendulum, counting, vary={"angle": [0.2, -0.2]}, **options)
+    assert runs["status"].values.tolist() == [Status.NOT_FINITE, Status.DONE]
+    assert runs["t_stop"].values.tolist() == pytest.approx([0.25, 0.3])
+    with pytest.raises(LawError, match="at t = 0.25 s returned z_next"):
+        mehvar.simulate(pendulum, counting, initial={"angle": 0.2}, **options)
