@@ -210,5 +210,5 @@ def test_a_memory_that_is_not_finite_ends_its_run_as_in_a_single_one(pendulum: r
     runs = mehvar.batch(pendulum, counting, vary={"angle": [0.2, -0.2]}, **options)
     assert runs["status"].values.tolist() == [Status.NOT_FINITE, Status.DONE]
     assert runs["t_stop"].values.tolist() == pytest.approx([0.25, 0.3])
-    with pytest.raises(LawError, match="at t = 0.25 s returned z_next"):
+    with pytest.raises(LawError, match=r"at t = 0\.25 s returned z_next"):
         mehvar.simulate(pendulum, counting, initial={"angle": 0.2}, **options)
