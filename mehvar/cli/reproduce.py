@@ -89,11 +89,11 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     with _in_background() as background:  # other processes derive while this one draws: both cores have work
         ledgers = background.submit(lambda: {ledger["model"]: ledger for ledger in judged(tree)})
         folders = background.submit(beyond_folders, models)
-        if find_compiler() is not None:
-            for name in models:
-                background.submit(load, name, "casadi")
+        compiled = models if find_compiler() is not None else ()
+        casadi = {name: background.submit(load, name, "casadi") for name in compiled}
         reports = [
-            paper_report(name, ledgers, folders, _part(advance, i, len(models))) for i, name in enumerate(models)
+            paper_report(name, ledgers, folders, casadi.get(name), _part(advance, i, len(models)))
+            for i, name in enumerate(models)
         ]
     live = {name: f"{_LIVE}/{name}.html" for name in models} if zig_available() else {}
     _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started), live), live)
