@@ -112,7 +112,7 @@ class Modes:
         return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
-        """Return the numbers to look at of a name that is no mode with known numbers: those of the texts, thresholds."""
+        """Return the numbers to look at of a name that is no mode with known numbers: thresholds of the texts."""
         if name not in self._open and not self._is_parameter(name) and not self._is_held(name):
             return set()
         own = [node for node in jumps if name in self._free.free(node)]

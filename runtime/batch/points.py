@@ -13,6 +13,7 @@ import numpy as np
 from mehvar.base.errors import InputError, bad_value
 
 from ..arguments import number as text_number
+from ..model.functions import unmasked
 from ..model.parameters import number
 from .dispersions import read_dispersions
 
@@ -73,7 +74,7 @@ def table(points: Any, origin: str) -> dict[str, list[float]]:
         points, origin = _csv(points), str(points)
     if not hasattr(points, "items"):
         raise bad_value("points", points, "a CSV file, a pandas.DataFrame, or columns by name", origin)
-    columns = {str(name).strip(): np.atleast_1d(np.asarray(values, dtype=object)) for name, values in points.items()}
+    columns = {str(name).strip(): np.atleast_1d(unmasked(values).astype(object)) for name, values in points.items()}
     if not columns or not all(len(values) for values in columns.values()):
         raise bad_value("points", "a table without a row", "at least one row with names above it", origin)
     return {
