@@ -51,7 +51,7 @@ def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
             raise bad_value(names, values, 'a list of values, since design = "grid" combines lists', origin)
     if not vary:
         raise bad_value("design", "grid", "left out unless vary has lists", origin)
-    rows = itertools.product(*vary.values())
+    rows = itertools.product(*map(_elements, vary.values()))
     return dict(zip(vary, map(list, zip(*rows, strict=True)), strict=True))
 
 
@@ -109,4 +109,8 @@ def _is_list(values: Any) -> bool:
 
 
 def _text(names: str, values: Any, origin: str) -> str:
-    return f"values({', '.join(repr(number(names, value, origin)) for value in values)})"
+    return f"values({', '.join(repr(number(names, value, origin)) for value in _elements(values))})"
+
+
+def _elements(values: Any) -> Any:
+    return unmasked(values) if isinstance(values, np.ndarray) else values
