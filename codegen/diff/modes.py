@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that are constant along a run: modes, which only resets change, and parameters.
+"""Names that may stay on a threshold, where `<` and `<=` differ.
 
-At a threshold `<` and `<=` differ.
-
-A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number.
+A state that moves passes a threshold at an instant, but may rest where it starts. Modes, which only resets change, and
+parameters stay on it, as do the memory of a law, references and held inputs for a sample or more, above all at a whole
+number.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ _MOST_JOINT = 32
 """Joint numbers of modes that are compared; with more, each mode is taken alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
 """Numbers that a count may have, for parameters inside of steps such as `floor`."""
+_HELD = ("memory", "reference", "input", "command", "commanded", "applied")
+"""Roles of names that a sampled law or its user holds."""
 _LARGEST = 10**6
 """Of the numerator and denominator of a threshold; those that depend on drawn numbers are longer."""
 
@@ -37,7 +39,7 @@ Fixed = Mapping[str, Fraction]
 
 
 class Modes:
-    """The modes that both versions have, with the numbers that resets and starts assign to them, and the parameters.
+    """Modes and other states with the numbers that resets and starts assign to them, parameters, and held names.
 
     Parameters
     ----------
@@ -54,21 +56,25 @@ class Modes:
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
         """Modes that a reset sets to an expression, such as 1 - mode."""
-        for item in (*versions.olds, *versions.news) if self._values else ():
+        self._starts: dict[str, set[Fraction]] = {}
+        """Numbers at which the other states start, with the defaults of their parameters."""
+        for item in (*versions.olds, *versions.news):
+            if item.row.kind not in ("initial", "reset"):
+                continue
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)
             value = versions.pool.constant(item.root)
-            if item.row.kind not in ("initial", "reset") or name not in self._values:
-                continue
-            if value is not None:
+            if name not in self._values:
+                self._starts.setdefault(name, set()).update(self._default(item.root) if value is None else {value})
+            elif value is not None:
                 self._values[name].add(value)
             elif item.row.kind == "reset":
                 self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a mode or a parameter is on a threshold, else None.
+        """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
 
-        It is undecided at a number that a mode or a parameter may or may not have.
+        It is undecided at a number that a name may or may not have.
         """
         left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
         jumps = self._jumps(left) ^ self._jumps(right)
@@ -90,8 +96,16 @@ class Modes:
     def _on_threshold(self, name: str, value: Fraction) -> Verdict:
         if name in self._open:
             return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
+        if name in self._starts:
+            return Verdict(None, f"they differ at {name} = {value}, where it starts and may rest")
         usual = self._judge.sampler.names[name][2] == value
         return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
+
+    def _default(self, root: int) -> set[Fraction]:
+        """Return the default of a parameter alone, or nothing."""
+        operation, *operands = self._pool.nodes[root]
+        default = self._judge.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
+        return set() if default is None else {Fraction(default)}
 
     def _joint(self, names: list[str]) -> Iterator[Fixed]:
         """Yield the numbers that modes are set to: each one's alone, and joint ones if there are few."""
@@ -111,14 +125,16 @@ class Modes:
         return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
-        """Return the numbers to look at of an open mode, or of a parameter: those of the texts, and thresholds."""
-        if name not in self._open and not self._is_parameter(name):
+        """Return the numbers to look at of a name that is no mode with known numbers: thresholds of the texts."""
+        starts = self._starts.get(name)
+        if not starts and name not in self._open and not self._is_parameter(name) and not self._is_held(name):
             return set()
         own = [node for node in jumps if name in self._free.free(node)]
         texts = {self._pool.constant(node) for jump in own for node in reached(self._pool.nodes, [jump])} - {None}
         whole = _WHOLE if any(self._pool.nodes[node][0] not in COMPARISONS for node in own) else ()
         places = {self._threshold(name, node, fixed) for node in own} - {None}
         candidates = {*texts, *places, *whole} - self._values.get(name, set())
+        candidates = candidates & starts if starts else candidates
         return {value for value in candidates if value is not None and self._may_be(name, value)}
 
     def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:
@@ -150,6 +166,9 @@ class Modes:
     def _is_parameter(self, name: str) -> bool:
         roles = {symbol.role for symbol in self._symbols.get(name, ())}
         return bool(roles) and all(role in ("parameter", "scenario") or role.startswith("law ") for role in roles)
+
+    def _is_held(self, name: str) -> bool:
+        return any(symbol.role.split(" ")[0] in _HELD for symbol in self._symbols.get(name, ()))
 
     def _may_be(self, name: str, value: Fraction) -> bool:
         """Return True if some declaration of a name allows a number."""

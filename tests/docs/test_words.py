@@ -41,9 +41,8 @@ def sources() -> Iterator[Path]:
 
 
 def pages() -> list[Path]:
-    """Return the pages for users; the glossary has the words themselves, and decisions are records of their time."""
-    docs = ROOT / "docs"
-    own = [page for page in docs.rglob("*.md") if page.parent.name != "decisions" and page.name != "glossary.md"]
+    """Return the pages; the glossary has the words themselves."""
+    own = [page for page in (ROOT / "docs").rglob("*.md") if page.name != "glossary.md"]
     return sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *own])
 
 

@@ -93,6 +93,25 @@ def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at
     assert f"they differ at {at}" in change.how
 
 
+@pytest.mark.parametrize("role", ["memory pd", "reference", "input", "commanded"])
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [("x > 0", "x >= 0", "x = 0"), ("x < 5", "x <= 5", "x = 5"), ("floor(x/5) < 1", "ceiling(x/5) <= 1", "x = ")],
+)
+def test_a_held_name_that_may_be_on_a_threshold_leaves_it_undecided(role, old, new, at):
+    """A counter, a flag, a reference or an input keeps its number for a sample or more."""
+    sides = (document(f"f: Piecewise((k, {side}), (0, True))", x={"role": role}) for side in (old, new))
+    change = compare(*sides)["f"]
+    assert change.verdict is Fate.UNDECIDED
+    assert f"they differ at {at}" in change.how
+
+
+@pytest.mark.parametrize("role", ["memory pd", "state"])
+def test_another_way_to_write_a_condition_is_the_same(role):
+    sides = ("Piecewise((k, x > 0), (0, True))", "Piecewise((0, x <= 0), (k, True))")
+    assert not compare(*(document(f"f: {side}", x={"role": role}) for side in sides)).differs
+
+
 def test_a_threshold_that_a_parameter_cannot_have_is_the_same():
     """The parameter m is positive."""
     assert not compare(modal(piecewise("k, m > 0")), modal(piecewise("k, m >= 0"))).differs
@@ -123,6 +142,14 @@ def test_what_no_number_of_the_mode_tells_apart_keeps_its_verdict(old, new):
     assert before is plain
 
 
-def test_of_a_state_that_moves_a_single_point_is_ignored():
-    old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
+def test_of_a_state_that_moves_a_point_where_it_does_not_start_is_ignored():
+    old, new = (modal(piecewise(f"k, z {sign} 3"), "x") for sign in (">", ">="))
     assert not compare(old, new).differs
+
+
+def test_where_a_state_starts_it_may_rest():
+    """As a wheel without friction at rest does."""
+    old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
+    change = compare(old, new)["v'"]
+    assert change.verdict is Fate.UNDECIDED
+    assert "they differ at z = 0, where it starts and may rest" in change.how
