@@ -28,9 +28,9 @@ text says, such as 9**9**9."""
 
 _WORD = rf"(?!(?:and|or|not|if|else|in|is)\b){_FACTOR}"
 _QUANTITY = re.compile(
-    rf"(?<![\w.])(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)"
+    rf"(?<![\w.])(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)(?!\w)"
 )
-"""A number with a unit in a formula, where `*` multiplies numbers."""
+"""A number with a unit in a formula, where `*` multiplies numbers; the `e` of 1e5 is no unit."""
 
 _BASE = {
     "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",

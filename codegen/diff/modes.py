@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that are constant along a run: modes, which only resets change, and parameters.
+"""Names that may stay on a threshold, where `<` and `<=` differ.
 
-At a threshold `<` and `<=` differ.
-
-A state that moves passes a threshold at an instant. A mode or a parameter may stay on it, above all a whole number.
+A state that moves passes a threshold at an instant. Modes, which only resets change, and parameters stay on it, as do
+the memory of a law, references and held inputs for a sample or more, above all at a whole number.
 """
 
 from __future__ import annotations
@@ -30,6 +29,8 @@ _MOST_JOINT = 32
 """Joint numbers of modes that are compared; with more, each mode is taken alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
 """Numbers that a count may have, for parameters inside of steps such as `floor`."""
+_HELD = ("memory", "reference", "input", "command", "commanded", "applied")
+"""Roles of names that a sampled law or its user holds."""
 _LARGEST = 10**6
 """Of the numerator and denominator of a threshold; those that depend on drawn numbers are longer."""
 
@@ -66,9 +67,9 @@ class Modes:
                 self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a mode or a parameter is on a threshold, else None.
+        """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
 
-        It is undecided at a number that a mode or a parameter may or may not have.
+        It is undecided at a number that a name may or may not have.
         """
         left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
         jumps = self._jumps(left) ^ self._jumps(right)
@@ -111,8 +112,8 @@ class Modes:
         return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
-        """Return the numbers to look at of an open mode, or of a parameter: those of the texts, and thresholds."""
-        if name not in self._open and not self._is_parameter(name):
+        """Return the numbers to look at of a name that is no mode with known numbers: thresholds of the texts."""
+        if name not in self._open and not self._is_parameter(name) and not self._is_held(name):
             return set()
         own = [node for node in jumps if name in self._free.free(node)]
         texts = {self._pool.constant(node) for jump in own for node in reached(self._pool.nodes, [jump])} - {None}
@@ -150,6 +151,9 @@ class Modes:
     def _is_parameter(self, name: str) -> bool:
         roles = {symbol.role for symbol in self._symbols.get(name, ())}
         return bool(roles) and all(role in ("parameter", "scenario") or role.startswith("law ") for role in roles)
+
+    def _is_held(self, name: str) -> bool:
+        return any(symbol.role.split(" ")[0] in _HELD for symbol in self._symbols.get(name, ()))
 
     def _may_be(self, name: str, value: Fraction) -> bool:
         """Return True if some declaration of a name allows a number."""

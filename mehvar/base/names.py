@@ -16,7 +16,7 @@ RESULT_NAMES = frozenset(
 ARGUMENTS = frozenset(
     """
     model controller scenario parameters initial vary n seed sampling save out resume success until strict threads
-    require confidence scheduler report progress law origin inputs interpolation period memory
+    require confidence scheduler report progress law origin inputs interpolation period memory points design
     t_end dt_out hold delay run real method rtol atol step max_steps backend profile
     """.split()  # noqa: SIM905
 )

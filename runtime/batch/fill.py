@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import contextvars
 import json
 import os
 import threading
@@ -393,12 +394,13 @@ def _local(blocks: Blocks) -> BlockSource:
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
         stop, done = threading.Event(), SimpleQueue[Future[Values | None]]()  # which a signal may interrupt
+        context = contextvars.copy_context()  # a law in Python runs with the caller's precision of `decimal`
         with ThreadPoolExecutor(1) as pool:
             try:
                 waiting: list[int] = []
                 for block, runs in missing:
                     with deferred():
-                        compute = pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)
+                        compute = pool.submit(context.run, blocks.compute, runs.start, len(runs), stop.is_set)
                         compute.add_done_callback(done.put)
                     waiting.append(block)
                     if len(waiting) > 1:

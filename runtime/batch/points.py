@@ -13,6 +13,7 @@ import numpy as np
 from mehvar.base.errors import InputError, bad_value
 
 from ..arguments import number as text_number
+from ..model.functions import unmasked
 from ..model.parameters import number
 from .dispersions import read_dispersions
 
@@ -50,7 +51,7 @@ def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
             raise bad_value(names, values, 'a list of values, since design = "grid" combines lists', origin)
     if not vary:
         raise bad_value("design", "grid", "left out unless vary has lists", origin)
-    rows = itertools.product(*vary.values())
+    rows = itertools.product(*map(_elements, vary.values()))
     return dict(zip(vary, map(list, zip(*rows, strict=True)), strict=True))
 
 
@@ -73,7 +74,7 @@ def table(points: Any, origin: str) -> dict[str, list[float]]:
         points, origin = _csv(points), str(points)
     if not hasattr(points, "items"):
         raise bad_value("points", points, "a CSV file, a pandas.DataFrame, or columns by name", origin)
-    columns = {str(name).strip(): np.atleast_1d(np.asarray(values, dtype=object)) for name, values in points.items()}
+    columns = {str(name).strip(): np.atleast_1d(unmasked(values).astype(object)) for name, values in points.items()}
     if not columns or not all(len(values) for values in columns.values()):
         raise bad_value("points", "a table without a row", "at least one row with names above it", origin)
     return {
@@ -108,4 +109,8 @@ def _is_list(values: Any) -> bool:
 
 
 def _text(names: str, values: Any, origin: str) -> str:
-    return f"values({', '.join(repr(number(names, value, origin)) for value in values)})"
+    return f"values({', '.join(repr(number(names, value, origin)) for value in _elements(values))})"
+
+
+def _elements(values: Any) -> Any:
+    return unmasked(values) if isinstance(values, np.ndarray) else values

@@ -334,9 +334,16 @@ def _as_array(function: Function, spec: Array, value: ArrayLike) -> FloatArray:
     return array if contiguous and array.flags.aligned else np.array(array, order="C")
 
 
+def unmasked(values: object) -> NDArray[Any]:
+    """Return an argument as an array; masked elements, whose numbers NumPy would take, are NaN."""
+    if isinstance(values, np.ma.MaskedArray):
+        return np.asarray(np.ma.filled(values.astype(np.float64), np.nan))
+    return np.asarray(values)
+
+
 def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
     try:
-        array = np.asarray(value)
-        return array.astype(np.float64) if array.dtype.kind == "O" else array
+        numbers = unmasked(value)
+        return numbers.astype(np.float64) if numbers.dtype.kind == "O" else numbers
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error

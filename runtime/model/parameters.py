@@ -17,7 +17,7 @@ from mehvar.base.errors import InputError, bad_value, together, unknown_name
 from mehvar.base.manifest import Controller, Manifest, Parameter, Scenario
 from mehvar.base.names import identifier
 
-from .functions import FloatArray, Functions
+from .functions import FloatArray, Functions, unmasked
 
 
 class Setting(NamedTuple):
@@ -143,8 +143,9 @@ def elements(values: Mapping[str, Any], names: Collection[str], origin: str = ""
 
 
 def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[str, Any]:
-    array = np.asarray(value)
-    given = {"_".join((name, *(str(k + 1) for k in place))): array[place].item() for place in np.ndindex(array.shape)}
+    numbers = unmasked(value)
+    places = np.ndindex(numbers.shape)
+    given = {"_".join((name, *(str(k + 1) for k in place))): numbers[place].item() for place in places}
     mirrored = {place: "_".join((name, *reversed(place.removeprefix(f"{name}_").split("_")))) for place in given}
     if not set(own) <= set(given) or any(mirrored[place] not in own for place in set(given) - set(own)):
         raise bad_value(name, value, f"an array with the elements {', '.join(own)}", origin)

@@ -30,7 +30,11 @@ from ...units import without_units
 Values = Mapping[str, NDArray[Any]]
 
 _Value = Callable[[Values], Any]
-"""Evaluates a part of a condition for many runs."""
+"""Evaluates a number of a condition for many runs."""
+
+_Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
+"""Runs for which a part of a condition is true, and runs for which it is false. A comparison with NaN is neither, and
+`and`, `or`, `not` join the three truth values as in Kleene's strong logic."""
 
 _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Lt: operator.lt,
@@ -81,15 +85,17 @@ class Criterion:
         if not literals_are_numbers(tree, plain):
             raise self._refused()
         self._tree = tree
-        self._holds = self._condition(tree)
+        self._truth = self._condition(tree)
         if not self.names:
             raise self._refused(f"{_USAGE}: it names no number of a run")
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
-        """Return True for the runs that fulfil it; NaN compares as false. `values` has every name of `names`."""
+        """Return True for the runs that fulfil it; `values` has every name of `names`.
+
+        A comparison with NaN is neither true nor false, so that neither `x < 1` nor `not x < 1` holds for it.
+        """
         with np.errstate(all="ignore"):
-            result: NDArray[np.bool_] = np.asarray(self._holds(values), dtype=np.bool_)
-        return result
+            return self._truth(values)[0]
 
     def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
         """Return True for runs that fulfil the condition and completed; a condition on the status replaces the latter.
@@ -190,25 +196,25 @@ class Criterion:
     def _refused(self, allowed: str = _USAGE) -> InputError:
         return bad_value(self._origin, self.text, allowed)
 
-    def _condition(self, node: ast.expr) -> _Value:
+    def _condition(self, node: ast.expr) -> Callable[[Values], _Truth]:
         """Return the evaluator of a node that is true or false."""
         match node:
             case ast.BoolOp(op=op, values=nodes):
                 parts = [self._condition(part) for part in nodes]
-                join = np.logical_and if isinstance(op, ast.And) else np.logical_or
+                join = _conjunction if isinstance(op, ast.And) else _disjunction
                 return lambda values: functools.reduce(join, (part(values) for part in parts))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 inner = self._condition(operand)
-                return lambda values: np.logical_not(inner(values))
+                return lambda values: inner(values)[::-1]
             case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
                 name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
                 self.names.add(name)
-                return lambda values: equal(values[name], other)
+                return lambda values: _comparison(equal, values[name], other)
             case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
                 numbers = [self._number(part) for part in (left, *rest)]
                 pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
                 return lambda values: functools.reduce(
-                    np.logical_and, (compare(a(values), b(values)) for compare, a, b in pairs)
+                    _conjunction, (_comparison(compare, a(values), b(values)) for compare, a, b in pairs)
                 )
         raise self._refused()
 
@@ -320,6 +326,20 @@ class _Kind:
     def fits(self, other: _Kind) -> bool:
         """Return True where the two can be compared."""
         return self.dimension == other.dimension and (None in (self.angle, other.angle) or self.angle == other.angle)
+
+
+def _comparison(compare: Callable[[Any, Any], Any], one: Any, other: Any) -> _Truth:
+    """Return where a comparison of numbers is true and where it is false."""
+    true, known = np.asarray(compare(one, other), dtype=np.bool_), ~(np.isnan(one) | np.isnan(other))
+    return true & known, ~true & known
+
+
+def _conjunction(one: _Truth, other: _Truth) -> _Truth:
+    return one[0] & other[0], one[1] | other[1]
+
+
+def _disjunction(one: _Truth, other: _Truth) -> _Truth:
+    return one[0] | other[0], one[1] & other[1]
 
 
 def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:

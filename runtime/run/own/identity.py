@@ -48,11 +48,28 @@ _OPEN: tuple[object, ...] = (
 )
 """Objects through which code reaches anything under a computed name, or the start conditions of the process."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
-_MOVING: tuple[object, ...] = (open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap)
-_MOVING_MODULES = {"time", "datetime", "random", "_random", "secrets", "uuid", "numpy.random", "os", "posix", "nt"} | {
+_MOVING: tuple[object, ...] = (
+    *(open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap),
+    *(np.geterr, np.geterrcall, np.getbufsize, np.get_printoptions),
+)
+_MOVING_MODULES = {
+    "sys",
+    "time",
+    "datetime",
+    "random",
+    "_random",
+    "secrets",
+    "uuid",
+    "numpy.random",
+    "os",
+    "posix",
+    "nt",
+} | {
     *("io", "_io", "pathlib", "tempfile", "socket", "subprocess", "threading", "multiprocessing", "platform", "psutil"),
+    *("decimal", "_decimal", "_pydecimal", "contextvars", "_contextvars", "locale", "_locale", "warnings", "signal"),
 }
-"""Objects with other results at another time or in another process: clocks, generators, files, the machine."""
+"""Objects with other results at another time or in another process: clocks, generators, files, the machine, settings of
+the interpreter, and contexts, such as the precision of `decimal`."""
 _OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
     *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
 }

@@ -17,7 +17,7 @@ from mehvar.base.schema import parse
 
 from ...arguments import check_arguments, check_units
 from ...interrupts import is_of_handler
-from ...model.functions import FloatArray
+from ...model.functions import FloatArray, unmasked
 from ...model.parameters import number
 from ..ticks import fraction
 from .identity import identify
@@ -171,7 +171,7 @@ def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
 
 def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:
     try:
-        t, values = (np.array(part, dtype=np.float64) for part in pair)
+        t, values = (unmasked(part).astype(np.float64) for part in pair)
     except (TypeError, ValueError):
         raise bad_value(name, pair, _ALLOWED, origin) from None
     if t.ndim != 1 or t.shape != values.shape or not t.size:

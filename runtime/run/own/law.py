@@ -16,7 +16,7 @@ from mehvar.base.errors import MehvarError, bad_value, shown
 from mehvar.base.manifest import Controller, Manifest, Quantity
 
 from ...interrupts import is_of_handler
-from ...model.functions import FloatArray
+from ...model.functions import FloatArray, unmasked
 from ..ticks import common_step
 from .identity import identify
 from .state import state_type
@@ -149,7 +149,7 @@ def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
             "memory", memory, "left out unless the law has a period: a continuous one keeps nothing", origin
         )
     try:
-        start = np.array(memory)
+        start = unmasked(memory)
     except (TypeError, ValueError):
         start = np.empty((), dtype=object)
     if start.dtype.kind not in "iuf" or start.ndim != 1 or not start.size or not np.isfinite(start).all():
@@ -207,9 +207,9 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
     """Return numbers of a shape (n,) or (n, runs); one number may fill a row, and a single row needs no list."""
     n, runs = shape[0], shape[1:]
     try:
-        listed = value if isinstance(value, list | tuple) else np.asarray(value)
+        listed = value if isinstance(value, list | tuple) else unmasked(value)
         alone = (isinstance(listed, np.ndarray) and listed.ndim == 0) or len(listed) != n
-        arrays = [np.asarray(row) for row in ([listed] if alone else listed)]
+        arrays = [unmasked(row) for row in ([listed] if alone else listed)]
     except (ValueError, TypeError):
         return None
     if len(arrays) != n or any(a.dtype.kind not in "iuf" or a.shape not in ((), runs) for a in arrays):

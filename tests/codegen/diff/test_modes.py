@@ -93,6 +93,25 @@ def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at
     assert f"they differ at {at}" in change.how
 
 
+@pytest.mark.parametrize("role", ["memory pd", "reference", "input", "commanded"])
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [("x > 0", "x >= 0", "x = 0"), ("x < 5", "x <= 5", "x = 5"), ("floor(x/5) < 1", "ceiling(x/5) <= 1", "x = ")],
+)
+def test_a_held_name_that_may_be_on_a_threshold_leaves_it_undecided(role, old, new, at):
+    """A counter, a flag, a reference or an input keeps its number for a sample or more."""
+    sides = (document(f"f: Piecewise((k, {side}), (0, True))", x={"role": role}) for side in (old, new))
+    change = compare(*sides)["f"]
+    assert change.verdict is Fate.UNDECIDED
+    assert f"they differ at {at}" in change.how
+
+
+@pytest.mark.parametrize("role", ["memory pd", "state"])
+def test_another_way_to_write_a_condition_is_the_same(role):
+    sides = ("Piecewise((k, x > 0), (0, True))", "Piecewise((0, x <= 0), (k, True))")
+    assert not compare(*(document(f"f: {side}", x={"role": role}) for side in sides)).differs
+
+
 def test_a_threshold_that_a_parameter_cannot_have_is_the_same():
     """The parameter m is positive."""
     assert not compare(modal(piecewise("k, m > 0")), modal(piecewise("k, m >= 0"))).differs

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import decimal
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,16 @@ def test_it_is_called_once_a_sample_with_a_column_for_each_run(pendulum: runtime
     batch(pendulum, controller=law, **OWN)
     assert [t for t, *_ in shapes] == pytest.approx(np.arange(21) * 0.05)
     assert {tuple(rest) for _, *rest in shapes} == {((2, N), (N,), (1, N), (1, N))}
+
+
+def test_a_law_has_the_context_of_the_caller(pendulum: runtime.Model) -> None:
+    def law(t, x, z):
+        return [float(decimal.Decimal(1) / 3)], z
+
+    with decimal.localcontext(prec=3):
+        many = batch(pendulum, controller=law, **OWN)
+        one = mehvar.simulate(pendulum, law, **OWN)
+    assert float(many["u_torque"][5, 0]) == float(one["u_torque"][0]) == 0.333
 
 
 def test_noise_and_delay_are_those_of_a_single_run() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import datetime
+import decimal
 import importlib
 import os
 import random
@@ -324,9 +325,17 @@ def _place(t, x):
     return -x[:1] * id(x)
 
 
+def _setting(t, x):
+    return -x[:1] * sys.getrecursionlimit()
+
+
+def _precision(t, x):
+    return -x[:1] * float(decimal.Decimal(1) / 3)
+
+
 MOVING = (
     *(_clock, _clock_by_name, _clock_within, _module_kept, _date, _unseeded, _numpys, _numpys_own, _system, _file),
-    *(_table, _place),
+    *(_table, _place, _setting, _precision),
 )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import mehvar
 from mehvar import runtime
 from mehvar.base.errors import InputError
 from mehvar.runtime.run.own.law import LawError
@@ -150,3 +151,21 @@ def test_inputs_that_are_none_are_refused(
 def test_a_function_of_time_that_gives_no_number_is_said(pendulum: runtime.Model, value: Any, message: str) -> None:
     with pytest.raises(LawError, match=rf"^inputs\['torque'\] at t = 0(\.5)? s {message}"):
         run(pendulum, {"torque": value}, period=0.5)
+
+
+ONE, TWO = np.ma.masked_array([1.0, 2.0], [0, 1]), np.ma.masked_array([0.0, 2.0], [0, 0])
+MASKED = {
+    "instants": lambda model: mehvar.simulate(model, None, inputs={"torque": (ONE, TWO)}, t_end=3.0),
+    "values": lambda model: mehvar.simulate(model, None, inputs={"torque": (TWO, ONE)}, t_end=3.0),
+    "law": lambda model: mehvar.simulate(model, lambda t, x: ONE[1:], period=0.5, t_end=3.0),
+    "memory": lambda model: mehvar.simulate(model, lambda t, x, z: ([0.0], z), memory=ONE, period=0.5, t_end=3.0),
+    "points": lambda model: mehvar.batch(model, None, points={"m": ONE}, t_end=3.0),
+    "vary": lambda model: mehvar.batch(model, None, vary={"m": ONE}, t_end=3.0),
+}
+
+
+@pytest.mark.parametrize("call", MASKED.values(), ids=MASKED)
+def test_a_masked_number_is_never_flown(pendulum, call):
+    """NumPy takes the number under the mask."""
+    with pytest.raises((InputError, LawError), match="finite"):
+        call(pendulum)
