@@ -208,6 +208,7 @@ class Spacecraft:
         periods = {law.period for law in controllers}
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
+        self._refuse_idle(used)
         x, u, p = families(
             self.parts,
             Group("x", tuple(state.quantity for state in states)),
@@ -231,6 +232,16 @@ class Spacecraft:
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
         )  # fmt: skip
+
+    def _refuse_idle(self, used: set[sp.Symbol]) -> None:
+        """Refuse a part with an input that moves nothing, such as a torque across the plane of the motion."""
+        for part in self.parts:
+            if idle := [q.name for q in part.inputs() if q.symbol not in used]:
+                where = f"{self.name}: {', '.join(idle)} of the {type(part).__name__} {part.name!r}"
+                raise ModelError(
+                    f"{where} would move nothing in a craft with motion = {self.motion!r}; use parts with one "
+                    "direction, such as Thruster and Wheel"
+                )
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
