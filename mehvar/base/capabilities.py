@@ -82,7 +82,7 @@ EVENTS = Feature(
     "events",
     ("events",),
     lambda manifest, _: (event.name for event in manifest.all_events),
-    _ELSEWHERE,
+    (Place.PAGE,),
     _LEFT_OUT,
 )
 RESETS = Feature("events with resets", ("events",))

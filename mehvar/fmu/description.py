@@ -43,7 +43,8 @@ def description(subject: Subject, version: Version, interface: Interface, name: 
         "variableNamingConvention": "structured",
     }
     if two:
-        about["numberOfEventIndicators"] = str(len(subject.groups["M"])) if interface == "me" else "0"
+        indicators = subject.groups["M"] + subject.groups["G"] if interface == "me" else ()
+        about["numberOfEventIndicators"] = str(len(indicators))
     root = Element("fmiModelDescription", about)
     _interface(root, subject, two, interface, name)
     _units(root, subject)
@@ -66,6 +67,8 @@ def _interface(root: Element, subject: Subject, two: bool, interface: Interface,
     about = {"modelIdentifier": name, **dict.fromkeys(store, "true")}
     if subject.jacobians:
         about["providesDirectionalDerivative" if two else "providesDirectionalDerivatives"] = "true"
+    if interface == "me" and not two and (subject.groups["M"] or subject.groups["G"]):
+        about["needsCompletedIntegratorStep"] = "true"  # which is the default of FMI 2.0
     if interface == "cs":
         fixed = subject.kind == "sampled"
         about["canHandleVariableCommunicationStepSize"] = "false" if fixed else "true"

@@ -11,9 +11,9 @@ from mehvar.runtime.run.calls import loop_calls, model_fields
 from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
 
 from .conditions import refusals
-from .variables import KINDS, Subject
+from .variables import KINDS, NO_LAW, Subject
 
-_GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M")
+_GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M", "G")
 UNITS = ("unit.c", "jacobians.c")
 """The files that are compiled."""
 _UNOPTIMISED = (
@@ -58,7 +58,7 @@ def _header(subject: Subject, token: str) -> str:
     """Return the text of fmu_model.h; native/fmu/core.h explains its names."""
     manifest, options = subject.model.manifest, RunOptions()
     sizes = {
-        "NP": "P", "NC": "C", "NR": "R", "NU": "U", "NQ": "Q", "NY": "Y", "NZ": "Z", "NM": "M",
+        "NP": "P", "NC": "C", "NR": "R", "NU": "U", "NQ": "Q", "NY": "Y", "NZ": "Z", "NM": "M", "NV": "G",
     }  # fmt: skip
     defines: dict[str, object] = {f"FMU_{name}": len(subject.groups[group]) for name, group in sizes.items()}
     defines |= {
@@ -73,6 +73,8 @@ def _header(subject: Subject, token: str) -> str:
         "FMU_ATOL": repr(options.atol),
         "FMU_MAX_STEPS": options.max_steps,
         "FMU_OUTPUTS": _symbol(subject, "outputs"),
+        "FMU_STEP": repr(subject.step),
+        "FMU_DURATION": repr(subject.duration),
     }
     defines |= {f"FMU_V_{group}": subject.first(group) for group in _GROUPS}
     if not subject.groups["X"]:
@@ -88,7 +90,9 @@ def _header(subject: Subject, token: str) -> str:
     if subject.law and subject.law.memory:
         call = _symbol(subject, f"{identifier(subject.law.name)}_start")
         lines.append(f"#define FMU_START(x, r, p, c, z) {call}(x, r, p, c, z)")
-    lines += ["", f"static const double fmu_start[] = {{{start}}};", f'static const char fmu_class[] = "{classes}";']
+    events = ", ".join(str(number) for event in subject.events for number in event.numbers)
+    lines += ["", f"static const int32_t fmu_events[] = {{{events or 0}}};"]
+    lines += [f"static const double fmu_start[] = {{{start}}};", f'static const char fmu_class[] = "{classes}";']
     lines += ["", *refusals(subject)]
     return "\n".join(lines) + "\n"
 
@@ -101,14 +105,12 @@ def _symbol(subject: Subject, name: str) -> str:
 def _assignments(subject: Subject) -> str:
     """Return the C statement that fills in the addresses of an mv_model."""
     manifest = subject.model.manifest
-    if subject.law is None:
-        fields = {"rhs": "rhs", "limits": "limits"} if manifest.limits else {"rhs": "rhs"}
-        names = {field: _symbol(subject, name) for field, name in fields.items()} | {"law": "fmu_input"}
-    else:
-        calls = loop_calls(manifest, subject.law, "", subject.kind == "sampled")
-        given = ("reference", "outputs")  # by the importer, and by our own header
-        functions = model_fields(calls, manifest, subject.law)
-        names = {field: _symbol(subject, f.name) for field, f in functions.items() if field not in given}
+    given = ("reference", "outputs")  # by the importer, and by our own header
+    plant = ("actuate", "measure") if subject.law is None else ()  # whose input is what acts
+    law = subject.law or NO_LAW
+    functions = model_fields(loop_calls(manifest, law, "", subject.kind != "loop"), manifest, law)
+    names = {field: _symbol(subject, f.name) for field, f in functions.items() if field not in (*given, *plant)}
+    names |= {"law": "fmu_input"} if subject.law is None else {}
     return ", ".join(f"(m)->{field} = {name}" for field, name in names.items())
 
 

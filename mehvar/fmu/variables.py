@@ -10,16 +10,16 @@ from typing import Literal
 import numpy as np
 
 from mehvar.base.capabilities import Place, refuse
-from mehvar.base.errors import bad_value
-from mehvar.base.manifest import Controller, Function, Parameter, Quantity
+from mehvar.base.manifest import OPEN_LOOP, Controller, Event, Function, Parameter, Quantity
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve
-from mehvar.runtime.run.calls import loop_calls
+from mehvar.runtime.run.calls import events_of, loop_calls
 
 Kind = Literal["plant", "loop", "sampled"]
 KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
 """The plant by itself, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Subject:
     kind : str
         One of `KINDS`.
     groups : mapping of str to tuple of Variable
-        T time, P, C, R, U, Q the continuous states, D their derivatives, X, Y, Z, M as in native/fmu/core.h.
+        T time, P, C, R, U, Q the continuous states, D their derivatives, X, Y, Z, M, G as in native/fmu/core.h.
     period : float or None
         Sample period of a sampled law, s.
     duration, step : float
@@ -93,6 +93,11 @@ class Subject:
         return tuple(functions[name] for name in names) if complete else ()
 
     @property
+    def events(self) -> tuple[Event, ...]:
+        """Events of the loop, a guard each."""
+        return events_of(self.model.manifest, self.law or NO_LAW, self.kind != "loop")
+
+    @property
     def variables(self) -> tuple[Variable, ...]:
         """All variables in the order of their value references."""
         return tuple(variable for group in self.groups.values() for variable in group)
@@ -116,11 +121,8 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     refuse(manifest, Place.FMU, law)
     case = manifest.scenario(scenario)
     kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
-    some = law or next(iter(manifest.controllers.values()), None)
-    if some is None:
-        raise bad_value("model", manifest.model, "a model with a law, whose scenarios give the start")
-    resolved = resolve(manifest, model.functions, some, case, {}, "the call")
-    p, c, s = resolved.p, resolved.c if law else np.empty(0), resolved.s
+    resolved = resolve(manifest, model.functions, law or NO_LAW, case, {}, "the call")
+    p, c, s = resolved.p, resolved.c, resolved.s
     x = np.asarray(model.functions["initial"](p, s))
     r = np.asarray(model.functions["reference"](0.0, p, s))
     charted = law is not None and "to_coordinates" in loop_calls(manifest, law, "", kind == "sampled")
@@ -144,6 +146,10 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
         "M": tuple(
             Variable(f"limit_{k}", "1", f"ends the run at zero: {text}", "local")
             for k, text in enumerate(manifest.limits)
+        ),
+        "G": tuple(
+            Variable(f"guard.{event.name}", "1", f"crosses zero at an event: {event.title}", "local")
+            for event in events_of(manifest, law or NO_LAW, kind != "loop")
         ),
     }  # fmt: skip
     if charted:  # coordinates of the chart may have the names of states

@@ -21,7 +21,7 @@ enum fmu_kind { FMU_PLANT, FMU_LOOP, FMU_SAMPLED }; /* the plant alone; under a 
 #define FMU_RELATIVE 1e-9 /* of times that importers add up: far above their rounding, far below any step */
 #define FMU_NULL "no place for a value, or none to take it from"
 #define FMU_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 1 + (MV_STAGES + 4) * FMU_NQ + FMU_NR + 3 * FMU_NU + \
-                  2 * FMU_NZ + FMU_NX + FMU_NY)
+                  2 * FMU_NZ + FMU_NX + FMU_NY + 2 * FMU_NM + 9 * FMU_NV)
 
 typedef void fmu_logger(void *instance, const char *message);
 
@@ -30,7 +30,7 @@ typedef struct {
     double x[FMU_NX + 1], noise[FMU_NE + 1], z[FMU_NZ + 1];
     double u[FMU_NU + 1];     /* what a sampled law's last evaluation gave, as it is applied */
     double record[1 + FMU_NX + 2 * FMU_NU + FMU_NY + FMU_NZ];
-    double t[FMU_TICKS + 1];
+    double t[FMU_TICKS + 2]; /* the last one is the length of a run, which events that stall are measured by */
     double work[FMU_WORK];
     mv_single single;
     double start, stop, step, next_event;
@@ -38,6 +38,10 @@ typedef struct {
     int32_t ticks, phase;     /* ticks in a period, and which one is next */
     int32_t mode, exchange, started, stale, changed, stop_defined, terminated;
     int32_t due;              /* a sampled law is evaluated at this very instant, when time goes on */
+    int32_t watched, reset;   /* model exchange: sides have been taken; an event has put the states elsewhere */
+    int32_t stalled;          /* events in a row without progress in time */
+    double last_event;
+    double guard[FMU_NV + 1], side[FMU_NV + 1], reach[FMU_NV + 1], zero[FMU_NV + 1]; /* see events.h */
     void *environment;
     fmu_logger *log;
 } fmu_instance;
@@ -56,6 +60,24 @@ static void fmu_input(const double *x, const double *r, const double *p, const d
 }
 #endif
 
+/* Where guards are at other states. */
+static void fmu_guards(const fmu_instance *i, const double *q, double *g)
+{
+    const mv_model *m = &i->single.model;
+#if FMU_NV > 0 && FMU_KIND == 1
+    m->loop_guards(q, i->v + FMU_V_R, m->p, m->c, g);
+#elif FMU_NV > 0
+    m->guards(q, i->v + FMU_V_U, m->p, g);
+#else
+    (void)m, (void)q, (void)g;
+#endif
+}
+
+static void fmu_happened(mv_journal *journal, double t, int32_t event)
+{
+    (void)journal, (void)t, (void)event;
+}
+
 /* Addresses within the instance: after it is made or copied. */
 static void fmu_link(fmu_instance *i)
 {
@@ -63,6 +85,7 @@ static void fmu_link(fmu_instance *i)
     mv_model *m = &s->model;
     double *place = i->record;
     s->schedule.t = i->t;
+    s->happened = fmu_happened;
     m->p = i->v + FMU_V_P;
     m->c = i->v + (FMU_KIND == 0 ? FMU_V_U : FMU_V_C);
     m->s = i->v + FMU_V_R;
@@ -88,7 +111,8 @@ static void fmu_functions(mv_model *m)
 {
     *m = (mv_model){0};
     m->nq = FMU_NQ, m->nx = FMU_NX, m->nseen = FMU_SEEN, m->nu = FMU_NU, m->nz = FMU_NZ, m->ny = FMU_NY;
-    m->nr = FMU_NR, m->nm = FMU_NM, m->ne = FMU_NE;
+    m->nr = FMU_NR, m->nm = FMU_NM, m->ne = FMU_NE, m->nv = FMU_NV;
+    m->events = fmu_events;
     m->sampled = FMU_KIND != 1;
     m->method = FMU_METHOD;
     m->outputs = FMU_OUTPUTS;
@@ -108,6 +132,7 @@ static void fmu_reset(fmu_instance *i)
     i->mode = FMU_INSTANTIATED;
     i->stale = i->due = 1;
     s->schedule = (mv_schedule){0, FMU_TICKS + 2, 1, 1, FMU_MAX_STEPS, 0, FMU_RTOL, FMU_ATOL, 0.0};
+    i->t[FMU_TICKS + 1] = FMU_DURATION;
     fmu_functions(&s->model);
     fmu_link(i);
 }
@@ -177,6 +202,7 @@ static void fmu_evaluate(fmu_instance *i)
     memcpy(v + FMU_V_X, i->x, FMU_NX * sizeof(double));
     m->outputs(i->x, v + FMU_V_U, v + FMU_V_R, m->p, v + FMU_V_Y);
     if (m->limits) m->limits(i->x, v + FMU_V_U, m->p, v + FMU_V_M);
+    fmu_guards(i, v + FMU_V_Q, v + FMU_V_G);
 }
 
 #if FMU_KIND == 2
@@ -207,7 +233,8 @@ static enum fmu_status fmu_begin(fmu_instance *i)
     if (fmu_refuses(i->v, as_scenario, text)) return fmu_fail(i, FMU_ERROR, text);
     fmu_remember(i);
     i->next_event = i->start;
-    i->events = 0;
+    i->last_event = -MV_INFINITY;
+    i->events = i->watched = i->stalled = 0;
     i->stale = 1;
     i->mode = i->exchange ? FMU_EVENTS : FMU_STEPPING;
     return FMU_OK;
@@ -276,8 +303,11 @@ static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
     i->stale = 1;
     if (w->loop.alive) return FMU_OK;
     i->terminated = 1;
-    return fmu_fail(i, FMU_DISCARD, w->loop.status == MV_LIMIT ? "a limit of the model is reached"
-                                                               : "the integration cannot go on");
+    return fmu_fail(i, FMU_DISCARD, w->loop.status == MV_LIMIT        ? "a limit of the model is reached"
+                                    : w->loop.status == MV_EVENT      ? "an event of the model ends the run"
+                                    : w->loop.status == MV_FAILURE    ? "an event of the model ends the run as a failure"
+                                    : w->loop.status == MV_CHATTERING ? "an event happens again and again"
+                                                                      : "the integration cannot go on");
 }
 
 /* Whether a value may be set now: inputs always, parameters and starts until the first step. In model exchange the
@@ -390,12 +420,100 @@ static int fmu_over(fmu_instance *i)
     return 0;
 }
 
+#if FMU_NV > 0
+#define FMU_EVENT(e, k) fmu_events[3 * (e) + (k)]
+
+/* Sides of guards; of those that are zero, of where the states go. */
+static void fmu_sides(fmu_instance *i, double *side)
+{
+    double q[FMU_NQ], ahead[FMU_NV];
+    const double *const v = i->v, *const g = v + FMU_V_G;
+    fmu_evaluate(i);
+    for (int k = 0; k < FMU_NQ; k++) q[k] = v[FMU_V_Q + k] + PROBE * FMU_STEP * v[FMU_V_D + k];
+    fmu_guards(i, q, ahead);
+    for (int e = 0; e < FMU_NV; e++) {
+        i->reach[e] = mv_max(i->reach[e], fabs(g[e]));
+        const double at = fabs(g[e]) <= i->zero[e] ? ahead[e] : g[e];
+        side[e] = (at > 0) - (at < 0);
+    }
+}
+
+static int fmu_crosses(const fmu_instance *i, int e, double side)
+{
+    const int direction = FMU_EVENT(e, 0);
+    return i->side[e] != 0 && side != 0 && side != i->side[e] && (!direction || i->side[e] * direction < 0);
+}
+
+/* A step of the importer's: whether a guard has crossed in it. */
+static int fmu_watch(fmu_instance *i)
+{
+    double side[FMU_NV];
+    int crosses = 0;
+    fmu_sides(i, side);
+    for (int e = 0; e < FMU_NV; e++) {
+        if (fmu_crosses(i, e, side[e])) crosses = 1;
+        else if (side[e] != 0) i->side[e] = side[e];
+        if (fabs(i->v[FMU_V_G + e]) > i->zero[e]) i->zero[e] = 0;
+    }
+    return crosses;
+}
+
+/* What happens to the states where guards have crossed. */
+static void fmu_cross(fmu_instance *i)
+{
+    double side[FMU_NV], x_next[FMU_NX];
+    int some = 0;
+    fmu_sides(i, side);
+    memcpy(i->guard, i->v + FMU_V_G, sizeof side);
+    for (int e = 0; e < FMU_NV && i->watched; e++) {
+        if (!fmu_crosses(i, e, side[e])) continue;
+        const double number = e;
+        some = 1;
+        i->zero[e] = RESTING * i->reach[e];
+        i->side[e] = 0;
+        i->guard[e] = MV_NAN; /* unlike any: its side is taken */
+        if (FMU_EVENT(e, 2)) i->terminated = 1;
+        if (!FMU_EVENT(e, 1)) continue;
+        fmu_evaluate(i);
+        i->single.model.resets(i->x, i->v + FMU_V_U, i->single.model.p, &number, x_next);
+        memcpy(i->v + FMU_V_Q, x_next, sizeof x_next);
+        i->reset = i->stale = 1;
+    }
+    if (!some) return;
+    i->stalled = i->v[FMU_V_T] - i->last_event <= STALLED * FMU_DURATION ? i->stalled + 1 : 0;
+    i->last_event = i->v[FMU_V_T];
+    if (i->stalled >= CHATTERING) i->terminated = 1;
+}
+
+/* Sides of guards that changed otherwise than along the flow: a run may not be past an event that ends it. */
+static void fmu_take_sides(fmu_instance *i)
+{
+    double side[FMU_NV];
+    fmu_sides(i, side);
+    for (int e = 0; e < FMU_NV; e++) {
+        const int direction = FMU_EVENT(e, 0);
+        if (i->watched && i->v[FMU_V_G + e] == i->guard[e]) continue;
+        i->side[e] = side[e];
+        if (FMU_EVENT(e, 2) && direction && side[e] * direction > 0) i->terminated = 1;
+    }
+    i->watched = 1;
+}
+#else
+static int fmu_watch(fmu_instance *i) { return (void)i, 0; }
+static void fmu_cross(fmu_instance *i) { (void)i; }
+static void fmu_take_sides(fmu_instance *i) { (void)i; }
+#endif
+
+/* An event in model exchange: guards that have crossed, then a sample. */
 static void fmu_event(fmu_instance *i)
 {
+    i->reset = 0;
+    fmu_cross(i);
 #if FMU_KIND == 2
     if (i->v[FMU_V_T] >= i->next_event - FMU_RELATIVE * (fabs(i->v[FMU_V_T]) + i->v[FMU_V_P + FMU_PERIOD])) fmu_sample(i);
 #endif
-    i->terminated = fmu_over(i);
+    fmu_take_sides(i);
+    if (fmu_over(i)) i->terminated = 1;
 }
 
 #endif

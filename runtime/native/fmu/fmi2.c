@@ -197,6 +197,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     fmu_event(i);
     memset(info, 0, sizeof *info);
     info->terminateSimulation = i->terminated;
+    info->valuesOfContinuousStatesChanged = i->reset;
     info->nextEventTimeDefined = FMU_KIND == 2;
     info->nextEventTime = i->next_event;
     return fmi2OK;
@@ -216,7 +217,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set, fmi2
     (void)no_set;
     NEED(i->exchange && i->mode == FMU_CONTINUOUS, "steps are taken in continuous time");
     NEED(event && terminate, FMU_NULL);
-    *event = fmi2False;
+    *event = fmu_watch(i) ? fmi2True : fmi2False;
     *terminate = fmu_over(i) ? fmi2True : fmi2False;
     return fmi2OK;
 }
@@ -251,7 +252,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
         return fmi2OK;                                                                                               \
     }
 GET(fmi2GetDerivatives, FMU_V_D, FMU_NQ)
-GET(fmi2GetEventIndicators, FMU_V_M, FMU_NM)
+GET(fmi2GetEventIndicators, FMU_V_M, FMU_NM + FMU_NV)
 GET(fmi2GetContinuousStates, FMU_V_Q, FMU_NQ)
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real values[], size_t n)

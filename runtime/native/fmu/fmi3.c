@@ -316,7 +316,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, f
     NEED(i->exchange && i->mode == FMU_EVENTS, "discrete states change in events");
     NEED(again && terminate && nominals && values && next_defined && next, FMU_NULL);
     fmu_event(i);
-    *again = *nominals = *values = fmi3False;
+    *again = *nominals = fmi3False;
+    *values = i->reset != 0;
     *terminate = i->terminated != 0;
     *next_defined = FMU_KIND == 2;
     *next = i->next_event;
@@ -338,7 +339,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean no_set
     (void)no_set;
     NEED(i->exchange && i->mode == FMU_CONTINUOUS, "steps are taken in continuous time");
     NEED(event && terminate, FMU_NULL);
-    *event = fmi3False;
+    *event = fmu_watch(i) != 0;
     *terminate = fmu_over(i) != 0;
     return fmi3OK;
 }
@@ -373,7 +374,7 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 x[],
         return fmi3OK;                                                                                               \
     }
 GET(fmi3GetContinuousStateDerivatives, FMU_V_D, FMU_NQ)
-GET(fmi3GetEventIndicators, FMU_V_M, FMU_NM)
+GET(fmi3GetEventIndicators, FMU_V_M, FMU_NM + FMU_NV)
 GET(fmi3GetContinuousStates, FMU_V_Q, FMU_NQ)
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 values[], size_t n)
@@ -390,7 +391,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *n)
     INSTANCE;
     NEED(i->exchange, "events are of model exchange");
     NEED(n, FMU_NULL);
-    *n = FMU_NM;
+    *n = FMU_NM + FMU_NV;
     return fmi3OK;
 }
 

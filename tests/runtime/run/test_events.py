@@ -14,7 +14,6 @@ from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
-from mehvar.fmu.export import export_fmu
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.quantities import ModelError
@@ -23,6 +22,7 @@ from mehvar.runtime import simulate
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.problem import Status
+from mehvar.web.export import export_web
 from tests.models.edits import POSITIVE, cart, parameter, quantity
 
 METHODS = ("rk4", "dopri5", "dop853", "rock4", "rodas5p")
@@ -229,8 +229,6 @@ def test_a_sampled_law_has_no_surfaces():
         check(dataclasses.replace(system, controllers=(law,)))
 
 
-def test_a_unit_refuses_events_by_name(folder, tmp_path):
-    with pytest.raises(
-        InputError, match=r"turning has events \(up, down, .*, which a functional mock-up unit cannot have"
-    ):
-        export_fmu(folder, tmp_path / "turning.fmu", controller="free")
+def test_a_page_refuses_events_by_name(folder, tmp_path):
+    with pytest.raises(InputError, match=r"turning has events \(up, down, .*, which a page cannot have"):
+        export_web(folder, tmp_path / "page")
