@@ -145,8 +145,7 @@ class _Verdicts:
             return self._equal(old, new, Fate.SAME if text else Fate.REARRANGED), whole
         if local.equal:
             self.sources[new.key] = {key: None for child in unequal for key in self.sources.get(child.key, {})}
-            undecided = whole.equal is None and any(self.verdict[c.key][0] is Fate.UNDECIDED for c in unequal)
-            return (Fate.UNDECIDED if undecided else Fate.INHERITED), whole
+            return self._follower(unequal, whole)
         self.sources[new.key] = {new.key: None}
         if new.row.implicit:
             scaled = scale(versions, old, new)
@@ -180,6 +179,13 @@ class _Verdicts:
         if local.equal:
             return judge.where_defined(Verdict(bool(judge.same_in_field(*pair)), judge.how(*pair)), *pair)
         return judge.decide(*pair)
+
+    def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[Fate, Verdict]:
+        """Return the verdict on a row that differs by its definitions only."""
+        undecided = [child.name for child in unequal if self.verdict[child.key][0] is Fate.UNDECIDED]
+        if len(undecided) == len(unequal):
+            return Fate.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
+        return (Fate.UNDECIDED if undecided and whole.equal is None else Fate.INHERITED), whole
 
     def _same_text(self, old: Item, new: Item) -> bool:
         versions = self.versions

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names that may stay on a threshold, where `<` and `<=` differ.
 
-A state that moves passes a threshold at an instant. Modes, which only resets change, and parameters stay on it, as do
-the memory of a law, references and held inputs for a sample or more, above all at a whole number.
+A state that moves passes a threshold at an instant, but may rest where it starts. Modes, which only resets change, and
+parameters stay on it, as do the memory of a law, references and held inputs for a sample or more, above all at a whole
+number.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Fixed = Mapping[str, Fraction]
 
 
 class Modes:
-    """The modes that both versions have, with the numbers that resets and starts assign to them, and the parameters.
+    """Modes and other states with the numbers that resets and starts assign to them, parameters, and held names.
 
     Parameters
     ----------
@@ -55,13 +56,17 @@ class Modes:
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
         """Modes that a reset sets to an expression, such as 1 - mode."""
-        for item in (*versions.olds, *versions.news) if self._values else ():
+        self._starts: dict[str, set[Fraction]] = {}
+        """Numbers at which the other states start, with the defaults of their parameters."""
+        for item in (*versions.olds, *versions.news):
+            if item.row.kind not in ("initial", "reset"):
+                continue
             name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
             name = versions.renamed.get(name, name)
             value = versions.pool.constant(item.root)
-            if item.row.kind not in ("initial", "reset") or name not in self._values:
-                continue
-            if value is not None:
+            if name not in self._values:
+                self._starts.setdefault(name, set()).update(self._default(item.root) if value is None else {value})
+            elif value is not None:
                 self._values[name].add(value)
             elif item.row.kind == "reset":
                 self._open.add(name)
@@ -91,8 +96,16 @@ class Modes:
     def _on_threshold(self, name: str, value: Fraction) -> Verdict:
         if name in self._open:
             return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
+        if name in self._starts:
+            return Verdict(None, f"they differ at {name} = {value}, where it starts and may rest")
         usual = self._judge.sampler.names[name][2] == value
         return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
+
+    def _default(self, root: int) -> set[Fraction]:
+        """Return the default of a parameter alone, or nothing."""
+        operation, *operands = self._pool.nodes[root]
+        default = self._judge.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
+        return set() if default is None else {Fraction(default)}
 
     def _joint(self, names: list[str]) -> Iterator[Fixed]:
         """Yield the numbers that modes are set to: each one's alone, and joint ones if there are few."""
@@ -113,13 +126,15 @@ class Modes:
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
         """Return the numbers to look at of a name that is no mode with known numbers: thresholds of the texts."""
-        if name not in self._open and not self._is_parameter(name) and not self._is_held(name):
+        starts = self._starts.get(name)
+        if not starts and name not in self._open and not self._is_parameter(name) and not self._is_held(name):
             return set()
         own = [node for node in jumps if name in self._free.free(node)]
         texts = {self._pool.constant(node) for jump in own for node in reached(self._pool.nodes, [jump])} - {None}
         whole = _WHOLE if any(self._pool.nodes[node][0] not in COMPARISONS for node in own) else ()
         places = {self._threshold(name, node, fixed) for node in own} - {None}
         candidates = {*texts, *places, *whole} - self._values.get(name, set())
+        candidates = candidates & starts if starts else candidates
         return {value for value in candidates if value is not None and self._may_be(name, value)}
 
     def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:

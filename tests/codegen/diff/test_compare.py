@@ -217,6 +217,16 @@ def test_what_has_a_value_where_an_undecided_definition_has_one_is_undecided_too
     assert verdicts(comparison) == {"s": Fate.UNDECIDED, "f": Fate.UNDECIDED}
 
 
+@pytest.mark.parametrize("user", ["s*w", "w*s + s*z - z*s"])
+def test_what_an_undecided_definition_is_used_for_is_undecided(user):
+    """And changed where another definition is."""
+    old, new = (f"s = Piecewise(({value}, erf(x) > 2), (z, True))\nq = s + 1\n" for value in ("y", "w"))
+    comparison = compare(document(f"{old}f: q*w + s"), document(f"{new}f: q*w + {user} - s*w + s"))
+    assert set(verdicts(comparison).values()) == {Fate.UNDECIDED}
+    changed = compare(document(f"{old}r = y*z\nf: q*w + r"), document(f"{new}r = 2*y*z\nf: q*w + r"))
+    assert verdicts(changed)["f"] is Fate.INHERITED
+
+
 @pytest.mark.parametrize(
     ("kind", "number", "title", "latex", "short", "apart"),
     [

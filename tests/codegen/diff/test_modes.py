@@ -142,6 +142,14 @@ def test_what_no_number_of_the_mode_tells_apart_keeps_its_verdict(old, new):
     assert before is plain
 
 
-def test_of_a_state_that_moves_a_single_point_is_ignored():
-    old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
+def test_of_a_state_that_moves_a_point_where_it_does_not_start_is_ignored():
+    old, new = (modal(piecewise(f"k, z {sign} 3"), "x") for sign in (">", ">="))
     assert not compare(old, new).differs
+
+
+def test_where_a_state_starts_it_may_rest():
+    """As a wheel without friction at rest does."""
+    old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
+    change = compare(old, new)["v'"]
+    assert change.verdict is Fate.UNDECIDED
+    assert "they differ at z = 0, where it starts and may rest" in change.how
