@@ -185,6 +185,7 @@ def test_doctor_names_what_is_there():
     assert "C compiler" in done.stdout
 
 
+@pytest.mark.soak
 def test_generate_writes_a_variant_that_runs(tmp_path):
     root = Path(mehvar.__file__).parents[1]
     target = tmp_path / "general"
