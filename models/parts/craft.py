@@ -29,7 +29,7 @@ from .values import Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
-"""Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
+"""Accelerations of the hub that are solved for. The parts determine that of O where only the attitude is a state."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 
@@ -359,7 +359,7 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
-    """Return groups whose quantities tell which of several equal parts each is of, so that code can loop over these.
+    """Return groups whose quantities name their family and member, so that code can loop over equal parts.
 
     Parts are equal where they are of one class and have quantities of the same names.
     """
