@@ -65,7 +65,7 @@ campaign-mutants:
 	$(BIN)/python -m tests.mutants $(if $(MINUTES),--minutes $(MINUTES))
 
 campaign-peers:
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy polars twine
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy polars spiceypy twine
 	$(BIN)/pytest -m peers
 
 # without constraints.txt, as `validate`

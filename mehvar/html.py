@@ -56,6 +56,13 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
     **content
         What it is about.
     """
+    text = _environment(frozenset(filters.items())).get_template(template).render(content)
+    return text.replace(_FONT_PLACE, _formula_font(text), 1)
+
+
+@functools.lru_cache(maxsize=8)
+def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.Environment:
+    """Return the environment of some filters, which keeps what it has compiled: compiling takes longer than filling."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
         autoescape=True,
@@ -64,9 +71,8 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
         lstrip_blocks=True,
         finalize=_shown,
     )
-    environment.filters |= {"mathml": typeset, "words": typeset_within, **filters}
-    text = environment.get_template(template).render(content)
-    return text.replace(_FONT_PLACE, _formula_font(text), 1)
+    environment.filters |= {"mathml": typeset, "words": typeset_within, **dict(filters)}
+    return environment
 
 
 def _formula_font(text: str) -> str:

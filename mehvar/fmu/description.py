@@ -65,8 +65,7 @@ def _interface(root: Element, subject: Subject, two: bool, interface: Interface,
         ("canGetAndSetFMUstate", "canSerializeFMUstate") if two else ("canGetAndSetFMUState", "canSerializeFMUState")
     )
     about = {"modelIdentifier": name, **dict.fromkeys(store, "true")}
-    if subject.jacobians:
-        about["providesDirectionalDerivative" if two else "providesDirectionalDerivatives"] = "true"
+    about["providesDirectionalDerivative" if two else "providesDirectionalDerivatives"] = "true"
     if interface == "me" and not two and (subject.groups["M"] or subject.groups["G"]):
         about["needsCompletedIntegratorStep"] = "true"  # which is the default of FMI 2.0
     if interface == "cs":

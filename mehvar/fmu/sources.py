@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from mehvar.base.manifest import file_of
+from mehvar.base.manifest import Manifest, file_of
 from mehvar.base.names import identifier
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
@@ -14,13 +14,21 @@ from .conditions import refusals
 from .variables import KINDS, NO_LAW, Subject
 
 _GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M", "G")
-UNITS = ("unit.c", "jacobians.c")
+UNITS = ("unit.c", "tangents.c")
 """The files that are compiled."""
 _UNOPTIMISED = (
     '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
 )
-"""For the derivatives, which are long and rarely called: compile time matters more than run time."""
-_CLASSES = {"parameter": "p", "input": "i", "state": "s", "time": "t"}
+"""For the derivatives, which are rarely called: compile time matters more than run time."""
+_CLASSES = {
+    "parameter": "p",
+    "input": "i",
+    "state": "s",
+    "time": "t",
+    "derivative": "d",
+    "output": "o",
+    "discrete": "o",
+}
 
 
 def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
@@ -36,12 +44,11 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
         What an importer proves with that description and binary belong together.
     """
     manifest = subject.model.manifest
-    files = sorted({function.file for function in subject.jacobians})
-    names = (f"{manifest.model}.h", file_of(manifest.model, ""), *files)
+    names = (f"{manifest.model}.h", file_of(manifest.model, ""))
     generated = {name: generated_text(manifest, name) for name in names}
     adapter = f"fmi{version[0]}.c"
     units = [file_of(manifest.model, ""), "tableaux.c", adapter]
-    native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/*.h", "fmu/core.h")
+    native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/*.h", "fmu/*.h")
     standard = native_sources(f"fmu/{adapter}", f"fmu/fmi/fmi{version[0]}*.h")
     return {
         **native_headers(),
@@ -49,9 +56,18 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
         **standard,
         **generated,
         "fmu_model.h": _header(subject, token),
+        "fmu_refusals.h": "\n".join(refusals(subject)) + "\n",
         "unit.c": "".join(f'#include "{name}"\n' for name in units),
-        "jacobians.c": _UNOPTIMISED + "".join(f'#include "{name}"\n' for name in files),
+        "tangents.c": _UNOPTIMISED + _tangents(manifest),
     }
+
+
+def _tangents(manifest: Manifest) -> str:
+    """Return the text that compiles the generated functions for dual numbers, under other names than for plain ones."""
+    own = [f.name for f in manifest.functions.values() if f.file == file_of(manifest.model, "")]
+    names = [f"{identifier(manifest.model)}_{identifier(name)}" for name in own]
+    units = ("dual.h", file_of(manifest.model, ""), "tangents.h")
+    return "".join((*(f"#define {name} {name}_dual\n" for name in names), *(f'#include "{unit}"\n' for unit in units)))
 
 
 def _header(subject: Subject, token: str) -> str:
@@ -84,16 +100,15 @@ def _header(subject: Subject, token: str) -> str:
         defines["FMU_PERIOD"] = names.index(subject.law.period)
     start = ", ".join(repr(v.start) for v in subject.variables)
     classes = "".join(_CLASSES.get(v.role, "-") for v in subject.variables)
-    lines = ["#include <stdio.h>", "", f'#include "{manifest.model}.h"', ""]
+    lines = [f'#include "{manifest.model}.h"', ""]
     lines += [f"#define {name} {value}" for name, value in defines.items()]
-    lines += [f"#define FMU_MODEL(m) {_assignments(subject)}", *_jacobians(subject)]
+    lines += [f"#define FMU_MODEL(m) {_assignments(subject)}"]
     if subject.law and subject.law.memory:
         call = _symbol(subject, f"{identifier(subject.law.name)}_start")
         lines.append(f"#define FMU_START(x, r, p, c, z) {call}(x, r, p, c, z)")
     events = ", ".join(str(number) for event in subject.events for number in event.numbers)
     lines += ["", f"static const int32_t fmu_events[] = {{{events or 0}}};"]
     lines += [f"static const double fmu_start[] = {{{start}}};", f'static const char fmu_class[] = "{classes}";']
-    lines += ["", *refusals(subject)]
     return "\n".join(lines) + "\n"
 
 
@@ -112,15 +127,3 @@ def _assignments(subject: Subject) -> str:
     names = {field: _symbol(subject, f.name) for field, f in functions.items() if field not in (*given, *plant)}
     names |= {"law": "fmu_input"} if subject.law is None else {}
     return ", ".join(f"(m)->{field} = {name}" for field, name in names.items())
-
-
-def _jacobians(subject: Subject) -> list[str]:
-    """Return the definition of the macro that evaluates the Jacobians of a plant, where it has them all."""
-    fields = {"jac_x": "d", "jac_u": "d", "jac_p": "d", "outputs_jac": "y", "outputs_jac_p": "y"}
-    calls = []
-    for function in subject.jacobians:
-        by = {"J": function.name.rpartition("_")[2], "J_x": "x", "J_u": "u", "J_r": "r", "J_p": "p"}
-        results = [f"(j)->{fields[function.name]}_{by[result.name]}" for result in function.results]
-        arguments = ", ".join([*(a.name for a in function.arguments), *results])
-        calls.append(f"{_symbol(subject, function.name)}({arguments})")
-    return [f"#define FMU_JACOBIANS(x, u, r, p, j) {', '.join(calls)}"] if calls else []

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mehvar.base.capabilities import Place, refuse
-from mehvar.base.manifest import OPEN_LOOP, Controller, Event, Function, Parameter, Quantity
+from mehvar.base.manifest import OPEN_LOOP, Controller, Event, Parameter, Quantity
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve
@@ -77,20 +77,6 @@ class Subject:
     duration: float
     step: float
     s: FloatArray
-
-    @property
-    def jacobians(self) -> tuple[Function, ...]:
-        """The generated functions for directional derivatives; empty unless every derivative has one.
-
-        Those of a loop by the parameters, and of its outputs, are not generated.
-        """
-        functions, manifest = self.model.manifest.functions, self.model.manifest
-        by = {"x": True, "u": bool(manifest.inputs), "p": bool(manifest.parameters)}
-        names = [f"jac_{name}" for name, there in by.items() if there]
-        if manifest.outputs:
-            names += ["outputs_jac", *(["outputs_jac_p"] if manifest.parameters else [])]
-        complete = self.kind == "plant" and all(name in functions for name in names)
-        return tuple(functions[name] for name in names) if complete else ()
 
     @property
     def events(self) -> tuple[Event, ...]:

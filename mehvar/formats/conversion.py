@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import re
@@ -19,14 +18,22 @@ from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
-from mehvar.runtime.run.formats import checked_format, columnar, open_result, save
+from mehvar.runtime.run.formats import checked_format, columnar, matlab5, matlab_values, open_result, save
+
+from .attitude import ORIGIN, attitude, kernel, message
+from .matlab import matlab73
 
 if TYPE_CHECKING:
     import pyarrow
     import xarray
 
-ENDINGS = {"parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat"}
-"""The file names' endings by the word that `--to` takes."""
+ENDINGS = {
+    "parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat", "mat73": ".mat",
+    "aem": ".aem", "ck": ".bc",
+}  # fmt: skip
+"""The file names' endings by the word that `--to` takes; of two words for one, an ending stands for the first."""
+_MATLAB = {"mat": matlab5, "mat73": matlab73}
+_ATTITUDES = {"aem": message, "ck": kernel}
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Conversion:
-    """Files of a conversion, and a note about the runs that are not in them, which is empty if all are."""
+    """Files of a conversion, and a note about missing runs; it is empty if none is missing."""
 
     paths: list[Path]
     note: str = ""
@@ -63,14 +70,20 @@ def format_of(out: str | os.PathLike[str]) -> str:
     InputError
         For another ending.
     """
-    formats = {ending: name for name, ending in ENDINGS.items()}
     ending = Path(out).suffix.lower()
-    if ending not in formats:
-        raise bad_value("out", os.fspath(out), f"a file name that ends in one of {', '.join(formats)}")
-    return formats[ending]
+    for name, own in ENDINGS.items():
+        if own == ending:
+            return name
+    allowed = ", ".join(dict.fromkeys(ENDINGS.values()))
+    raise bad_value("out", os.fspath(out), f"a file name that ends in one of {allowed}")
 
 
-def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> Conversion:
+def convert(
+    source: str | os.PathLike[str],
+    to: str,
+    out: str | os.PathLike[str],
+    about: Mapping[str, str] | None = None,
+) -> Conversion:
     """Write a result or a batch in another format.
 
     In a flat format, `parquet`, `arrow` or `csv`, a batch is a table with a row for each run. Its series, if any, are a
@@ -83,9 +96,12 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
     source : path
         A result file (`.nc`) or the folder of a batch.
     to : str
-        "parquet", "arrow", "netcdf", "csv" or "mat".
+        "parquet", "arrow", "netcdf", "csv", "mat" (version 5 of MATLAB) or "mat73" (7.3, for arrays of 2 GB and more);
+        of the attitude of a run "aem" (CCSDS) or "ck" (SPICE).
     out : path
         The file to write.
+    about : mapping of str to str, optional
+        Of an attitude its variables, frames and epoch, by the names of `attitude.NAMES`.
 
     Returns
     -------
@@ -104,22 +120,31 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
     target = Path(out)
     if target.suffix.lower() != ENDINGS[to]:
         raise bad_value("out", os.fspath(out), f"a file name that ends in {ENDINGS[to]}")
-    checked_format(target)
+    if about and to not in _ATTITUDES:
+        raise bad_value("to", to, f"one of {', '.join(_ATTITUDES)} with {ORIGIN}")
+    if to not in _ATTITUDES:
+        checked_format(target)
     if Path(source).resolve() in target.resolve().parents:
         raise bad_value("out", os.fspath(out), f"a file outside the batch {os.fspath(source)}, whose folder is its own")
     check_file(target)
     if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
         result = open_result(source)
-        if to in ("netcdf", "mat"):
+        if to in _ATTITUDES:
+            write_atomic(target, _ATTITUDES[to](attitude(result, to, about or {})))
+        elif to in _MATLAB:
+            write_atomic(target, _MATLAB[to](matlab_values(result)))
+        elif to == "netcdf":
             save(result, target)
         else:
             _write_table(target, _series_of_a_run(result), result)
         return Conversion([target])
     from mehvar.runtime.batch.store.store import open_store
 
+    if to in _ATTITUDES:
+        raise bad_value("source", os.fspath(source), f"a result (.nc) of one run for {to}, not a batch")
     dataset, note = _stored(open_store(source).dataset().load())
-    if to in ("netcdf", "mat"):
-        write_atomic(target, _netcdf(dataset) if to == "netcdf" else _matlab(dataset))
+    if to in ("netcdf", *_MATLAB):
+        write_atomic(target, _netcdf(dataset) if to == "netcdf" else _MATLAB[to](_matlab_values(dataset)))
         return Conversion([target], note)
     _write_table(target, _row_per_run(dataset), dataset)
     series = _row_per_sample(dataset)
@@ -131,7 +156,7 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
 
 
 def _stored(dataset: xarray.Dataset) -> tuple[xarray.Dataset, str]:
-    """Return the runs of a batch that were made, under their numbers, and a note about the others."""
+    """Return the computed runs of a batch by number, and a note about the missing ones."""
     planned = dataset.sizes["run"]
     stored = np.flatnonzero(dataset[STATUS].values != NOT_RUN)
     if not stored.size:
@@ -179,7 +204,7 @@ def _column(array: xarray.DataArray) -> Column:
 
 
 def _units(dataset: xarray.Dataset) -> dict[str, str]:
-    """Return the unit of every variable that a batch sums up, which is in the model: none unless that is here."""
+    """Return the unit of every summarised variable, from the model; nothing if the model is not available."""
     name = dataset.attrs["model"]
     if name not in known_models():
         return {}
@@ -226,15 +251,11 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
     return bytes(plain.assign_attrs({n: _text(v) for n, v in dataset.attrs.items()}).to_netcdf(engine="h5netcdf"))
 
 
-def _matlab(dataset: xarray.Dataset) -> bytes:
-    from scipy.io import savemat
-
+def _matlab_values(dataset: xarray.Dataset) -> dict[str, Any]:
     values = {str(name): array.values for name, array in dataset.variables.items() if array.dtype.kind in "fiu"}
     units = {name: dataset[name].attrs["units"] for name in values if "units" in dataset[name].attrs}
     names = {str(n): [str(v) for v in c.values] for n, c in dataset.coords.items() if c.dtype.kind not in "fiu"}
-    content = io.BytesIO()
-    savemat(content, {**values, "units": units, "names": names}, oned_as="column", long_field_names=True)
-    return content.getvalue()
+    return {**values, "units": units, "names": names}
 
 
 def _text(value: object) -> str:

@@ -31,6 +31,8 @@ _END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3":
 """Positions of the end-of-file address in HDF5 files, by the version of the superblock (the first block)."""
 _MATLAB_HEADER = 116
 """Bytes of free text at the start of a MAT-file."""
+_MATLAB_BYTES = 2**31
+"""Bytes that no variable of version 5 reaches."""
 _MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 _NUMBERS = "biuf"
 """NumPy kinds of real numbers."""
@@ -203,9 +205,8 @@ def columnar(table: pyarrow.Table, ending: str) -> bytes:
     return content.getvalue()
 
 
-def _matlab(dataset: xarray.Dataset) -> bytes:
-    from scipy.io import savemat
-
+def matlab_values(dataset: xarray.Dataset) -> dict[str, Any]:
+    """Return what a MAT-file of a run holds by name."""
     series = _series(dataset)
     columns = {**_columns(series), **_metrics(dataset)}
     about = {
@@ -217,9 +218,18 @@ def _matlab(dataset: xarray.Dataset) -> bytes:
             if not _MATLAB_NAME.fullmatch(name) or (names is columns and name in about):
                 allowed = "a name for MATLAB, of up to 63 letters, digits and underscores of ASCII"
                 raise bad_value(kind, name, f"{allowed}, and neither of {', '.join(about)}; take .nc")
+    return {**{name: array.values for name, array in columns.items()}, **about}
+
+
+def matlab5(values: Mapping[str, Any]) -> bytes:
+    """Return a MAT-file of version 5, or raise InputError for what that cannot hold."""
+    from scipy.io import savemat
+
+    for name, value in values.items():
+        if getattr(value, "nbytes", 0) >= _MATLAB_BYTES:
+            raise bad_value("variable", name, "smaller than 2 GB in MATLAB 5; take mehvar convert --to mat73, or .nc")
     content = io.BytesIO()
-    values = {name: array.values for name, array in columns.items()}
-    savemat(content, {**values, **about}, oned_as="column", long_field_names=True)
+    savemat(content, dict(values), oned_as="column", long_field_names=True)
     header = b"MATLAB 5.0 MAT-file, written by mehvar".ljust(_MATLAB_HEADER)  # SciPy's contains the time of day
     return header + content.getvalue()[_MATLAB_HEADER:]
 
@@ -229,7 +239,7 @@ _FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
     ".csv": _csv,
     ".parquet": lambda dataset: columnar(_arrow_table(dataset), ".parquet"),
     ".arrow": lambda dataset: columnar(_arrow_table(dataset), ".arrow"),
-    ".mat": _matlab,
+    ".mat": lambda dataset: matlab5(matlab_values(dataset)),
 }
 ENDINGS = tuple(_FORMATS)
 """Endings of result files."""

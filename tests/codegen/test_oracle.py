@@ -33,7 +33,7 @@ CASES = [
     pytest.param(("triangle", {}), marks=pytest.mark.soak),
     ("triangle", {"masses": "general"}),
     pytest.param(("satellite", {}), marks=pytest.mark.soak),
-    ("satellite", {"chart": "quaternion"}),
+    pytest.param(("satellite", {"chart": "quaternion"}), marks=pytest.mark.soak),
     pytest.param(("slosh", {}), marks=pytest.mark.soak),
     pytest.param(("slosh", {"inertia": "hinge"}), marks=pytest.mark.soak),
     pytest.param(("slosh", {"inertia": "ball", "attitude": "quaternion"}), marks=pytest.mark.soak),

@@ -272,6 +272,7 @@ def test_an_impact_leaves_its_part_of_the_energy(folders):
         ("cubli", "{X.rate: NONE, X.phase: NONE}", "{X.phase: NONE}", "rate+"),
     ],
 )
+@pytest.mark.share(3)
 def test_a_diff_shows_an_edited_guard_and_an_edited_reset(folders, name, old, new, row):
     checks.command_shows(folders[name], old, new, row)
 

@@ -97,6 +97,7 @@ def test_gates(folder):
     assert max(gates([energy], Machine(checks.system_of(folder), {})).values()) < 1e-9
 
 
+@pytest.mark.soak
 def test_the_rest(folder, tmp_path):
     checks.backends_agree(folder, "damp", "eta_2", 1e-8)
     checks.runs_repeat(folder, ("damp",), {"I_1_2": "normal(-4, 1)", "delta_3_1": "uniform(3, 4.5)"}, tmp_path)

@@ -48,6 +48,7 @@ def test_commands(place: Path) -> None:
     sound(campaign.commands(3, 150, place, campaign.in_process), "simulate 2", "batch 2")
 
 
+@pytest.mark.soak
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     journal = tmp_path / "journal.jsonl"
     for sum_of_it in ("commands, seed 6: 5, of these",) * 2:

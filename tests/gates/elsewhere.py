@@ -3,29 +3,37 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 FOLDER = "my محور work"
 NAMED_ALIKE = ("models", "runtime", "codegen", "generated", "papers")
-STEPS: tuple[tuple[str, int], ...] = (  # command and exit status
+ALONE: tuple[tuple[str, int], ...] = (
     ("mehvar --version", 0),
     ("mehvar list", 0),
-    ("mehvar show triangle", 0),
-    ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
     ("python -m mehvar list", 0),
-    ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary m1=uniform(0.9,1.1) --out runs.zarr", 2),
+)
+"""Commands as processes of their own, and their exit status."""
+STEPS: tuple[tuple[str, int], ...] = (
+    ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
     ("mehvar stats runs.zarr", 0),
+    ("mehvar generate triangle --structure masses=general --out general", 0),
+    ("mehvar new wheel", 0),
+)
+FURTHER: tuple[tuple[str, int], ...] = (
+    ("mehvar show triangle", 0),
+    ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary m1=uniform(0.9,1.1) --out runs.zarr", 2),
     ("mehvar simulate --from runs.zarr --run 7", 0),
     ("mehvar simulate triangle --controller path --t-end 1 --set backend=casadi", 0),
-    ("mehvar generate triangle --structure masses=general --out general", 0),
     ("mehvar diff general general", 0),
     ("mehvar diff --paper", 2),
     ("mehvar reproduce", 2),
-    ("mehvar new wheel", 0),
 )
+"""Steps through files that those of `STEPS` have gone through."""
 OWN: tuple[tuple[str, int], ...] = (
     ("mehvar generate --check", 0),
     ("mehvar generate", 0),
@@ -34,8 +42,34 @@ OWN: tuple[tuple[str, int], ...] = (
 )
 
 
-def walk(programs: Path, place: Path) -> list[str]:
-    """Run all steps with the programs of an environment; return what went wrong."""
+PROGRAM = """
+import importlib, json, os, sys, tempfile
+for name in ("casadi", "pandas", "pydantic", "rich.console", "scipy.integrate", "sympy", "xarray", "zarr"):
+    importlib.import_module(name)
+answers = []
+for words, place in json.load(sys.stdin):
+    said = tempfile.TemporaryFile()
+    if not (child := os.fork()):
+        break
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    said.seek(0)
+    answers.append((status, said.read().decode(errors="replace")))
+else:
+    print(json.dumps(answers))
+    sys.exit()
+os.chdir(place)
+os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+os.dup2(said.fileno(), 1)
+os.dup2(said.fileno(), 2)
+sys.argv, sys.path = words, [folder for folder in sys.path if folder]
+from mehvar.__main__ import main
+main()
+"""
+"""Each command as a fork of a process that has imported the libraries: a second each."""
+
+
+def walk(programs: Path, place: Path, further: Sequence[tuple[str, int]] = FURTHER) -> list[str]:
+    """Run steps with the programs of an environment; return what went wrong."""
     folder = place / FOLDER
     for name in NAMED_ALIKE:
         (folder / name).mkdir(parents=True)
@@ -43,14 +77,24 @@ def walk(programs: Path, place: Path) -> list[str]:
     home = place / "home"
     home.mkdir()
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "MEHVAR", "XDG"))}
-    kept["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")  # the libraries' own folders may be read-only
+    # the libraries' own folders may be read-only
+    kept["PYTHONPYCACHEPREFIX"] = os.environ.get("PYTHONPYCACHEPREFIX") or str(home / "bytecode")
     environment = {**kept, "HOME": str(home), "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
-    wrong = []
-    for steps, where in ((STEPS, folder), (OWN, folder / "wheel")):
-        for command, status in steps:
-            done = subprocess.run(
-                command.split(), cwd=where, env=environment, capture_output=True, text=True, check=False, timeout=300
-            )
-            if done.returncode != status or "Traceback" in done.stderr:
-                wrong.append(f"{command}: exit {done.returncode}, not {status}\n{done.stdout}{done.stderr}")
-    return wrong
+
+    def done(words: list[str], text: str = "") -> tuple[int, str]:
+        run = subprocess.run(
+            words, cwd=folder, env=environment, input=text, capture_output=True, text=True, check=False, timeout=900
+        )
+        return run.returncode, run.stdout + run.stderr
+
+    alone = [done(command.split()) for command, _ in ALONE]
+    here = (*STEPS, *further)
+    steps = [*((command, folder) for command, _ in here), *((command, folder / "wheel") for command, _ in OWN)]
+    status, text = done(["python", "-c", PROGRAM], json.dumps([(words.split(), str(at)) for words, at in steps]))
+    if status:
+        return [text]
+    return [
+        f"{command}: exit {status}, not {wanted}\n{text}"
+        for (command, wanted), (status, text) in zip((*ALONE, *here, *OWN), (*alone, *json.loads(text)), strict=True)
+        if status != wanted or "Traceback" in text
+    ]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.gates.elsewhere import walk
+from tests.gates.elsewhere import FURTHER, walk
 
 ROOT = Path(__file__).parents[2]
 
@@ -70,5 +70,6 @@ def test_the_package_index_would_take_it(wheel):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_everything_works_from_another_folder(programs, tmp_path):
-    assert walk(programs, tmp_path) == []
+@pytest.mark.parametrize("further", [(), pytest.param(FURTHER, marks=pytest.mark.soak)], ids=["some", "all"])
+def test_everything_works_from_another_folder(programs, tmp_path, further):
+    assert walk(programs, tmp_path, further) == []

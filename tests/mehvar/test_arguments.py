@@ -247,11 +247,21 @@ def method(name: str) -> Callable[..., object]:
     return getattr(getattr(mehvar, part), own)
 
 
-@pytest.mark.parametrize("name", CALLS)
-def test_a_value_of_any_kind_is_taken_or_refused_by_name(name, tmp_path, monkeypatch):
+SLOW = ("batch", "build", "diff", "export_fmu", "fit", "tune")
+"""Functions of which the suite gives an argument every fourth value, each argument others; soak gives all."""
+
+
+@pytest.mark.parametrize(
+    ("name", "every"),
+    [
+        *((name, 4 if name in SLOW else 1) for name in CALLS),
+        *(pytest.param(name, 1, marks=pytest.mark.soak) for name in SLOW),
+    ],
+)
+def test_a_value_of_any_kind_is_taken_or_refused_by_name(name, every, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     call, arguments = CALLS[name]
-    try_all(name, call, arguments, {*arguments, *FREE.get(name, ())})
+    try_all(name, call, arguments, {*arguments, *FREE.get(name, ())}, every)
 
 
 @pytest.mark.parametrize("name", MORE)
@@ -260,10 +270,10 @@ def test_so_it_is_in_calls_of_other_kinds(name, tmp_path, monkeypatch):
     try_all(name, *MORE[name])
 
 
-def try_all(name: str, call: Callable[..., object], arguments: dict[str, Any], tried: set[str]) -> None:
-    """Give each of these arguments every value, beside the others."""
-    for argument in sorted(tried):
-        for label, value in ODD.items():
+def try_all(name: str, call: Callable[..., object], arguments: dict[str, Any], tried: set[str], every: int = 1) -> None:
+    """Give each of these arguments every value, or every n-th, beside the others."""
+    for place, argument in enumerate(sorted(tried)):
+        for label, value in [*ODD.items()][place % every :: every]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 try:

@@ -26,6 +26,7 @@ from mehvar import runtime
 from mehvar.base.errors import InputError
 from mehvar.cli import app
 from mehvar.cli.board import evidence, flash, report
+from mehvar.fmu import export
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.board.run import BoardRequest
@@ -170,6 +171,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
         "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
+        "about": (CONVERT, (*CONVERT, "--attitude", "epoch=2026-01-01T00:00:00")),
     },
     "report": {
         "subject": (("report", "none"), ("report", "nil")),
@@ -394,7 +396,7 @@ def _told(model: runtime.Model, request: BoardRequest) -> NoReturn:
 
 
 @pytest.mark.parametrize(("command", "name"), ROWS, ids=lambda text: text)
-def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, monkeypatch):
+def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, monkeypatch, tmp_path):
     shown = COMMANDS[command][name]
     if isinstance(shown, str):
         path, text = shown.split(": ")
@@ -405,6 +407,12 @@ def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, mon
     monkeypatch.setattr(report, "outcome_of", _told)
     monkeypatch.setattr(evidence, "findings", lambda _: Counter())  # MISRA's addon takes seconds: test_evidence.py
     monkeypatch.setattr(flash, "shutil", SimpleNamespace(which=lambda _: None))
+
+    def text_of(_: str, sources: Mapping[str, str], *__: object) -> Path:
+        (library := tmp_path / "library").write_text(repr(sorted(sources.items())), encoding="utf-8")
+        return library
+
+    monkeypatch.setattr(export, "compiled", text_of)  # tests/mehvar/fmu compiles units
     one, other = shown
     assert repeated(one, place) != outcome(other, place)
 

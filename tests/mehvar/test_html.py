@@ -6,6 +6,7 @@ import builtins
 import io
 import re
 
+import jinja2
 import pytest
 from fontTools.ttLib import TTFont
 
@@ -42,7 +43,17 @@ def test_without_font_tools_the_whole_font_is_embedded(monkeypatch):
     assert html._font.__wrapped__(frozenset("x")) == html._FONT.read_bytes()
 
 
+def test_a_template_is_compiled_once_for_the_filters_of_a_page(tmp_path, monkeypatch):
+    (tmp_path / "page.j2").write_text("{{ 'x' | mark }}", encoding="utf-8")
+    monkeypatch.setattr(html, "_TEMPLATES", tmp_path)
+    plain, compiled = jinja2.Environment.compile, []
+    monkeypatch.setattr(jinja2.Environment, "compile", lambda *given: compiled.append(given[2]) or plain(*given))
+    assert [html.page("page.j2", {"mark": mark}) for mark in (str.upper, len, len)] == ["X", "1", "1"]
+    assert compiled == ["page.j2", "page.j2"]
+
+
 @pytest.mark.parametrize("latex", [r"\Omega_3", "h_i"])
+@pytest.mark.share(2)
 def test_a_subscript_is_lowered(latex, tmp_path):
     (tmp_path / "page.html").write_text(styled(str(typeset(latex))), encoding="utf-8")
     with chromium(tmp_path) as browser:

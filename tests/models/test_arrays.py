@@ -101,7 +101,7 @@ def test_tables_against_scipy(case, backend):
     assert np.isfinite(model.functions["jac_p"]([2.7], [0.0], p)).all()  # between equal values too
 
 
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_runs_and_lanes_through_tables(case, tmp_path):
     from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
     from mehvar.runtime.batch.store.store import open_store

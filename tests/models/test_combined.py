@@ -120,7 +120,7 @@ def laws_of(part):
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_events_beside(tmp_path, name):
     part = SYSTEMS[name]
     folder = folder_of(tmp_path, **part)

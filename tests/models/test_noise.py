@@ -61,6 +61,7 @@ def ends(folder, tmp_path_factory):
 
 
 @pytest.mark.parametrize(("method", "order"), [("euler", 0.5), ("platen", 1.0)])
+@pytest.mark.share(2)
 def test_strong_order(ends, method, order):
     """Of X(1) = exp(m - (a^2 + b^2)/2 + a W1 + b W2), with the increments of each run."""
     sizes = np.array([2.0**-k for k in (3, 4, 5, 6)])

@@ -16,14 +16,17 @@ from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import judge, missing
 from tests.derived import REPRODUCED, system
-from tests.papers.shared import paper_claims, paper_runs
+from tests.papers.shared import HEAVY, paper_claims, paper_runs
 from tests.papers.words import silent, wrong_words
 
 QUICK = [name if name == "slosh" else pytest.param(name, marks=pytest.mark.soak) for name in REPRODUCED]
 """Models whose claims are decided anew in seconds; those of the others take ten and more."""
 
 
-@pytest.fixture(scope="module", params=REPRODUCED)
+EVERY = [pytest.param(name, marks=pytest.mark.soak) if name == HEAVY else name for name in REPRODUCED]
+
+
+@pytest.fixture(scope="module", params=EVERY)
 def model(request: pytest.FixtureRequest) -> str:
     name: str = request.param
     return name

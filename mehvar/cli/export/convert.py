@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mehvar.formats.conversion import ENDINGS, convert, format_of
+from mehvar.settings import read_settings
 from mehvar.terminal import working
 
 
@@ -18,10 +19,18 @@ def command(
         str | None,
         typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(ENDINGS)}; default: by the ending of --out."),
     ] = None,
+    about: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--attitude",
+            metavar="NAME=VALUE",
+            help="Of aem and ck: quaternion, rates, frame_a, frame_b, epoch, ...; repeat as needed.",
+        ),
+    ] = None,
 ) -> None:
     """Write a table, or everything."""
     with working(f"converting {source}"):
-        conversion = convert(source, format_of(out) if to is None else to, out)
+        conversion = convert(source, format_of(out) if to is None else to, out, read_settings(about, "--attitude"))
     for path in conversion.paths:
         typer.echo(f"saved {path}")
     if conversion.note:

@@ -13,9 +13,12 @@
 
 #include "single.c"
 
+#include "values.h"
+
+#include "fmu_refusals.h"
+
 enum fmu_status { FMU_OK, FMU_DISCARD, FMU_ERROR };
 enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZING, FMU_EVENTS, FMU_CONTINUOUS, FMU_STEPPING, FMU_TERMINATED };
-enum fmu_kind { FMU_PLANT, FMU_LOOP, FMU_SAMPLED }; /* the plant alone; under a continuous law; under a sampled one */
 
 #define FMU_TICKS 4097   /* of one period of a sampled law, at most, and one more */
 #define FMU_RELATIVE 1e-9 /* of times that importers add up: far above their rounding, far below any step */
@@ -27,7 +30,7 @@ typedef void fmu_logger(void *instance, const char *message);
 
 typedef struct {
     double v[FMU_VALUES];     /* by value reference */
-    double x[FMU_NX + 1], noise[FMU_NE + 1], z[FMU_NZ + 1];
+    double noise[FMU_NE + 1], z[FMU_NZ + 1];
     double u[FMU_NU + 1];     /* what a sampled law's last evaluation gave, as it is applied */
     double record[1 + FMU_NX + 2 * FMU_NU + FMU_NY + FMU_NZ];
     double t[FMU_TICKS + 2]; /* the last one is the length of a run, which events that stall are measured by */
@@ -46,33 +49,6 @@ typedef struct {
     fmu_logger *log;
 } fmu_instance;
 
-static void fmu_reference(const double *t, const double *p, const double *r_now, double *r)
-{
-    (void)t, (void)p;
-    memcpy(r, r_now, FMU_NR * sizeof(double));
-}
-
-#if FMU_KIND == 0
-static void fmu_input(const double *x, const double *r, const double *p, const double *u_now, double *u)
-{
-    (void)x, (void)r, (void)p;
-    memcpy(u, u_now, FMU_NU * sizeof(double));
-}
-#endif
-
-/* Where guards are at other states. */
-static void fmu_guards(const fmu_instance *i, const double *q, double *g)
-{
-    const mv_model *m = &i->single.model;
-#if FMU_NV > 0 && FMU_KIND == 1
-    m->loop_guards(q, i->v + FMU_V_R, m->p, m->c, g);
-#elif FMU_NV > 0
-    m->guards(q, i->v + FMU_V_U, m->p, g);
-#else
-    (void)m, (void)q, (void)g;
-#endif
-}
-
 static void fmu_happened(mv_journal *journal, double t, int32_t event)
 {
     (void)journal, (void)t, (void)event;
@@ -86,9 +62,7 @@ static void fmu_link(fmu_instance *i)
     double *place = i->record;
     s->schedule.t = i->t;
     s->happened = fmu_happened;
-    m->p = i->v + FMU_V_P;
-    m->c = i->v + (FMU_KIND == 0 ? FMU_V_U : FMU_V_C);
-    m->s = i->v + FMU_V_R;
+    fmu_parameters(m, i->v);
     m->e = i->noise;
     s->q = i->v + FMU_V_Q;
     s->z = i->z;
@@ -104,20 +78,6 @@ static void fmu_link(fmu_instance *i)
         link_loop(&w->loop, s);
         divide(&w->loop, (double *)(w + 1));
     }
-}
-
-/* Sizes and addresses of the model's functions, which are others in each process. */
-static void fmu_functions(mv_model *m)
-{
-    *m = (mv_model){0};
-    m->nq = FMU_NQ, m->nx = FMU_NX, m->nseen = FMU_SEEN, m->nu = FMU_NU, m->nz = FMU_NZ, m->ny = FMU_NY;
-    m->nr = FMU_NR, m->nm = FMU_NM, m->ne = FMU_NE, m->nv = FMU_NV;
-    m->events = fmu_events;
-    m->sampled = FMU_KIND != 1;
-    m->method = FMU_METHOD;
-    m->outputs = FMU_OUTPUTS;
-    m->reference = fmu_reference;
-    FMU_MODEL(m);
 }
 
 static void fmu_reset(fmu_instance *i)
@@ -152,57 +112,14 @@ static enum fmu_status fmu_fail(fmu_instance *i, enum fmu_status status, const c
     return status;
 }
 
-#if FMU_KIND == 2
-/* What a sampled law gives of the values that are there. */
-static void fmu_command(fmu_instance *i, double *u, double *z_next)
-{
-    double *v = i->v, seen[FMU_SEEN], command[FMU_NU + 1];
-    mv_model *m = &i->single.model;
-    if (m->measure) m->measure(v + FMU_V_Q, i->noise, m->p, seen);
-    else memcpy(seen, v + FMU_V_Q, sizeof seen);
-    if (m->law_memory) m->law_memory(seen, v + FMU_V_R, i->u, v + FMU_V_Z, m->p, m->c, command, z_next);
-    else m->law(seen, v + FMU_V_R, m->p, m->c, command);
-    if (m->actuate) m->actuate(v + FMU_V_Q, command, m->p, u);
-    else memcpy(u, command, FMU_NU * sizeof(double));
-}
-#endif
+static int fmu_due(const fmu_instance *i) { return FMU_KIND == 2 && i->due; }
 
-/* The memory of a law at the start. */
-static void fmu_remember(fmu_instance *i)
-{
-#if FMU_KIND == 2 && FMU_NZ > 0
-    FMU_START(i->v + FMU_V_Q, i->v + FMU_V_R, i->single.model.p, i->single.model.c, i->z);
-    memcpy(i->v + FMU_V_Z, i->z, FMU_NZ * sizeof(double));
-#else
-    (void)i;
-#endif
-}
-
-/* Outputs, derivatives and limits of the values that are there; with what a law commands at this instant. */
 static void fmu_evaluate(fmu_instance *i)
 {
-    double *v = i->v;
-    mv_model *m = &i->single.model;
     if (!i->stale) return;
     i->stale = 0;
-    if (i->mode <= FMU_INITIALIZING) fmu_remember(i);
-#if FMU_KIND == 2
-    double z_next[FMU_NZ + 1];
-    if (i->due) fmu_command(i, v + FMU_V_U, z_next);
-#endif
-#if FMU_KIND == 1
-    double u_cmd[FMU_NU + 1];
-    if (m->observe_command) m->observe_command(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, i->x, v + FMU_V_U, u_cmd);
-    else m->observe(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, i->x, v + FMU_V_U);
-    m->loop(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, v + FMU_V_D);
-#else
-    memcpy(i->x, v + FMU_V_Q, FMU_NX * sizeof(double));
-    m->rhs(i->x, v + FMU_V_U, m->p, v + FMU_V_D);
-#endif
-    memcpy(v + FMU_V_X, i->x, FMU_NX * sizeof(double));
-    m->outputs(i->x, v + FMU_V_U, v + FMU_V_R, m->p, v + FMU_V_Y);
-    if (m->limits) m->limits(i->x, v + FMU_V_U, m->p, v + FMU_V_M);
-    fmu_guards(i, v + FMU_V_Q, v + FMU_V_G);
+    if (i->mode <= FMU_INITIALIZING) fmu_remember(&i->single.model, i->v);
+    fmu_follow(&i->single.model, i->v, i->u, fmu_due(i));
 }
 
 #if FMU_KIND == 2
@@ -210,7 +127,7 @@ static void fmu_evaluate(fmu_instance *i)
 static void fmu_sample(fmu_instance *i)
 {
     double *v = i->v, z_next[FMU_NZ + 1];
-    fmu_command(i, v + FMU_V_U, z_next);
+    fmu_command(&i->single.model, v, i->u, v + FMU_V_U, z_next);
     memcpy(v + FMU_V_Z, z_next, FMU_NZ * sizeof(double));
     memcpy(i->u, v + FMU_V_U, FMU_NU * sizeof(double));
     i->due = 0;
@@ -231,7 +148,8 @@ static enum fmu_status fmu_begin(fmu_instance *i)
         if (fmu_class[k] != '-' && !(i->v[k] - i->v[k] == 0))
             return fmu_fail(i, FMU_ERROR, "a parameter, input or start is not a finite number");
     if (fmu_refuses(i->v, as_scenario, text)) return fmu_fail(i, FMU_ERROR, text);
-    fmu_remember(i);
+    fmu_remember(&i->single.model, i->v);
+    memcpy(i->z, i->v + FMU_V_Z, FMU_NZ * sizeof(double));
     i->next_event = i->start;
     i->last_event = -MV_INFINITY;
     i->events = i->watched = i->stalled = 0;
@@ -341,57 +259,27 @@ static enum fmu_status fmu_get(fmu_instance *i, const unsigned *references, size
     return FMU_OK;
 }
 
-#ifdef FMU_JACOBIANS
-/* Of the rates and the outputs, a row for each. */
-typedef struct {
-    double d_x[FMU_NQ * FMU_NQ + 1], d_u[FMU_NQ * FMU_NU + 1], d_p[FMU_NQ * FMU_NP + 1];
-    double y_x[FMU_NY * FMU_NQ + 1], y_u[FMU_NY * FMU_NU + 1], y_r[FMU_NY * FMU_NR + 1], y_p[FMU_NY * FMU_NP + 1];
-} fmu_jacobians;
+/* Of any value of the unit, see tangents.h. */
+void fmu_tangents(const double *v, const double *applied, int due, int starts, const double *along, double *change);
 
-/* Derivatives of rates and outputs along a change of states, inputs and parameters, from the generated Jacobians. */
-static enum fmu_status fmu_directions(fmu_instance *i, const fmu_jacobians *j, const unsigned *unknowns, size_t nu,
-                                      const unsigned *knowns, size_t nk, const double *seed, double *sensitivity)
-{
-    const struct {
-        unsigned first, size;
-        const double *d, *y;
-    } by[] = {
-        {FMU_V_Q, FMU_NQ, j->d_x, j->y_x}, {FMU_V_U, FMU_NU, j->d_u, j->y_u}, {FMU_V_R, FMU_NR, 0, j->y_r},
-        {FMU_V_P, FMU_NP, j->d_p, j->y_p}, {FMU_V_T, 1, 0, 0},
-    };
-    for (size_t a = 0; a < nu; a++) {
-        const int rate = unknowns[a] >= FMU_V_D && unknowns[a] - FMU_V_D < FMU_NQ;
-        const unsigned row = unknowns[a] - (rate ? FMU_V_D : FMU_V_Y);
-        if (!rate && (unknowns[a] < FMU_V_Y || row >= FMU_NY))
-            return fmu_fail(i, FMU_ERROR, "directional derivatives are those of state derivatives and outputs");
-        sensitivity[a] = 0.0;
-        for (size_t b = 0; b < nk; b++) {
-            unsigned k = 0;
-            while (k < sizeof by / sizeof *by && !(knowns[b] >= by[k].first && knowns[b] - by[k].first < by[k].size)) k++;
-            if (k == sizeof by / sizeof *by)
-                return fmu_fail(i, FMU_ERROR, "directional derivatives are by states, inputs and parameters");
-            const double *const matrix = rate ? by[k].d : by[k].y;
-            if (matrix) sensitivity[a] += matrix[row * by[k].size + (knowns[b] - by[k].first)] * seed[b];
-        }
-    }
-    return FMU_OK;
-}
-#endif
-
+/* Derivatives of rates and outputs along a change of states, inputs and parameters. */
 static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns, size_t nu, const unsigned *knowns,
                                        size_t nk, const double *seed, double *sensitivity)
 {
+    double along[FMU_VALUES] = {0}, change[FMU_VALUES];
     if ((nu && !(unknowns && sensitivity)) || (nk && !(knowns && seed))) return fmu_fail(i, FMU_ERROR, FMU_NULL);
-#ifdef FMU_JACOBIANS
-    fmu_jacobians *j = calloc(1, sizeof *j);
-    if (!j) return fmu_fail(i, FMU_ERROR, "no memory");
-    FMU_JACOBIANS(i->v + FMU_V_Q, i->v + FMU_V_U, i->v + FMU_V_R, i->single.model.p, j);
-    const enum fmu_status status = fmu_directions(i, j, unknowns, nu, knowns, nk, seed, sensitivity);
-    free(j);
-    return status;
-#else
-    return fmu_fail(i, FMU_ERROR, "only the plant alone has directional derivatives");
-#endif
+    for (size_t k = 0; k < nk; k++) {
+        if (knowns[k] >= FMU_VALUES || !strchr("pist", fmu_class[knowns[k]]))
+            return fmu_fail(i, FMU_ERROR, "directional derivatives are by states, inputs and parameters");
+        along[knowns[k]] += seed[k];
+    }
+    for (size_t k = 0; k < nu; k++)
+        if (unknowns[k] >= FMU_VALUES || !strchr("do", fmu_class[unknowns[k]]))
+            return fmu_fail(i, FMU_ERROR, "directional derivatives are those of state derivatives and outputs");
+    fmu_evaluate(i);
+    fmu_tangents(i->v, i->u, fmu_due(i), i->mode <= FMU_INITIALIZING, along, change);
+    for (size_t k = 0; k < nu; k++) sensitivity[k] = change[unknowns[k]];
+    return FMU_OK;
 }
 
 /* A copy of an instance's state into another: what belongs to the environment stays. */
@@ -430,7 +318,7 @@ static void fmu_sides(fmu_instance *i, double *side)
     const double *const v = i->v, *const g = v + FMU_V_G;
     fmu_evaluate(i);
     for (int k = 0; k < FMU_NQ; k++) q[k] = v[FMU_V_Q + k] + PROBE * FMU_STEP * v[FMU_V_D + k];
-    fmu_guards(i, q, ahead);
+    fmu_guards(&i->single.model, v, q, ahead);
     for (int e = 0; e < FMU_NV; e++) {
         i->reach[e] = mv_max(i->reach[e], fabs(g[e]));
         const double at = fabs(g[e]) <= i->zero[e] ? ahead[e] : g[e];
@@ -475,7 +363,7 @@ static void fmu_cross(fmu_instance *i)
         if (FMU_EVENT(e, 2)) i->terminated = 1;
         if (!FMU_EVENT(e, 1)) continue;
         fmu_evaluate(i);
-        i->single.model.resets(i->x, i->v + FMU_V_U, i->single.model.p, &number, x_next);
+        i->single.model.resets(i->v + FMU_V_X, i->v + FMU_V_U, i->single.model.p, &number, x_next);
         memcpy(i->v + FMU_V_Q, x_next, sizeof x_next);
         i->reset = i->stale = 1;
     }

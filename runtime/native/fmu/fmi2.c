@@ -2,8 +2,6 @@
 /* FMI 2.0 for model exchange and co-simulation. */
 #include "fmi2Functions.h"
 
-#include "fmu_model.h"
-
 #include "core.h"
 
 #define INSTANCE fmu_instance *i = (fmu_instance *)c

@@ -3,16 +3,18 @@
 #ifndef MEHVAR_SINGLE_H
 #define MEHVAR_SINGLE_H
 
+#include "mehvar/real.h"
+
 #include "schedule.h"
 
-typedef void mv_1_1(const double *, double *);
-typedef void mv_2_1(const double *, const double *, double *);
-typedef void mv_3_1(const double *, const double *, const double *, double *);
-typedef void mv_4_1(const double *, const double *, const double *, const double *, double *);
-typedef void mv_4_2(const double *, const double *, const double *, const double *, double *, double *);
-typedef void mv_4_3(const double *, const double *, const double *, const double *, double *, double *, double *);
-typedef void mv_6_2(const double *, const double *, const double *, const double *, const double *, const double *,
-                    double *, double *);
+typedef void mv_1_1(const mv_real *, mv_real *);
+typedef void mv_2_1(const mv_real *, const mv_real *, mv_real *);
+typedef void mv_3_1(const mv_real *, const mv_real *, const mv_real *, mv_real *);
+typedef void mv_4_1(const mv_real *, const mv_real *, const mv_real *, const mv_real *, mv_real *);
+typedef void mv_4_2(const mv_real *, const mv_real *, const mv_real *, const mv_real *, mv_real *, mv_real *);
+typedef void mv_4_3(const mv_real *, const mv_real *, const mv_real *, const mv_real *, mv_real *, mv_real *, mv_real *);
+typedef void mv_6_2(const mv_real *, const mv_real *, const mv_real *, const mv_real *, const mv_real *, const mv_real *,
+                    mv_real *, mv_real *);
 
 typedef struct {
     int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
@@ -47,9 +49,9 @@ typedef struct {
     mv_4_1 *loop_guards;      /* q, r, p, c -> g */
     mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
     const int32_t *events;    /* of each its direction, whether it resets, an mv_ends */
-    const double *p, *c, *s;
-    const double *u_own, *z_own; /* what a law elsewhere gave for the sample at hand; null with one of the model */
-    const double *e;          /* ne numbers for each evaluation of the law */
+    const mv_real *p, *c, *s;
+    const mv_real *u_own, *z_own; /* what a law elsewhere gave for the sample at hand; null with one of the model */
+    const mv_real *e;         /* ne numbers for each evaluation of the law */
     uint64_t seed, run;       /* of the noise that is not in e */
 } mv_model;
 

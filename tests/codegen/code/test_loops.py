@@ -105,6 +105,7 @@ def assert_same_bits(functions: Sequence[PrintedFunction], real: str, lanes: int
 
 @pytest.mark.parametrize("odd", [False, True])
 @pytest.mark.parametrize(("real", "lanes"), BUILDS)
+@pytest.mark.share(4)
 def test_loops_have_the_bits_of_statements(real, lanes, odd):
     assert_same_bits(printed([bodies(odd=odd)]), real, lanes)
 

@@ -58,6 +58,7 @@ def test_a_result_may_depend_on_parameters_alone():
 
 
 @pytest.mark.parametrize("model", ["triangle", "slosh", "satellite"])
+@pytest.mark.share(3)
 def test_parts_are_the_function(model):
     """Bit for bit, at random arguments within the bounds of parameters."""
     loaded = load(model, "c")

@@ -25,6 +25,7 @@ from tests.codegen.diff.pairs import SEED, pairs
 @pytest.mark.parametrize(
     "name", [n if n != "six saturations" else pytest.param(n, marks=pytest.mark.soak) for n in SAME]
 )
+@pytest.mark.share(2)
 def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for comparison in (compare(old, new), compare(new, old)):
@@ -106,7 +107,7 @@ NARROW = {
 
 
 @pytest.mark.parametrize("name", NARROW)
-@pytest.mark.share(2)
+@pytest.mark.share(8)
 def test_a_bump_that_no_ordinary_point_meets_is_a_change(name):
     old, new = (document(f"f: {text}") for text in NARROW[name])
     for comparison in (compare(old, new), compare(new, old)):
@@ -202,7 +203,7 @@ OPEN = "windows of two functions at once"
 
 
 @pytest.mark.parametrize("part", range(4))
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_every_sixteenth_pair_has_the_answer_of_a_person(part):
     for pair in pairs()[part::64]:
         given, right = answer(compare(pair.old, pair.new)), "different" if pair.differs else "same"

@@ -31,6 +31,7 @@ def test_a_model_is_the_same_as_itself(model):
     assert not comparison.differs
 
 
+@pytest.mark.share(3)
 def test_an_edit_of_any_term_is_found_where_it_was_made(model):
     """Four definitions, a sign each; what does not depend on it stays the same."""
     generator = random.Random(2025)

@@ -89,6 +89,7 @@ def written(text):
 @pytest.mark.parametrize("name", REWRITINGS)
 @given(text=smooth)
 @SETTINGS
+@pytest.mark.share(4)
 def test_a_rewriting_is_no_change(name, text):
     expr = written(text)
     comparison = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
@@ -107,6 +108,7 @@ def test_a_rewriting_with_branches_is_never_called_a_change(name, text):
 @pytest.mark.parametrize("strategy", [smooth, branching], ids=["smooth", "branching"])
 @given(data=st.data())
 @SETTINGS
+@pytest.mark.share(2)
 def test_a_flipped_term_is_never_called_equal(strategy, data):
     """Numbers decide whether the flipped sign changes the function at all."""
     text = data.draw(strategy)
@@ -223,18 +225,21 @@ def test_a_moved_threshold_is_never_called_the_same(inner, number, shift, data):
 
 @given(angle=st.sampled_from(("phi", "phi - theta", "m*x", "2*theta + phi")), factor=st.integers(2, 4), data=st.data())
 @SMALL
+@pytest.mark.soak
 def test_an_edit_of_an_angle_is_never_called_the_same(angle, factor, data):
     is_seen(edits_of_angles(angle, factor), data)
 
 
 @given(inner=st.sampled_from(INNER[:4]), number=NUMBERS, data=st.data())
 @SMALL
+@pytest.mark.soak
 def test_an_edit_of_a_root_is_never_called_the_same(inner, number, data):
     is_seen(edits_of_roots(inner, number), data)
 
 
 @given(inner=st.sampled_from(INNER), first=st.integers(1, 300), count=st.integers(2, 6), shift=SHIFTS, data=st.data())
 @SMALL
+@pytest.mark.soak
 def test_an_edit_of_a_table_is_never_called_the_same(inner, first, count, shift, data):
     knots = [sp.Rational(first) + k for k in range(count)]
     edited = data.draw(st.integers(0, count - 1))
@@ -243,6 +248,7 @@ def test_an_edit_of_a_table_is_never_called_the_same(inner, first, count, shift,
 
 @given(inner=st.sampled_from(INNER), pair=st.sampled_from(PARTIAL), number=NUMBERS, data=st.data())
 @SMALL
+@pytest.mark.soak
 def test_a_lost_limit_of_a_domain_is_never_called_the_same(inner, pair, number, data):
     there, back = pair
     outer = data.draw(st.sampled_from(OUTER))

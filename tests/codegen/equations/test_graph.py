@@ -76,6 +76,7 @@ def test_the_text_does_not_depend_on_the_order_of_construction(triangle):
 
 
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.share(3)
 def test_everything_that_is_evaluated_is_there(model):
     system = importlib.import_module(f"mehvar.models.{model}").system()
     document = Document.read(GENERATED / model)

@@ -227,6 +227,7 @@ def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
         np.testing.assert_array_equal(getattr(result, name), getattr(expected, name), err_msg=name)
 
 
+@pytest.mark.soak
 def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folder, monkeypatch):
     def run(chosen: slice = slice(None), lanes: int | None = None, threads: int = 1) -> list[np.ndarray]:
         model = load(folder, "c")

@@ -38,6 +38,7 @@ class Client(nbclient.NotebookClient):  # type: ignore[misc]
         return super().process_message(message, cell, index)
 
 
+@pytest.mark.soak
 def test_progress_and_pictures_show_themselves(tmp_path):
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in CELLS])
     client = Client(notebook, timeout=300, resources={"metadata": {"path": tmp_path}})

@@ -147,6 +147,7 @@ def test_file_command_line_and_python_give_the_same_bytes(tmp_path: Path) -> Non
         assert contents(tmp_path / name) == wanted, name
 
 
+@pytest.mark.soak
 def test_units_of_line_and_file_give_the_bytes_of_the_numbers(tmp_path: Path) -> None:
     (tmp_path / "campaign.toml").write_text(
         "model = 'triangle'\ncontroller = 'path'\nn = 3\nseed = 3\nt_end = 0.5\nout = 'file.zarr'\n"

@@ -52,6 +52,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
 
 
 @pytest.mark.parametrize("delay", [0, 1])
+@pytest.mark.share(2)
 def test_the_delay_that_is_given_is_the_one_of_the_run(delay):
     done = run(
         "board", "run", "satellite", "--controller", "pd", "--target", "sil", "--samples", "20",
@@ -114,6 +115,7 @@ BUILDS = {
 
 
 @pytest.mark.parametrize("tool", [pytest.param(tool, marks=needs(tool)) for tool in BUILDS])
+@pytest.mark.share(2)
 def test_a_vendors_project_takes_law_and_link(vendor, tool):
     """The program that it builds gives the same answers as ours."""
     if tool == "cmake":

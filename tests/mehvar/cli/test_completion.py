@@ -29,6 +29,7 @@ LINES = {
 
 
 @pytest.mark.parametrize("line", LINES)
+@pytest.mark.share(3)
 def test_completion(line):
     words = ["mehvar", *line.split(" ")]
     environment = {

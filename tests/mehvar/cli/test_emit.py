@@ -104,6 +104,7 @@ def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law
 
 @needs("arm-none-eabi-gcc", "cmake")
 @pytest.mark.parametrize("kind", ["cmake", "zephyr"])
+@pytest.mark.share(2)
 def test_cmake_builds_a_package_for_a_microcontroller(tmp_path, kind):
     folder = emitted(tmp_path, kind, "triangle", "path")
     text = (
@@ -126,6 +127,7 @@ def test_cmake_builds_a_package_for_a_microcontroller(tmp_path, kind):
 
 @needs("arm-none-eabi-gcc")
 @pytest.mark.parametrize("kind", ["platformio", "arduino", "stm32cube"])
+@pytest.mark.share(3)
 def test_a_microcontrollers_gcc_fuses_nothing_in_a_package(tmp_path, kind):
     folder = emitted(tmp_path, kind, "satellite", "mrac")
     for unit in units(folder, kind):
@@ -210,6 +212,7 @@ OURS_TO_WRITE = {
     ids=["with an FPU", "without"],
 )
 @pytest.mark.parametrize(("model", "law"), [("satellite", "mrac"), ("triangle", "sliding"), ("slosh", "lyapunov-v1")])
+@pytest.mark.share(3)
 def test_a_package_needs_no_c_library(tmp_path, model, law, processor, helpers):
     """Without any flag and with math.h at hand: gcc itself needs memcpy and memset, and its helpers without an FPU."""
     folder = emitted(tmp_path, "arduino", model, law)

@@ -128,6 +128,7 @@ def test_an_existing_folder_is_left_alone(tmp_path):
         ),
     ],
 )
+@pytest.mark.share(2)
 def test_a_mistake_in_a_model_is_one_line_and_nothing_is_written(tmp_path, mine, old, new, message):
     shutil.copytree(mine, tmp_path / "mine")
     path = tmp_path / "mine" / "models" / "mine" / "system.py"

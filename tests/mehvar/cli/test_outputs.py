@@ -37,7 +37,7 @@ LINES: Mapping[tuple[str, str], tuple[tuple[str, ...], str, str]] = {
     ("convert", "out"): (("convert", "r.nc", "--to", "csv"), "a.csv", "mehvar.formats.conversion.open_result"),
     ("generate", "out"): (("generate", "triangle"), "", "mehvar.codegen.generate.generate"),
     ("report", "out"): (("report", PENDULUM), "", "mehvar.cli.report._page"),
-    ("reproduce", "out"): (("reproduce",), "", "mehvar.cli.reproduce.judged"),
+    ("reproduce", "out"): (("reproduce",), "", "mehvar.cli.reproduce._in_background"),
     ("board run", "journal"): (BOARD, "a", "mehvar.cli.board.run.outcome_of"),
     ("board build", "out"): (BUILD, "", "mehvar.cli.board.build.build_image"),
     ("board report", "out"): (REPORT[:-2], "", "mehvar.cli.board.report.outcome_of"),

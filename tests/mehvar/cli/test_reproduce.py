@@ -35,6 +35,8 @@ from tests.papers.shared import LIGHT, paper_agreement, paper_claims, paper_runs
 
 SHOWN = ("slosh", "triangle")
 """Papers of the report here; `make soak` makes the whole report."""
+FEW = ["index", "triangle", pytest.param("slosh", marks=pytest.mark.soak)]
+"""Pages of the report: the longest takes ten seconds of a browser, and has nothing that the others have not."""
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
 
@@ -98,7 +100,12 @@ def small(monkeypatch):
     monkeypatch.setattr(content, "load_beyond", lambda name: load_beyond(name) if name == LIGHT else None)
     monkeypatch.setattr(content, "run_boards", first_board)
     monkeypatch.setattr("mehvar.reproduction.runs._MOST_SAMPLES", 120)
-    monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))  # tested on its own
+    no_pages(monkeypatch)
+
+
+def no_pages(monkeypatch):
+    """Leave out the pages on which models run, which tests/mehvar/web has."""
+    monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))
 
 
 @pytest.fixture(scope="module")
@@ -231,6 +238,7 @@ def test_the_papers_claims_are_counted_first_and_our_own_rows_apart(report):
     assert page.index("".join(report.counts[0].split(":")[0].split())) < page.index("".join(OWN.split()))
 
 
+@pytest.mark.soak
 def test_the_page_of_the_report_says_how_many_claims_hold():
     runs = [paper_runs(name) for name in REPRODUCED]
     tables = [claim for of in runs for claim in table_claims(of.model.manifest, deviations(of))]
@@ -283,6 +291,7 @@ def _only_claims(monkeypatch, claims):
         monkeypatch.setattr(content, name, lambda *given: None)
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
     monkeypatch.setattr(content, "load_beyond", lambda name: None)
+    no_pages(monkeypatch)
 
 
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
@@ -404,7 +413,7 @@ def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page,
         *(pytest.param(width, slice(None), marks=pytest.mark.soak) for width in (1440, 390)),
     ],
 )
-@pytest.mark.parametrize("name", ["index", *SHOWN])
+@pytest.mark.parametrize("name", FEW)
 def test_links_land_after_charts_are_built(browser, report, name, width, part):
     """Every sixth link and the last claim's: a link needs a page of its own, seconds of a processor."""
     resize(browser, width)
@@ -420,7 +429,7 @@ def test_links_land_after_charts_are_built(browser, report, name, width, part):
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-@pytest.mark.parametrize("name", ["index", *SHOWN])
+@pytest.mark.parametrize("name", FEW)
 def test_a_page_can_be_read_aloud_and_printed(open_page, name):
     browser = open_page(name, prefers_reduced_motion="reduce")
     settled(browser)

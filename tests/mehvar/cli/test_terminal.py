@@ -81,6 +81,7 @@ def test_every_bar_is_the_same():
     names=st.integers(1, 9), rows=st.integers(0, 4), first=st.integers(1, 14), data=st.data(), width=st.integers(1, 46)
 )
 @settings(deadline=None, max_examples=30, derandomize=True)
+@pytest.mark.soak
 def test_a_folded_table_fits_a_page_and_loses_no_cell(names, rows, first, data, width):
     """The widest cell is a Sobol index with its total, each with an interval: 46 columns."""
     sizes = data.draw(st.lists(st.integers(1, width), min_size=names, max_size=names))

@@ -77,6 +77,7 @@ def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_c
         ("force = p.k * x - p.d * v", "force = -p.k * x + p.d * v"),  # a sign is flipped
     ],
 )
+@pytest.mark.share(2)
 def test_two_edits_in_the_same_words_are_two(project, linear, firm):
     """Each structure has another term that was doubled, or turned its sign."""
     project.edit("force = -p.k * x - p.d * v", f'{linear}\n    if kind == "firm":\n        {firm}')

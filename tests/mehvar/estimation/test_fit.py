@@ -51,6 +51,7 @@ def test_estimate_and_covariance_are_those_of_curve_fit(truth: xr.Dataset) -> No
     assert fit.deviation("I_x") == pytest.approx(covariance[0, 0] ** 0.5, rel=1e-3)
 
 
+@pytest.mark.soak
 def test_intervals_cover_as_often_as_they_say(truth: xr.Dataset) -> None:
     rng, trials = np.random.default_rng(20261124), 30
     fits = [

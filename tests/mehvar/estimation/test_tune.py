@@ -13,6 +13,7 @@ COST = "final(theta) * final(theta) + 0.3 * max_rate"
 RUNS = {"vary": {"theta_0": "uniform(0.8, 1.2)"}, "n": 16, "t_end": 5.0}
 
 
+@pytest.mark.soak
 def test_the_gain_is_the_one_that_a_search_without_gradients_finds() -> None:
     def cost(gain: float) -> float:
         runs = mehvar.batch("triangle", "path", k_phi=float(gain), **RUNS)

@@ -29,7 +29,7 @@ def unpacked(folder: Path, model: str = "triangle", **options: str) -> str:
 
 def sanitized(folder: Path, program: str, token: str, *flags: str) -> subprocess.CompletedProcess[str]:
     """Compile a program of this folder with the unit's sources, and run it."""
-    files = [str(Path(__file__).with_name(program)), "sources/unit.c", "sources/jacobians.c"]
+    files = [str(Path(__file__).with_name(program)), "sources/unit.c", "sources/tangents.c"]
     command = ["gcc", "-std=gnu11", "-g", "-O0", *SANITIZERS, *flags, "-Isources", *files, "-lm", "-o", "program"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
     return subprocess.run([folder / "program", token], capture_output=True, text=True, check=False)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pandas
 import pytest
@@ -18,6 +19,7 @@ from mehvar.base.units import UNITS
 from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.run import formats
 
 READERS = {"csv": pandas.read_csv, "parquet": pandas.read_parquet, "arrow": pandas.read_feather}
 
@@ -130,7 +132,30 @@ def test_what_cannot_be_is_refused(run, source, to, out, message, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", sorted(ENDINGS))
+def test_matlabs_two_versions_hold_the_same(run, batch, tmp_path):
+    """By h5py, MATLAB's matrices being transposed there; mat73 and hdf5storage read the same."""
+    for (source, _), name in ((run, "u_w2"), (batch, "final")):
+        (old,), (new,) = (convert(source, to, tmp_path / f"{to}.mat").paths for to in ("mat", "mat73"))
+        assert new.read_bytes()[:10] == b"MATLAB 7.3"
+        assert new.read_bytes()[124:128] == b"\0\2IM"
+        expected = loadmat(old)
+        with h5py.File(new) as file:
+            assert {n for n in expected if n[0] != "_"} == set(file)
+            assert file[name].attrs["MATLAB_class"] == b"double"
+            np.testing.assert_array_equal(file[name][:].T, expected[name])
+            unit = file["units"]["theta_0" if name == "final" else "u_w2"]
+            assert unit.attrs["MATLAB_class"] == b"char"
+            assert bytes(unit[:].ravel().astype("u1")).decode() == ("rad" if name == "final" else "rad/s")
+
+
+def test_two_gigabytes_are_too_much_for_matlab_5(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(formats, "_MATLAB_BYTES", 1000)
+    with pytest.raises(InputError, match=r"variable = 't': must be smaller than 2 GB .* --to mat73"):
+        convert(run[0], "mat", tmp_path / "run.mat")
+    convert(run[0], "mat73", tmp_path / "run.mat")
+
+
+@pytest.mark.parametrize("name", sorted(set(ENDINGS) - {"mat73"}))
 def test_the_ending_of_a_file_stands_for_a_format(name):
     assert format_of(f"a.b/runs{ENDINGS[name]}") == name
     assert format_of(f"RUNS{ENDINGS[name].upper()}") == name

@@ -42,7 +42,7 @@ def test_only_a_number_of_pendulums_is_left_to_soak():
 
 
 @every_case
-@pytest.mark.share(3)
+@pytest.mark.share(9)
 def test_equations_pass_their_gates(case):
     subject = subject_of(case)
     failed = {name: error for name, error in gates(gates_of(subject), subject).items() if not error <= TOLERANCE}
@@ -50,14 +50,14 @@ def test_equations_pass_their_gates(case):
 
 
 @up_to_two_pendulums
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_every_parameter_matters(case):
     subject = subject_of(case)
     assert not idle_parameters(subject)
 
 
 @up_to_two_pendulums
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_units_can_be_changed(case):
     subject = subject_of(case)
     names = [request.name for request in requests(subject.system) if request.name not in PICTURES]

@@ -70,6 +70,7 @@ def test_a_model_page_does_not_say_what_the_papers_runs_show():
     assert not sentences(sections) & sentences_of(load_reproduction("triangle").captions.scene.shown)
 
 
+@pytest.mark.soak
 def test_the_animation_of_a_run_has_its_parameters_and_says_what_it_leaves_out():
     run = mehvar.simulate("triangle", "path", R=0.6, dt_out=0.1, t_end=10.0)
     stage = run_sections(run, load("triangle").manifest)[0].blocks[0]
@@ -80,6 +81,7 @@ def test_the_animation_of_a_run_has_its_parameters_and_says_what_it_leaves_out()
     assert run_sections(run, load("slosh").manifest)[0].blocks[0].caption.endswith("Of 150 s the first 120 are shown.")
 
 
+@pytest.mark.soak
 def test_the_page_of_a_batch_names_what_it_has_otherwise(tmp_path):
     def page(**given):
         out = tmp_path / f"{len(given)}.zarr"

@@ -30,7 +30,7 @@ def run() -> xr.Dataset:
 
 
 @pytest.mark.parametrize("words", TEXTS)
-@pytest.mark.share(4)
+@pytest.mark.share(12)
 def test_a_page_about_a_run_shows_any_title(run: xr.Dataset, words: str) -> None:
     named = run.copy()
     named.attrs["title"] = named["angle"].attrs["long_name"] = words

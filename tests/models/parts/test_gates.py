@@ -66,7 +66,7 @@ def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
 # without translation a craft has a subset of the equations
 @pytest.mark.parametrize("motion", ["free", pytest.param("attitude", marks=pytest.mark.soak)])
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_momentum_and_energy_balance(case, motion):
     """About the centre of mass where the attitude alone is a state."""
     balances, rng = craft(case, motion), np.random.default_rng(1)
@@ -82,7 +82,7 @@ def test_momentum_and_energy_balance_in_every_chart(attitude):
 
 
 @pytest.mark.parametrize("case", LOSSY)
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_dampers_take_energy(case):
     balances, rng = craft(case), np.random.default_rng(2)
     for _ in range(10):
@@ -118,7 +118,7 @@ def paired(case: str, seed: int, first: float, second: float) -> tuple[dict[str,
 
 # two chains take ten times as long as two hinges, of which a chain is made
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
-@pytest.mark.share(8)
+@pytest.mark.share(16)
 def test_two_halves_are_the_whole(case):
     results, expected = paired(case, 3, 0.5, 0.5)
     assert apart(results, expected) < ROUNDING
@@ -164,7 +164,7 @@ def turned_numbers(values: Mapping[str, float], turn: np.ndarray) -> dict[str, f
 
 
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_a_mount_turned_is_its_parameters_turned(case):
     part, rng = PARTS[case], np.random.default_rng(5)
     turn = PERMUTED if isinstance(part, UnbalancedWheel) else TURNED  # its angle zero is towards an axis of the hub

@@ -27,7 +27,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_accelerations_agree(case):
     balances = assembled((HUB, ExternalForce("push"), Torquer("turn"), *CASES[case]), checked=False)
     model, rng = engine(HUB, CASES[case]), np.random.default_rng(3)

@@ -73,7 +73,7 @@ def measured(law, name):
 
 
 @pytest.mark.parametrize(("law", "name"), [(law, name) for law, cases in LAWS.items() for name in cases])
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_the_metric_table(law, name):
     t, error, u, lost = measured(law, name)
     late = t >= 200
@@ -157,6 +157,7 @@ def test_the_delay_shifts_the_loop_by_one_sample():
 
 
 @pytest.mark.parametrize(("samples", "seed"), [(1600, 3)])
+@pytest.mark.soak
 def test_noise_costs_little_tracking(samples, seed):
     case = ("paper", {"noise": 5e-5, "umax": 0.1, "delay": 1})
     cases = run(G, "mrac", [case] * 4, samples, substeps=1, seed=seed)

@@ -74,6 +74,7 @@ def test_targets_close_to_the_circle_are_reached(model, law):
 
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
+@pytest.mark.share(2)
 def test_the_default_tolerances_reach_them_too(model, law):
     check_pairs(model, law, 100, 3, nearest=0.63, options=RunOptions())
 

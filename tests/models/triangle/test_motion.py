@@ -124,6 +124,7 @@ def test_starting_at_the_target_shape_is_an_ordinary_start(equal, law):
 
 @given(st.floats(0.0, 0.6), st.floats(-3.1, 3.1), st.floats(-3.0, 3.0))
 @settings(max_examples=6, deadline=None)
+@pytest.mark.soak
 def test_both_laws_reach_the_target_from_anywhere(equal, rho, phi, theta):
     """Claim 1, with room: 60 s, and the bounds that random starts showed."""
     for law, bound in (("sliding", 0.02), ("path", 1e-3)):

@@ -165,6 +165,7 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     assert [number for number in unmoved if not good[number] and f"({number})" not in MISPRINTS] == []
 
 
+@pytest.mark.soak
 def test_wrong_equations_of_motion_turn_the_verdicts_and_show_no_correction(system: System) -> None:
     steps = broken(system, "wx_rate", "T_y", r"B_{\mathrm{pitch}}").steps
     wrong = dataclasses.replace(system, steps=steps, rhs=(-system.rhs[0], *system.rhs[1:]))

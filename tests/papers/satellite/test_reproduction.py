@@ -23,6 +23,7 @@ from papers.satellite.survival import COVARIANCES, survival
 from tests.mehvar.images import numbered_and_told, unlabelled
 from tests.papers.shared import paper_claims, paper_runs
 
+pytestmark = pytest.mark.soak  # `make run` decides the claims too
 NOTED = {"3", "5", "7", "11", "17"}
 UNDER_A_READING = {"13", "15"}
 NOT_AS_PRINTED = {"10", "14"}

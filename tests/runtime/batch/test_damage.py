@@ -101,6 +101,7 @@ def test_a_key_that_is_there_twice_is_damage(store: Path) -> None:
     "name",
     [*("zarr.json", "angle/zarr.json", "variable/c/0", STORE, END, "records/0.json", "final/c/2/0", "g/c/1")],
 )
+@pytest.mark.share(4)
 def test_whatever_is_damaged_is_mended_to_the_same_bytes(store: Path, whole: Path, name: str) -> None:
     """One by one, and with the metadata too: what is whole says of which batch the rest is."""
     flip(store / name)

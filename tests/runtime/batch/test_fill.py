@@ -103,6 +103,7 @@ def test_a_run_of_the_triangle_alone_is_the_same_bits(triangle: runtime.Model, l
 
 
 @pytest.mark.parametrize("law", ["lyapunov-v1", "lyapunov-v2"])
+@pytest.mark.share(2)
 def test_a_run_whose_law_reports_is_the_same_bits_alone(law: str) -> None:
     """A store does not keep what a law reports."""
     campaign = Campaign(law, n=3, vary={"phi1": "uniform(-0.2, 0.2)"}, options={"t_end": 2.0})

@@ -92,6 +92,7 @@ def test_an_attribute_that_is_gone_or_of_another_kind_is_refused(store: Path) ->
 
 
 @pytest.mark.parametrize("name", ["campaign", "numerics", "drawn", "metrics", "nominal", "structure", "versions"])
+@pytest.mark.share(3)
 def test_a_text_in_an_attribute_is_held_against_a_schema_too(store: Path, name: str) -> None:
     value = json.loads(attributes(store)[name])
     texts = ["", "{", *(json.dumps(other) for other in kinds(value)), "[[1]]", "NaN", "[" * 99_999]
@@ -200,6 +201,7 @@ PLACES = ("final/c/1/0", "records/1.json", "g/c/0", STORE, END, "zarr.json", "g/
 
 
 @pytest.mark.parametrize("what", [folder, pipe])
+@pytest.mark.share(2)
 def test_what_is_no_file_is_damage_that_is_mended(store: Path, whole: Path, what: Callable[[Path], None]) -> None:
     for name in PLACES:
         what(store / name)
@@ -218,6 +220,7 @@ def test_a_file_in_the_place_of_a_folder_is_mended(store: Path, whole: Path, nam
 
 
 @pytest.mark.parametrize("name", ["records", "final", "final/c", "records/1.json", "final/c/1/0", "zarr.json", STORE])
+@pytest.mark.share(3)
 def test_nothing_is_written_through_a_link(store: Path, whole: Path, tmp_path: Path, name: str) -> None:
     """Nor removed, whatever it leads to, and even if its bytes are right."""
     target = tmp_path / "outside"

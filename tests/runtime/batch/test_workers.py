@@ -141,6 +141,7 @@ def test_a_worker_without_a_compiler_is_named(scheduler: str, client: Client, tm
         stop(process)
 
 
+@pytest.mark.soak
 def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
     scheduler: str, client: Client, tmp_path: Path
 ) -> None:
@@ -164,6 +165,7 @@ def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
     assert verify(out).complete
 
 
+@pytest.mark.soak
 def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
     """One stands still, with blocks of its own, while the other goes on."""
     processes = [worker(scheduler, f"s{k}", FOLDER=str(tmp_path)) for k in (0, 1)]
@@ -183,6 +185,7 @@ def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Sto
         stop(*processes)
 
 
+@pytest.mark.soak
 def test_a_worker_that_hangs_is_named(
     scheduler: str, client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -208,6 +211,7 @@ def test_a_worker_that_hangs_is_named(
         stop(process)
 
 
+@pytest.mark.soak
 def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -> None:
     file, out = tmp_path / "scheduler.json", tmp_path / "runs.zarr"
     options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
@@ -310,6 +314,7 @@ def test_a_scheduler_that_is_not_there_is_named(address: str) -> None:
         connect(address, timeout=1)
 
 
+@pytest.mark.soak
 def test_tls_without_certificates_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="must be reached with certificates: set DASK_"):
         connect("tls://127.0.0.1:9")

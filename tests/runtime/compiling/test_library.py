@@ -144,6 +144,7 @@ def test_arguments_in_cc_are_part_of_the_key(cache: Path, monkeypatch: pytest.Mo
         assert build.load_library("number", number, ["number.c"]).number() == n
 
 
+@pytest.mark.soak
 def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -200,7 +200,7 @@ BUILDS: dict[str, tuple[int, list[str], bool]] = {
 
 
 @pytest.mark.parametrize("build", BUILDS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_every_build_gives_the_same_bits(scalar: Arithmetic, build: str, tmp_path: Path) -> None:
     other = _compile(tmp_path, scalar.dtype, *BUILDS[build])
     grid = [v.ravel() for v in np.meshgrid(SPECIAL, SPECIAL)]

@@ -156,6 +156,7 @@ def test_a_planted_name_is_found(exported: Path, tmp_path: Path, planted: str, n
         assert wrong_names(tmp_path / "copy", public_headers(exported), model) == [name]
 
 
+@pytest.mark.share(3)
 def test_a_linker_sees_prefixed_symbols_only(exported: Path) -> None:
     model = model_of(exported)
     units = [f"{model}.c", "app.c", "link.c", "server.c"]
@@ -194,6 +195,7 @@ def test_generated_c_needs_no_gnu_c_at_one_lane(exported: Path, tmp_path: Path, 
 
 
 @pytest.mark.skipif(not ZIG, reason="no ziglang: pip install mehvar[board]")
+@pytest.mark.share(3)
 def test_generated_c_compiles_for_windows(exported: Path) -> None:
     model = model_of(exported)
     flags = ["-target", "x86_64-windows-gnu", "-std=c99", "-Wpedantic", "-Werror", "-I.", "-c"]

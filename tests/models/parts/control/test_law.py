@@ -50,6 +50,7 @@ def steering(by):
 
 
 @pytest.mark.parametrize("kind", ["wheels", "jets"])
+@pytest.mark.share(2)
 def test_the_actuators_give_the_torque(kind):
     """On the hub at rest, found from what happens to its momentum, and scaled down as a whole beyond a limit."""
     by = wheels() if kind == "wheels" else jets()

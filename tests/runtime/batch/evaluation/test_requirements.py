@@ -104,6 +104,7 @@ def test_the_sequential_bound_separates_the_shares_that_the_evidence_excludes(ru
         assert log_evidence(successes, runs, bound + 1e-6 * (1 - bound)) < needed + 1e-6
 
 
+@pytest.mark.soak
 def test_a_rule_that_looks_after_each_run_errs_as_seldom_as_it_says() -> None:
     """300 batches of up to 1000 runs whose share is the required one, where every decision would be wrong."""
     confidence, share, rng = 0.95, 0.9, np.random.default_rng(20261124)

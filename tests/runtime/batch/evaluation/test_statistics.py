@@ -196,6 +196,7 @@ def test_sobol_indices_of_a_known_function() -> None:
     assert sensitivities(store)[0] == result
 
 
+@pytest.mark.soak
 def test_intervals_of_indices_are_as_wide_as_the_scatter_over_designs() -> None:
     """Independent groups, where no sequence helps: of 60 designs three miss an index, nine or more in 0.3 %."""
     parts = np.array([1 / 12, 4 / 12, 9 / 144])

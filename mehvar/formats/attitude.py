@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Attitudes of a run for flight dynamics: an Attitude Ephemeris Message of CCSDS, and a C-kernel of SPICE.
+
+A result has quaternions and rates under names of its own, in frames of its own, from a time zero of its own. Whoever
+converts it names what they are elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from decimal import Decimal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.versions import installed
+
+if TYPE_CHECKING:
+    import xarray
+
+ORIGIN = "--attitude"
+_COMMON = {
+    "quaternion": "four variables: vector part, then scalar part, of the turn that takes frame A into frame B",
+    "frame_a": "the frame that the attitude is in",
+    "epoch": "time zero of the run, as 2026-03-21T12:00:00",
+    "time_system": "time system of the epoch",
+}
+NAMES: Mapping[str, Mapping[str, str]] = {
+    "aem": _COMMON | {
+        "frame_b": "the frame of the body",
+        "object": "name of the object",
+        "id": "its international designator",
+        "originator": "whoever the message is from",
+    },
+    "ck": _COMMON | {
+        "instrument": "number of the frame of the body",
+        "clock": "number of the spacecraft clock",
+        "kernels": "kernels of leap seconds and of the clock",
+    },
+}  # fmt: skip
+"""What a format needs to be told, by name; `rates`, three components of the rate in frame B, is optional in each."""
+_DIGITS = 1e-6
+"""Largest difference of a quaternion's norm from one: far above the 1e-12 of a run, far below any other meaning."""
+_EPOCH = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Attitude along a run.
+
+    Attributes
+    ----------
+    t : array
+        Times since the epoch, s.
+    quaternion : array
+        Vector part and scalar part of the turn that takes frame A into frame B, a row each time.
+    rates : array or None
+        Rate of B relative to A, in B, rad/s.
+    about : mapping of str to str
+        What was named.
+    """
+
+    t: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+    rates: NDArray[np.float64] | None
+    about: Mapping[str, str]
+
+
+def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude:
+    """Return the attitude in a run.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A result.
+    to : str
+        "aem" or "ck".
+    about : mapping of str to str
+        Values of the names of `NAMES`.
+
+    Raises
+    ------
+    InputError
+        For a name that is unknown or missing, variables of other units, or numbers that are no attitude.
+    """
+    needed = NAMES[to]
+    for name in about:
+        if name not in (*needed, "rates"):
+            raise unknown_name("name of an attitude", name, [*needed, "rates"], ORIGIN)
+    if missing := [f"{name} ({text})" for name, text in needed.items() if not about.get(name)]:
+        raise InputError(f"{to} needs to be told {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
+    if not _EPOCH.fullmatch(about["epoch"]):
+        raise bad_value("epoch", about["epoch"], "as 2026-03-21T12:00:00, with nine decimals at most", ORIGIN)
+    quaternion = _columns(run, "quaternion", about["quaternion"], 4, {"1": 1.0})
+    rates = None
+    if "rates" in about:
+        rates = _columns(run, "rates", about["rates"], 3, {"rad/s": 1.0, "deg/s": np.pi / 180})
+    t = run["t"].values
+    if len(t) < 2 or not (np.diff(t) > 0).all():
+        raise InputError("an attitude needs two samples or more, at times that increase")
+    norms = np.linalg.norm(quaternion, axis=1)
+    worst = int(np.abs(norms - 1).argmax())
+    if not np.abs(norms - 1).max() < _DIGITS:
+        raise bad_value(
+            "quaternion", about["quaternion"], f"of norm one; it is {norms[worst]:.9g} at {t[worst]:g} s", ORIGIN
+        )
+    return Attitude(t, quaternion, rates, about)
+
+
+def _columns(run: xarray.Dataset, name: str, text: str, size: int, units: Mapping[str, float]) -> NDArray[np.float64]:
+    names = text.split(",")
+    if len(names) != size:
+        raise bad_value(name, text, f"{size} variables with commas between them", ORIGIN)
+    series = [str(n) for n, array in run.data_vars.items() if array.dims == ("t",)]
+    factors = []
+    for variable in names:
+        if variable not in series:
+            raise unknown_name("variable", variable, series, f"{ORIGIN} {name}")
+        unit = run[variable].attrs.get("units", "1")
+        if unit not in units:
+            raise bad_value(name, variable, f"in {' or '.join(units)}; it is in {unit}", ORIGIN)
+        factors.append(units[unit])
+    return np.column_stack([run[variable].values for variable in names]) * factors
+
+
+def message(attitude: Attitude) -> bytes:
+    """Return an Attitude Ephemeris Message: KVN of CCSDS 504.0-B-2, rates in degrees."""
+    about, rates = attitude.about, attitude.rates
+    instants = [_instant(about["epoch"], t) for t in attitude.t]
+    metadata = {
+        "OBJECT_NAME": about["object"],
+        "OBJECT_ID": about["id"],
+        "REF_FRAME_A": about["frame_a"],
+        "REF_FRAME_B": about["frame_b"],
+        "TIME_SYSTEM": about["time_system"],
+        "START_TIME": instants[0],
+        "STOP_TIME": instants[-1],
+        "ATTITUDE_TYPE": "QUATERNION" if rates is None else "QUATERNION/ANGVEL",
+        **({} if rates is None else {"ANGVEL_FRAME": "REF_FRAME_B"}),
+    }
+    numbers = attitude.quaternion if rates is None else np.hstack([attitude.quaternion, np.degrees(rates)])
+    rows = (" ".join([instant, *map(repr, row)]) for instant, row in zip(instants, numbers.tolist(), strict=True))
+    lines = [
+        "CCSDS_AEM_VERS = 2.0",
+        f"COMMENT written by mehvar {installed('mehvar').get('mehvar', '')}".rstrip(),
+        f"CREATION_DATE = {datetime.now(UTC):%Y-%m-%dT%H:%M:%S}",
+        f"ORIGINATOR = {about['originator']}",
+        "META_START",
+        *(f"{name} = {value}" for name, value in metadata.items()),
+        "META_STOP",
+        "DATA_START",
+        *rows,
+        "DATA_STOP",
+    ]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _instant(epoch: str, t: float) -> str:
+    """Return the time t after an epoch, to nanoseconds, by days of 86 400 s."""
+    whole, _, fraction = epoch.partition(".")
+    nanoseconds = int(fraction.ljust(9, "0") or 0) + round(Decimal(t) * 10**9)
+    try:
+        seconds = datetime.fromisoformat(whole) + timedelta(seconds=nanoseconds // 10**9)
+    except (ValueError, OverflowError) as error:
+        raise bad_value("epoch", epoch, f"a date ({error})", ORIGIN) from error
+    return f"{seconds:%Y-%m-%dT%H:%M:%S}.{nanoseconds % 10**9:09d}"
+
+
+def kernel(attitude: Attitude) -> bytes:
+    """Return a C-kernel with a segment of type 3, by spiceypy; the rates turn with the attitude, from frame A.
+
+    Raises
+    ------
+    InputError
+        If spiceypy is missing, or SPICE refuses what was named.
+    """
+    try:
+        import spiceypy
+    except ImportError as error:
+        raise InputError('a C-kernel needs spiceypy: pip install "mehvar[spice]"') from error
+    about, kernels = attitude.about, attitude.about["kernels"].split(",")
+    instrument, clock = (_whole(name, about[name]) for name in ("instrument", "clock"))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "attitude.bc"
+        try:
+            for name in kernels:
+                spiceypy.furnsh(name)
+            zero = spiceypy.str2et(f"{about['epoch'].replace('T', ' ')} {about['time_system']}")
+            ticks = [spiceypy.sce2c(clock, zero + t) for t in attitude.t.tolist()]
+            handle = spiceypy.ckopn(str(path), "mehvar", 0)
+            spiceypy.ckw03(handle, ticks[0], ticks[-1], instrument, about["frame_a"], attitude.rates is not None,
+                           "mehvar", len(ticks), ticks, *_spice(attitude), 1, [ticks[0]])  # fmt: skip
+            spiceypy.ckcls(handle)
+        except spiceypy.utils.exceptions.SpiceyError as error:
+            raise InputError(
+                f"SPICE refuses this attitude: {' '.join(str(error.short).split())}: {error.long}"
+            ) from error
+        finally:
+            for name in kernels:
+                spiceypy.unload(name)
+        return path.read_bytes()
+
+
+def _whole(name: str, text: str) -> int:
+    if not re.fullmatch(r"-?\d+", text, re.ASCII):
+        raise bad_value(name, text, "a whole number", ORIGIN)
+    return int(text)
+
+
+def _spice(attitude: Attitude) -> tuple[Sequence[Any], Sequence[Any]]:
+    """Return SPICE's quaternions, scalar first, of the matrices from A to B, and rates in A."""
+    vector, scalar = attitude.quaternion[:, :3], attitude.quaternion[:, 3:]
+    rates = np.zeros_like(vector) if attitude.rates is None else attitude.rates
+    across = 2 * np.cross(vector, rates)
+    return np.hstack([scalar, -vector]).tolist(), (rates + scalar * across + np.cross(vector, across)).tolist()

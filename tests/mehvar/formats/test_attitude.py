@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Attitudes of a run as a message of CCSDS, read by the standard's grammar, and as a C-kernel, read by SPICE."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+import pytest
+import xarray
+from scipy.spatial.transform import Rotation
+
+import mehvar
+from mehvar.base.errors import InputError
+from mehvar.formats.conversion import convert
+from tests.mehvar.cli.test_app import refused, run
+
+COMMON = {"quaternion": "q1,q2,q3,q0", "frame_a": "J2000", "epoch": "2026-03-21T12:00:00.5"}
+MESSAGE = COMMON | {
+    "time_system": "TAI",
+    "frame_b": "SC_BODY_1",
+    "object": "DEMO",
+    "id": "2026-001A",
+    "originator": "ME",
+}
+CLOCK = """\
+KPL/SCLK
+\\begindata
+SCLK_KERNEL_ID = ( @2026-01-01 )
+SCLK_DATA_TYPE_99 = ( 1 )
+SCLK01_TIME_SYSTEM_99 = ( 1 )
+SCLK01_N_FIELDS_99 = ( 2 )
+SCLK01_MODULI_99 = ( 4294967296 65536 )
+SCLK01_OFFSETS_99 = ( 0 0 )
+SCLK01_OUTPUT_DELIM_99 = ( 1 )
+SCLK_PARTITION_START_99 = ( 0.0 )
+SCLK_PARTITION_END_99 = ( 2.81474976710655E+14 )
+SCLK01_COEFFICIENTS_99 = ( 0.0 0.0 1.0 )
+\\begintext
+"""
+"""A clock of 65536 ticks a second since J2000."""
+LEAPS = """\
+KPL/LSK
+\\begindata
+DELTET/DELTA_T_A = 32.184
+DELTET/K = 1.657D-3
+DELTET/EB = 1.671D-2
+DELTET/M = ( 6.239996D0 1.99096871D-7 )
+DELTET/DELTA_AT = ( 10, @1972-JAN-1 37, @2017-JAN-1 )
+\\begintext
+"""
+
+
+@pytest.fixture
+def turning(tmp_path):
+    """Return the file of a body that turns about an axis of its own."""
+    t, axis = np.arange(0.0, 20.0, 0.5), np.array([2.0, 3.0, 6.0]) / 7
+    angle = 0.05 * t
+    columns = dict(zip(("q1", "q2", "q3"), np.outer(axis, np.sin(angle / 2)), strict=True))
+    columns["q0"] = np.cos(angle / 2)
+    columns |= {f"w{name}": np.full_like(t, 0.05 * part) for name, part in zip("xyz", axis, strict=True)}
+    units = {"q": "1", "w": "rad/s"}
+    values = {name: ("t", value, {"units": units[name[0]]}) for name, value in columns.items()}
+    dataset = xarray.Dataset(values, {"t": ("t", t, {"units": "s"})}, {"model_hash": "0", "model": "turning"})
+    mehvar.save(dataset, tmp_path / "run.nc")
+    return tmp_path / "run.nc", dataset
+
+
+def parsed(text):
+    """Return header, metadata and rows of a message with one segment."""
+    head, _, rest = text.partition("META_START\n")
+    about, _, rest = rest.partition("META_STOP\nDATA_START\n")
+    rows, _, end = rest.partition("DATA_STOP\n")
+    assert end == ""
+    pairs = [
+        dict(line.split(" = ", 1) for line in part.splitlines() if not line.startswith("COMMENT"))
+        for part in (head, about)
+    ]
+    return *pairs, [line.split(" ") for line in rows.splitlines()]
+
+
+def test_a_message_has_the_quaternions_and_rates_of_the_run(turning):
+    source, dataset = turning
+    out = source.with_suffix(".aem")
+    options = [word for pair in (MESSAGE | {"rates": "wx,wy,wz"}).items() for word in ("--attitude", "=".join(pair))]
+    run("convert", str(source), "--out", str(out), *options)
+    head, about, rows = parsed(out.read_text())
+    assert head["CCSDS_AEM_VERS"] == "2.0"
+    assert about["ATTITUDE_TYPE"] == "QUATERNION/ANGVEL"
+    assert (about["REF_FRAME_A"], about["REF_FRAME_B"], about["TIME_SYSTEM"]) == ("J2000", "SC_BODY_1", "TAI")
+    assert about["START_TIME"] == rows[0][0] == "2026-03-21T12:00:00.500000000"
+    numbers = np.array([row[1:] for row in rows], dtype=float)
+    names = ("q1", "q2", "q3", "q0")
+    np.testing.assert_array_equal(numbers[:, :4], np.column_stack([dataset[name] for name in names]))
+    np.testing.assert_allclose(numbers[:, 4:], np.degrees([[dataset[f"w{n}"].values[0] for n in "xyz"]] * len(rows)))
+    times = [datetime.fromisoformat(row[0][:-3]) for row in rows]
+    assert [(t - times[0]).total_seconds() for t in times] == dataset["t"].values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "allowed"),
+    [
+        ({"epoch": "noon"}, "epoch = 'noon'.*must be as 2026-03-21T12:00:00"),
+        ({"epoch": "2026-02-30T00:00:00"}, "a date"),
+        ({"quaternion": "q1,q2,q3"}, "4 variables"),
+        ({"quaternion": "q1,q2,q3,wx"}, "must be in 1; it is in rad/s"),
+        ({"quaternion": "q1,q2,q3,q3"}, "of norm one; it is 0"),
+        ({"quaternion": "q1,q2,q3,q4"}, "unknown variable 'q4'"),
+        ({"frame_b": ""}, r"needs to be told frame_b \(the frame of the body\)"),
+        ({"frame": "J2000"}, "unknown name 'frame' of an attitude"),
+    ],
+)
+def test_nothing_is_guessed(turning, change, allowed):
+    source, _ = turning
+    with pytest.raises(InputError, match=allowed):
+        convert(source, "aem", source.with_suffix(".aem"), MESSAGE | change)
+
+
+def test_other_formats_have_no_frames(turning):
+    source, _ = turning
+    out = str(source.with_suffix(".csv"))
+    assert "one of aem, ck with --attitude" in refused("convert", str(source), "--out", out, "--attitude", "epoch=1")
+
+
+@pytest.mark.peers
+def test_spice_reads_the_same_attitude(turning):
+    spice = pytest.importorskip("spiceypy", reason="make peers installs it")
+    source, dataset = turning
+    clock, leaps = source.with_name("clock.tsc"), source.with_name("leaps.tls")
+    clock.write_text(CLOCK)
+    leaps.write_text(LEAPS)
+    about = COMMON | {"time_system": "TDB", "instrument": "-99000", "clock": "-99", "kernels": f"{leaps},{clock}"}
+    out = source.with_suffix(".bc")
+    convert(source, "ck", out, about | {"rates": "wx,wy,wz"})
+    with pytest.raises(InputError, match="SPICE refuses"):
+        convert(source, "ck", out, about | {"kernels": "nothing.tsc"})
+    spice.furnsh([str(leaps), str(clock), str(out)])
+    zero = spice.str2et("2026-03-21 12:00:00.5 TDB")
+    turns = Rotation.from_quat(np.column_stack([dataset[name] for name in ("q1", "q2", "q3", "q0")]))
+    rates = turns.apply(np.column_stack([dataset[f"w{n}"] for n in "xyz"]))
+    for k, t in enumerate(dataset["t"].values):
+        matrix, rate, *_ = spice.ckgpav(-99000, spice.sce2c(-99, zero + t), 0, "J2000")
+        np.testing.assert_allclose(matrix, turns[k].as_matrix().T, atol=1e-14)
+        np.testing.assert_allclose(rate, rates[k], atol=1e-14)
+    spice.kclear()
