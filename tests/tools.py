@@ -5,7 +5,11 @@ import shutil
 
 import pytest
 
-_PACKAGES = {"arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi", "qemu-system-arm": "qemu-system-arm"}
+_PACKAGES = {
+    "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+    "arduino-builder": "arduino-builder arduino-core-avr arduino-ctags",
+    "avr-gcc": "gcc-avr avr-libc",
+}
 
 
 def needs(*programs: str) -> pytest.MarkDecorator:

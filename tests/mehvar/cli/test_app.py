@@ -37,6 +37,20 @@ def refused(*arguments: str, cwd: Path | None = None) -> str:
     return done.stderr
 
 
+@pytest.mark.parametrize(
+    ("arguments", "needs"),
+    [
+        (("export", "fmu", "triangle"), "export fmu needs --out FILE.fmu"),
+        (("convert", "run.nc"), "convert needs --out FILE"),
+        (("require",), "require needs STORE|CAMPAIGN.toml"),
+    ],
+)
+def test_what_a_command_lacks_is_named(arguments: tuple[str, ...], needs: str) -> None:
+    said = refused(*arguments)
+    assert said.startswith(f"mehvar: {needs}")
+    assert "Usage" not in said
+
+
 def test_list_and_show_name_everything():
     assert "triangle" in run("list").stdout
     shown = run("show", "triangle").stdout
