@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,6 +19,10 @@ from .workspace import installed_tree
 
 if TYPE_CHECKING:
     from mehvar.models.system import System
+
+
+_EQUATIONS = {"steps", "functions", "variants", "residual"}
+"""Fields of a system whose every number stands in the equations. To spell them again takes 2 s for eight pendulums."""
 
 
 class Assembly(Protocol):
@@ -52,7 +57,7 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
     ready = prepared(made)
     from .equations.graph import equations_json
 
-    text = equations_json(ready) + repr((ready.scenarios, ready.metrics, *ready.parameters, *ready.scenario_parameters))
+    text = equations_json(ready) + repr([_declaration(getattr(ready, name)) for name in _declared(ready)])
     versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
     tool = installed_tree().sources("parts")
     digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))
@@ -61,3 +66,22 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
         write(folder, texts_of(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
 
     return cache.entry("built", f"{ready.name}-{digest}", fill)
+
+
+def _declared(system: System) -> list[str]:
+    """Return the fields of a system that its equations do not contain whole, such as its laws with their defaults."""
+    return [entry.name for entry in fields(system) if entry.compare and entry.name not in _EQUATIONS]
+
+
+def _declaration(value: object) -> object:
+    """Return all that a part of a system declares, by fields; not the line that made it."""
+    import sympy as sp
+
+    if is_dataclass(value):
+        declared = {entry.name: _declaration(getattr(value, entry.name)) for entry in fields(value) if entry.compare}
+        return type(value).__name__, declared
+    if isinstance(value, Mapping):
+        return [(_declaration(key), _declaration(entry)) for key, entry in value.items()]
+    if isinstance(value, list | tuple):
+        return [_declaration(entry) for entry in value]
+    return sp.srepr(value) if isinstance(value, sp.Basic) else repr(value)

@@ -17,6 +17,8 @@ _MARGINAL = 1e-6
 """Relative to the largest eigenvalue: an integrator outside the law has an eigenvalue of zero up to rounding, which is
 1e-8 for a double one. With ten times more, slow instabilities pass as integrators; with a tenth, triple integrators
 fail."""
+_INTEGRATOR = 1e-7
+"""The same for a double integrator, whose two eigenvalues are 1e-8 off."""
 _POINTS = 1000
 """Frequencies between which a crossing is looked for, beside those of the eigenvalues, where a response is steepest.
 Of the three shipped models no margin changes with half as many or with twice as many."""
@@ -93,8 +95,21 @@ class _Loop:
     def gain(self) -> float:
         """Return the factor nearest to one at which the response passes through -1."""
         crossings = [self.at(w) for w in self._crossings(lambda value: value.imag / abs(value) if value else math.inf)]
-        factors = [-1 / value.real for value in crossings if -math.inf < value.real < 0]
+        factors = [-1 / value.real for value in (*crossings, *self._ends()) if -math.inf < value.real < 0]
         return min(factors, key=lambda factor: abs(math.log(factor)), default=math.inf)
+
+    def _ends(self) -> Iterator[complex]:
+        """Yield the response where it begins and where a sampled one ends: it is real there, and crosses no axis."""
+        ends = (0.0,) if self._period is None else (0.0, math.pi / self._period)
+        poles = np.linalg.eigvals(self._A)
+        for w in ends:
+            place = 0.0 if self._period is None else math.cos(w * self._period)
+            if np.all(np.abs(poles - place) > self._rounded(poles)):
+                yield self.at(w)
+
+    def _rounded(self, poles: FloatArray) -> float:
+        """Return the distance below which a pole counts as one of an integrator."""
+        return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
 
     def phase(self) -> float:
         """Return the smallest angle between the response and -1 where its size is one."""
