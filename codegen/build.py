@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -26,25 +27,27 @@ class Assembly(Protocol):
         """Return the system."""
 
 
-def built_folder(system: System | Assembly) -> Path:
+def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
     """Generate a system into the cache and return its folder; one that was generated before is found there.
 
     Parameters
     ----------
-    system : System or Spacecraft
-        What is generated.
+    system : System, Spacecraft or callable
+        What is generated; a function is called where a Python branch on a symbol is an error with file and line.
 
     Raises
     ------
     ModelError
         If the parts of the system do not fit together.
     """
-    from mehvar.models.check import check
+    from mehvar.models.check import check, no_branching
     from mehvar.models.system import System as Kind
 
-    made = system if isinstance(system, Kind) else getattr(system, "system", lambda: None)()
+    with no_branching():
+        maker = system if callable(system) else getattr(system, "system", lambda: system)
+        made = maker()
     if not isinstance(made, Kind):
-        raise bad_value("system", system, "a System, or a Spacecraft")
+        raise bad_value("system", system, "a System, a Spacecraft, or a function that returns a System")
     check(made)
     ready = prepared(made)
     from .equations.graph import equations_json

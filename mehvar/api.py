@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.runtime.units import distribution, setting_units
-from mehvar.terminal import BatchMeter, cell_progress
+from mehvar.terminal import BatchMeter, cell_progress, working
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,13 +46,14 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.own.law import LawFunction
 
 
-def build(system: System | Spacecraft, backend: BackendName | None = None) -> Model:
+def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
     """Generate a system made in Python, and load it; the cache keeps earlier results.
 
     Parameters
     ----------
-    system : System or Spacecraft
-        What is generated.
+    system : System, Spacecraft or callable
+        What is generated, or a function that returns a System: within it, `min(p, 1)` and other branches on a symbol
+        are refused with file and line.
     backend : {"c", "python"}, optional
         As of `mehvar.load`.
 
@@ -65,7 +66,7 @@ def build(system: System | Spacecraft, backend: BackendName | None = None) -> Mo
 
     if not (isinstance(backend, str) and backend == "python"):
         begin_native()  # seconds of a first start, beside those of the derivation
-    with cell_progress("deriving"):
+    with working(f"deriving {getattr(system, 'name', 'a system')}"):
         folder = built_folder(system)
     return load(folder, backend)
 

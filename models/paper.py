@@ -322,7 +322,7 @@ class Paper:
                     )
 
     def _refuse_unnamed(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
-        """Refuse a symbol that has no name; and, unless `members`, a member of a family that the case says nothing of.
+        """Refuse a symbol without a name and, unless `members`, a member of a family that the case does not set.
 
         Meanings are followed: one may be about a member of a family itself.
         """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plant without its laws, and with others."""
+"""A plant without its laws, or with other laws."""
 
 from __future__ import annotations
 

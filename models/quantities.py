@@ -58,7 +58,7 @@ def _is_vocabulary(file: str) -> bool:
 
 @dataclass(frozen=True)
 class Located:
-    """Part of a model that knows where its text stands; numbers may be given where it has expressions.
+    """Base of a model's parts: it records file and line, and turns numbers into expressions.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strict reading of parameters.toml and scenarios.toml: what is not understood is refused, with a suggestion."""
+"""Strict reading of parameters.toml and scenarios.toml: an unknown key is refused with a suggestion."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
 
 
 def check_scenario_numbers(scenario: Scenario, where: str) -> None:
-    """Refuse times that do not pass and expected values that are no numbers."""
+    """Refuse times that are not positive and expected values that are no numbers."""
     for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
         if not 0 < seconds < math.inf:
             raise ModelError(f"{where}: {what} = {seconds}: must be above zero, and finite")

@@ -3,7 +3,7 @@
 
 Four things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
 are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in
-comments, `<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings. And every model has a page
+a comment, `<!-- ::: mehvar.load mehvar.batch -->`, which become directives of mkdocstrings. And every model has a page
 on which it runs, `live/MODEL.html`.
 """
 
@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 FENCED = re.compile(r"^(`{3,})(\w*)[^\n]*\n(.*?)^\1[ ]*$\n?", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"(\]\()([^)\s:#]+)((?:#[^)\s]*)?\))")
 INLINE = re.compile(r"\$`([^`\n]+)`\$")
-OBJECT = re.compile(r"^<!-- (::: \S+) -->$", re.MULTILINE)
+OBJECTS = re.compile(r"^<!-- ::: ([^>]+) -->$", re.MULTILINE)
 MARK = "\ue000{}\ue001"
 """Stands for a formula while Markdown, which would read its letters as markup, is at work."""
 
@@ -80,7 +80,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     def prose(text: str) -> str:
         text = INLINE.sub(lambda match: set_aside(match[1], "inline"), text)
         text = text.replace("<details>", '<details markdown="1">')
-        return OBJECT.sub(r"\1", LINK.sub(lead, text))
+        return OBJECTS.sub(_directives, LINK.sub(lead, text))
 
     def fenced(match: re.Match[str]) -> str:
         return f"{set_aside(match[3], 'block')}\n" if match[2] == "math" else match[0]
@@ -93,6 +93,10 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
     formulas = _formulas.pop(page.file.src_uri)
     html = re.sub(r"<p>(\ue000\d+\ue001)</p>", r'<div class="formula" tabindex="0">\1</div>', html)
     return re.sub(r"\ue000(\d+)\ue001", lambda match: formulas[int(match[1])], html)
+
+
+def _directives(match: re.Match[str]) -> str:
+    return "\n\n".join(f"::: {name}" for name in match[1].split())
 
 
 def _pieces(text: str, prose: Callable[[str], str], fenced: Callable[[re.Match[str]], str]) -> Iterator[str]:

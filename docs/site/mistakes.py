@@ -62,6 +62,7 @@ mehvar batch triangle --controller path -n 10 --out a.zarr --success "T_theta"
 mehvar batch no.toml
 mehvar stats runs.zarr
 mehvar convert run.nc --to excel --out run.xlsx
+mehvar export fmu triangle
 mehvar new triangle
 mehvar new 2wheels
 mehvar generate

@@ -1,22 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""List the pages of benchmarks/results in docs/numbers.md, with the main tables."""
+"""List the pages of benchmarks/results in docs/numbers.md, below a summary of the main results."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 PAGE = Path(__file__).parents[1] / "numbers.md"
 
-_SHOWN = {
-    "closed_loop.md": ("path, samples every 1 s",),
-    "batch_open_loop.md": ("slosh, two pendulums, 10 s", "slosh on ball joints, 10 s", "satellite, 100 s"),
-    "batch_closed_loop.md": ("",),
-    "own_law.md": ("",),
-}
-"""Sections whose first table is shown, in this order; an empty heading is the first table of the page."""
+_SUMMARY = (
+    ("one closed loop, beside SciPy with generated Python", "closed_loop.md", "SciPy / ours", "", "times as fast"),
+    ("one closed loop, beside SciPy with compiled C", "closed_loop.md", "SciPy compiled / ours", "", "times as fast"),
+    ("a batch without a law, beside heyoka", "batch_open_loop.md", "peer / mehvar", "heyoka", "times as fast"),
+    ("a batch without a law, beside SciPy", "batch_open_loop.md", "peer / mehvar", "scipy", "times as fast"),
+    ("a batch without a law, beside Diffrax", "batch_open_loop.md", "peer / mehvar", "diffrax", "times as fast"),
+    ("a run of the triangle, 35 s, in a batch", "batch_closed_loop.md", "ms per run", "triangle", "ms"),
+    ("a run of the satellite, 300 s, in a batch", "batch_closed_loop.md", "ms per run", "satellite", "ms"),
+    ("a run of slosh, 1000 s, in a batch", "batch_closed_loop.md", "ms per run", "slosh", "ms"),
+    (
+        "a run under a sampled law in Python",
+        "own_law.md",
+        "times the generated law",
+        "in Python, sampled",
+        "times that of a generated law",
+    ),
+    (
+        "a run under a continuous law in Python",
+        "own_law.md",
+        "times the generated law",
+        "in Python, continuous",
+        "times that of a generated law",
+    ),
+    ("the slowest of 60 comparisons of an edited model", "diff.md", "largest s", "", "s"),
+)
+"""Rows of the summary: what, its page, a column, the beginning of the rows that count, and what their numbers are."""
 _COMMANDS = {
     "batch.md": "put together by hand from the four pages of batches below; "
     + ", ".join(f"`python -m benchmarks.batch.{name}`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
@@ -57,7 +75,10 @@ _HEAD = """# Numbers
 Every measurement has a page with machine, versions, date, command and caveats. Machines were shared: compare ratios.
 [Benchmarks](../benchmarks/README.md) explains how to repeat them; `python docs/site/numbers.py` writes this page.
 
-## Main results
+Times of different tools are at equal error. The smallest and the largest number of a page's tables:
+
+| measured | result | page |
+|---|---|---|
 """
 _INDEX = """## All measurements
 
@@ -66,16 +87,13 @@ _INDEX = """## All measurements
 
 
 def page(results: Path = RESULTS) -> str:
-    """Return the page of numbers as Markdown: the main tables, then a row for each page of results."""
-    sections = {path.name: list(_sections(_text(path))) for path in sorted(results.glob("*.md"))}
-    parts = [_HEAD]
-    for name, headings in _SHOWN.items():
-        parts.append(f"### {_link(name, sections[name])}\n")
-        for heading in headings:
-            parts += [f"**{heading}**\n"] if heading else []
-            parts.append(_table(name, sections[name], heading))
-    rows = [f"| {_link(name, own)} | {_origin(name, _text(results / name))} |" for name, own in sections.items()]
-    return "\n".join([*parts, _INDEX, *rows, ""])
+    """Return the page of numbers as Markdown: the summary, then a row for each page of results."""
+    texts = {path.name: _text(path) for path in sorted(results.glob("*.md"))}
+    summary = [
+        f"| {what} | {_span(texts[name], *column)} | {_link(name, texts[name])} |" for what, name, *column in _SUMMARY
+    ]
+    rows = [f"| {_link(name, text)} | {_origin(name, text)} |" for name, text in texts.items()]
+    return _HEAD + "\n".join([*summary, "", _INDEX, *rows, ""])
 
 
 def _text(path: Path) -> str:
@@ -83,8 +101,22 @@ def _text(path: Path) -> str:
     return re.sub(r"<details>.*?</details>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
-def _link(name: str, sections: list[tuple[str, str]]) -> str:
-    return f"[{sections[0][0]}](../benchmarks/results/{name})"
+def _link(name: str, text: str) -> str:
+    title = re.search(r"^# (.+)$", text, flags=re.MULTILINE)
+    return f"[{title[1] if title else name}](../benchmarks/results/{name})"
+
+
+def _span(text: str, column: str, row: str, what: str) -> str:
+    """Return the smallest and the largest number in a column of the tables of a page, in the rows that begin so."""
+    found = []
+    for table in re.findall(r"(?:^\|.*\n){3,}", text, flags=re.MULTILINE):
+        head, _, *rows = ([cell.strip() for cell in line.strip("| ").split("|")] for line in table.splitlines())
+        if column in head:
+            found += [entries[head.index(column)] for entries in rows if entries[0].startswith(row)]
+    if not found:
+        raise SystemExit(f"no table has {column!r} in rows of {row!r}: mend docs/site/numbers.py")
+    ends = dict.fromkeys((min(found, key=float), max(found, key=float)))
+    return f"{' to '.join(ends)} {what}"
 
 
 def _origin(name: str, text: str) -> str:
@@ -95,23 +127,6 @@ def _origin(name: str, text: str) -> str:
         raise SystemExit(f"benchmarks/results/{name} names no command that wrote it")
     made = made or f"made by `{command[1]}`"
     return f"{made[0].upper()}{made[1:]}; {_SETTINGS[name]}"
-
-
-def _sections(text: str) -> Iterator[tuple[str, str]]:
-    """Return headings of all levels with what follows them."""
-    parts = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)[1:]
-    return zip(parts[::2], parts[1::2], strict=True)
-
-
-def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
-    """Return the first table of a section, of the whole page for an empty heading; links lead on as they did."""
-    for title, text in sections:
-        table = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)
-        if table and heading in ("", title):
-            return re.sub(r"\]\((?!\w+:)", "](../benchmarks/results/", table[0])
-    raise SystemExit(
-        f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend docs/site/numbers.py"
-    )
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ def entry(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
 
 
 def discard(folder: Path) -> None:
-    """Remove an entry that is whole and yet of no use, such as a library that the loader refuses."""
+    """Remove an undamaged entry that is useless, such as a library that the loader refuses."""
     shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -148,7 +148,7 @@ def _is_ours(entry: Path) -> bool:
 
 
 def _make_private(folder: Path) -> None:
-    """Take from group and others the right to write, which a wide umask has given them."""
+    """Remove the write permission of group and others that a wide umask has given."""
     for path in folder.rglob("*"):
         path.chmod(path.stat().st_mode & ~_WRITABLE)
 
@@ -196,13 +196,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Return the reason why others could have put a library into a folder, or an empty text."""
+    """Return why other users could have put a library into a folder; an empty text if they could not."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Return the others who may write a file or a folder, or an empty text."""
+    """Return which other users may write a file or a folder, or an empty text."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

@@ -57,7 +57,7 @@ class Feature:
     limited: Mapping[Place, str] = field(default_factory=dict)
 
     def listed(self, names: Names) -> str:
-        """Return the name, followed by those of the parts; an empty text where nothing has the feature."""
+        """Return the name and the names of its parts; an empty text if the model lacks the feature."""
         texts = ", ".join(names) if not isinstance(names, bool) else ""
         return f"{self.name} ({texts})" if texts else self.name if names is True else ""
 
@@ -125,7 +125,7 @@ FEATURES = (
     MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, SEEN,
     CHOICES, INTEGRATED,
 )  # fmt: skip
-"""Features that a place or another feature excludes, or takes in part; every place takes the others."""
+"""Features that a place or another feature excludes or takes in part. Every place takes the remaining features."""
 
 EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (CHART, MASS, "the chart's rates are given by its own rhs"),
@@ -141,7 +141,7 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (ACTUATOR, CHART, "such a law commands the inputs of the chart, and would ignore it"),
     (SEEN, CHART, "such a law is a function of the chart, and would ignore them"),
 )
-"""Features of which a system has one at most, and why."""
+"""Groups of features of which a system has at most one, with reasons."""
 
 
 def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:

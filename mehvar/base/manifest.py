@@ -310,7 +310,7 @@ class Function:
 
 
 def result_shape(function: str, result: Array, arguments: Sequence[Array]) -> tuple[int, ...]:
-    """Return the shape of a result: that of the array, or of a matrix with a column for each element of an argument.
+    """Return the shape of a result: an array, or a matrix with a column for each element of an argument.
 
     Parameters
     ----------
@@ -458,7 +458,7 @@ class Manifest:
 
     @property
     def whole(self) -> Self:
-        """The same without the functions that are parts of others: Python and CasADi's C have none of those."""
+        """Return the manifest without functions in parts, which Python and CasADi's C lack."""
         functions = {name: f for name, f in self.functions.items() if not f.internal}
         return replace(self, functions=functions)
 
@@ -608,7 +608,7 @@ _SIGNATURES: Mapping[str, str] = {
     "jac_x": "x u p -> J",
     "jac_u": "x u p -> J",
 }
-"""Arguments and results of the functions of a plant, of which a run calls those that its features need."""
+"""Arguments and results of the functions of a plant. A run calls the functions that its features need."""
 _NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
 """Functions of every plant."""
 

@@ -38,7 +38,7 @@ _LONGEST = 60
 _WIDTH = 120
 """Characters of a line of JSON that is written for people."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
-"""In JSON, where these characters stand, or are escaped; most files have neither, and are not searched again."""
+"""Pattern of these characters in JSON, plain or escaped. Most files have none and are not searched again."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 
 

@@ -32,7 +32,7 @@ def required() -> frozenset[str]:
 
 
 def extra_of(package: str) -> str:
-    """Return the first extra of a user, no sum of others, that installs a package; "" for none."""
+    """Return the first extra, other than a sum of extras, that installs a package for a user; "" for none."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:

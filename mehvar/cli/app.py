@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from mehvar.base.errors import InputError
 from mehvar.terminal import interruptible, print_version
 
 _DEBUG = "mehvar.debug"
@@ -78,7 +79,7 @@ class _Commands(TyperGroup):
         return name, _imported(f"{room}.{place.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:
-        with interruptible(), _shown_if_asked(ctx):
+        with interruptible(), _shown_if_asked(ctx), _missing_by_name():
             status = super().invoke(ctx)
         return status if ctx.parent else ctx.exit(status or 0)
 
@@ -136,6 +137,21 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
         if ctx.parent is None and ctx.meta.get(_DEBUG):
             traceback.print_exc()
         raise
+
+
+@contextmanager
+def _missing_by_name() -> Iterator[None]:
+    """Name what a command lacks as its other messages do, where typer prints a usage."""
+    try:
+        yield
+    except typer.BadParameter as error:
+        if type(error).__name__ != "MissingParameter" or error.ctx is None or error.param is None:
+            raise
+        param: Any = error.param
+        name = [param.opts[0]] if param.opts[0].startswith("-") else []
+        words = " ".join([*name, param.metavar or "VALUE"])
+        command = error.ctx.command_path.removeprefix(f"{error.ctx.find_root().command_path} ")
+        raise InputError(f"{command} needs {words}: {param.help}") from None
 
 
 app = _group(

@@ -82,7 +82,7 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
 
 
 def _check_own(out: Path, model: str) -> None:
-    """Refuse a folder that another model was generated into: its files would stay beside those of this one."""
+    """Refuse the folder of another model, whose files would stay beside the new ones."""
     if (out / FILE).is_file() and (there := read_manifest(out).model) != model:
         raise bad_value("out", str(out), f"another folder: this one has the model {there}", "--out")
 

@@ -163,7 +163,7 @@ def _example(manifest: Manifest) -> dict[str, object]:
 
 
 def _free(name: str, into: Path) -> Path:
-    """Return the folder of a new name, or raise InputError for a name that is none or that something has."""
+    """Return the folder of a new name, or raise InputError for a name that is invalid or taken."""
     if keyword.iskeyword(name):
         raise bad_value("NAME", name, "another name: this one is a word of Python")
     if not _NAME.fullmatch(name):
@@ -179,7 +179,7 @@ def _free(name: str, into: Path) -> Path:
 
 
 def _holder(name: str) -> str | None:
-    """Return the existing owner of a name, which a system of that name would conflict with."""
+    """Return what already has the name, with which a new system would conflict."""
     if name in shipped_models():
         return "a model that comes with mehvar"
     if name in project_models():

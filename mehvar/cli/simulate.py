@@ -174,7 +174,7 @@ def _open_loop(
 def _check_inputs(
     manifest: Manifest, scenario: str | None, values: Mapping[str, Any], opened: Mapping[str, Any], origin: str
 ) -> None:
-    """Refuse inputs in their own name: the run would in that of --set."""
+    """Refuse wrong inputs under the name of --input; the run would blame --set."""
     if opened:
         end = values.get("t_end") or manifest.scenario(scenario).duration
         law_of(manifest, None, **opened, period=None, memory=None, end=end, origin=origin)

@@ -183,7 +183,7 @@ def _stale(side: Version, model: str) -> Iterator[str]:
 
 
 def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
-    """Say which sources changed that structures may use which were not compared."""
+    """Return a note about changed sources that structures without a comparison may use."""
     if sources:
         instead = "other combinations were" if compared else "other structures than the default were"
         mend = "name them with --structures NAME=VALUE,NAME=VALUE" if compared else "--structures all compares them"
@@ -191,7 +191,7 @@ def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str
 
 
 def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
-    """Compare other structures; return those with changes of their own, and a note on all the others."""
+    """Compare other structures; return those with changes of their own, and a note about the rest."""
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]

@@ -46,7 +46,7 @@ class Revision:
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:
-        """Write those of `paths` that the revision has below `folder`."""
+        """Write the files of `paths` that the revision has, below `folder`."""
         names = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
         if not names:
             return

@@ -198,7 +198,7 @@ class _Sheet:
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
-        """Print both forms with edits marked: those of the comparison, else the textual differences."""
+        """Print both forms and mark the edits that the comparison found, else the differences of the texts."""
         comparison, old, new = self._comparison, equation.old_node, equation.new_node
         old_marks, new_marks = self._marks(equation)
         before = after = None

@@ -71,7 +71,7 @@ def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
 
 
 class _Loop:
-    """The response of one input's loop, with its sign turned: the closed loop is unstable where it encircles -1."""
+    """Negative response of one input's loop. The closed loop is unstable where it encircles -1."""
 
     def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
         self._b, self._c = cut.B[:, number], cut.C[number]

@@ -14,7 +14,7 @@ from mehvar.codegen.equations.formula import Nodes, Path
 
 _COMMUTATIVE = {"add", "mul", "min", "max", "and", "or"}
 _ALIKE = Fraction(1, 2)
-"""From half the parts in common on, two terms are taken for one that was edited, so that only its parts are marked."""
+"""Share of common parts above which two terms count as one edited term, whose changed parts are marked."""
 
 
 class Alignment:

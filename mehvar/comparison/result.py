@@ -20,7 +20,7 @@ from .text import lines
 SCHEMA = 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ModelDiff:
     """Changes of one model.
 
@@ -116,14 +116,14 @@ class ModelDiff:
         for part in self:
             yield from lines(part.name, part.status, part.comparison, part.consequences, part.notes)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return plain_text(self.lines())
 
     def _repr_html_(self) -> str:
         return html_text(self.lines())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diff:
     """Changes between two versions.
 
@@ -155,7 +155,7 @@ class Diff:
         models = [model.to_json() for model in self.models]
         return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return plain_text(self.lines())
 
     def _repr_html_(self) -> str:

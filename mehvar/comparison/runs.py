@@ -239,7 +239,7 @@ def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
 
 
 def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
-    """Tell whether numbers are equal to a part of the larger; one that is not finite equals only itself."""
+    """Return True if numbers agree relative to the larger one. A number that is not finite equals only itself."""
     if not (math.isfinite(old) and math.isfinite(new)):
         return old == new or (math.isnan(old) and math.isnan(new))
     return abs(new - old) <= part * max(abs(old), abs(new))

@@ -151,7 +151,7 @@ class Sources:
 
 
 def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
-    """Say why a generated folder is not of the models beside it; nothing of one that has none or cannot be read."""
+    """Return why a generated folder does not match the models beside it; an empty text if there are none."""
     try:
         return outdated(tree, model) if _schema(folder) == SCHEMA else ()
     except InputError:  # reported by its reader

@@ -60,7 +60,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Selection:
-    """The structures of a model that are compared besides the default one, and True if there are no others."""
+    """Structures that are compared besides the default one, and True if these are all."""
 
     variants: tuple[Variant, ...]
     complete: bool

@@ -41,7 +41,7 @@ _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
 """Verdicts that are reported for single equations, in this order."""
 _WHOLE = 8
-"""Sources reported with counterexample and evidence; the others share a line. A page has all of them."""
+"""Number of sources reported with counterexample and evidence; the rest share a line. A page has all."""
 _RUNS, _METRICS = 4, 5
 """Runs reported with their metrics, the most changed first, and metrics of each. A page has all of them."""
 HEADLINES = {
@@ -133,7 +133,7 @@ def _many(names: Sequence[str]) -> str:
 
 
 def is_quiet(equation: EquationChange) -> bool:
-    """Return True for an equation that only appeared or disappeared as a name used by others."""
+    """Return True for an equation that is only a name that other equations began or ceased to use."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
@@ -165,7 +165,7 @@ def is_complete(edit: Edit) -> bool:
 
 
 def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the names and numbers with reports of their own, without those of a family's other members."""
+    """Return the names and numbers that are reported: of a family the first member only."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 

@@ -29,9 +29,9 @@ the error of the difference; about 1e-7 of a derivative remain."""
 _UNSEEN = 1e-6
 """A combination that acts on the data a millionth as strongly as the strongest one drowns in those 1e-7."""
 _RUN_ERROR = 1e-11
-"""Relative error of a run with the default tolerances; divided by the step it is what a derivative may be wrong by."""
+"""Relative error of a run with the default tolerances. Divided by the step it bounds the error of a derivative."""
 _FAR = 1e3
-"""Deviations that a sample counts which a trial run did not reach."""
+"""Residual, in deviations, of a sample that a trial run did not reach."""
 
 
 @dataclass(frozen=True)
@@ -283,7 +283,7 @@ class _Problem:
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
-        """Take the deviations of the residuals as those of the noise."""
+        """Estimate the deviations of the noise from the residuals."""
         rows = self._by_variable(self._residuals(relative))
         samples = int(np.count_nonzero(self._kept))
         share = samples / (samples - len(self._free))

@@ -199,7 +199,7 @@ class _Scales:
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
 ) -> tuple[_Scales, list[float | None], list[float | None]]:
-    """Return the scales of the search and the bounds of its points, a difference's step inside those of the gains."""
+    """Return the scales and bounds of the search; the bounds lie one difference step inside the gains' bounds."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])

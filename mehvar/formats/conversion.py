@@ -47,7 +47,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Conversion:
-    """Files of a conversion, and a note about the runs that are not in them, which is empty if all are."""
+    """Files of a conversion, and a note about missing runs; it is empty if none is missing."""
 
     paths: list[Path]
     note: str = ""
@@ -156,7 +156,7 @@ def convert(
 
 
 def _stored(dataset: xarray.Dataset) -> tuple[xarray.Dataset, str]:
-    """Return the runs of a batch that were made, under their numbers, and a note about the others."""
+    """Return the computed runs of a batch by number, and a note about the missing ones."""
     planned = dataset.sizes["run"]
     stored = np.flatnonzero(dataset[STATUS].values != NOT_RUN)
     if not stored.size:
@@ -204,7 +204,7 @@ def _column(array: xarray.DataArray) -> Column:
 
 
 def _units(dataset: xarray.Dataset) -> dict[str, str]:
-    """Return the unit of every variable that a batch sums up, which is in the model: none unless that is here."""
+    """Return the unit of every summarised variable, from the model; nothing if the model is not available."""
     name = dataset.attrs["model"]
     if name not in known_models():
         return {}

@@ -135,7 +135,7 @@ def _apart(functions: Mapping[str, str]) -> str:
 
 
 def _vectors(firmware: Program, text: str) -> tuple[Vector, ...]:
-    """Return the vectors of the public header, of which all but memory and command hold only what the law reads."""
+    """Return the vectors of the public header. All except memory and command hold only what the law reads."""
     manifest, law = firmware.model.manifest, firmware.law
     model, name = identifier(manifest.model).upper(), law_name(firmware).upper()
     period = f"{1000 * firmware.period:g} ms"
@@ -168,7 +168,7 @@ def _vector(
 
 
 def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
-    """Return the enumerators of the generated functions with those of the public header that they mean."""
+    """Return pairs of enumerators: of the generated functions, and of the public header."""
     return [
         (f"{v.prefix}_{word}", f"{name.upper()}_{v.word}_{word}")
         for v in vectors

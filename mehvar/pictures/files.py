@@ -67,7 +67,7 @@ def small_png(figure: Figure) -> bytes:
 
 
 def checked_suffix(path: Path) -> str:
-    """Return the suffix of a picture's file in small letters, or raise InputError for one that is no format."""
+    """Return the suffix of a picture's file in small letters; raise InputError for an unknown format."""
     suffix = Path(path).suffix.lower()
     if suffix not in _METADATA:
         raise bad_value("picture", str(path), "a file name that ends in .png, .svg or .pdf")

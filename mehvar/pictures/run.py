@@ -29,7 +29,7 @@ _MOST_NAMED = 12
 _FLAT = 30
 """A curve whose peak is below this share of its panel's looks like a line at zero: 2 mm of a panel."""
 _REFERENCE = re.compile(r"^ref_|_ref$")
-"""Names of references are those of their states, with this before or after."""
+"""Prefix and suffix that turn the name of a state into that of its reference."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def _references(manifest: Manifest) -> dict[str, Quantity]:
 
 
 def _by_magnitude(panel: Panel, dataset: xr.Dataset) -> Iterator[Panel]:
-    """Yield parts of a panel in which every curve is seen, those of zero with the largest."""
+    """Yield parts of a panel in which every curve is visible; curves of zero join the largest."""
     peaks = {variable: _peak(dataset[variable].values) for variable, _ in panel.variables}
     rest = panel.variables
     while rest:

@@ -90,7 +90,7 @@ def _within_tolerance(run: Run) -> Iterator[FloatArray]:
 
 
 def _same(some: ComplexArray, others: ComplexArray) -> bool:
-    """Return True if each eigenvalue is among the others; False if one is not a number."""
+    """Return True if two sets of eigenvalues agree; False if an eigenvalue is not a number."""
     if not (np.isfinite(some).all() and np.isfinite(others).all()):
         return False
     distance = np.abs(some[:, None] - others).min(axis=1)

@@ -56,7 +56,7 @@ class Formulas:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture, with its chart where it is over time."""
+    """A picture; with an interactive chart if its axis is time."""
 
     picture: Picture
     kind: str = field(default="drawing", init=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gauss's elimination with named steps: what is computed once is named, and never multiplied out.
+"""Gauss's elimination with named steps: every intermediate value gets a name and is not multiplied out.
 
 The pivots are chosen from the places of the zeros alone, so that single runs and lanes do the same. Zeros cost nothing.
 """
@@ -17,7 +17,7 @@ Define = Callable[[str, int, int, sp.Expr], sp.Expr]
 
 
 class SingularError(ValueError):
-    """A matrix whose zeros alone make it singular, or that is so in plain numbers."""
+    """Error for a matrix that its zeros or its plain numbers make singular."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ class _Steps:
         self._latex = [q.latex or sp.latex(q.symbol) for q in states]
 
     def matrix(self, mass: sp.MatrixBase) -> sp.Matrix:
-        """Name the entries; opposite ones that are equal have one name."""
+        """Name the entries; equal entries across the diagonal share a name."""
         self.derivation.section("Mass matrix")
         named = sp.zeros(*mass.shape)
         for i in range(mass.rows):

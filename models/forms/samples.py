@@ -23,7 +23,7 @@ _WHOLE = sp.Rational(1, 10**9)
 
 
 def with_samples(system: System) -> System:
-    """Return a system whose laws all command at each sample, and whose delays are held to whole numbers.
+    """Return a system whose laws all command at each sample and whose delays are whole numbers.
 
     The same system where they did and there are none.
     """
@@ -42,7 +42,7 @@ def with_samples(system: System) -> System:
 
 
 def _located(part: _Part, original: _Part) -> _Part:
-    """Let messages about a part that was made of another name the place of that."""
+    """Give a derived part the origin of its source, which messages then name."""
     object.__setattr__(part, "origin", original.origin)
     return part
 

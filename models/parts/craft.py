@@ -29,7 +29,7 @@ from .values import Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
-"""Accelerations of the hub that are solved for; that of O follows from the parts where only the attitude is a state."""
+"""Accelerations of the hub that are solved for. The parts determine that of O where only the attitude is a state."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 
@@ -208,6 +208,7 @@ class Spacecraft:
         periods = {law.period for law in controllers}
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
+        self._refuse_idle(used)
         x, u, p = families(
             self.parts,
             Group("x", tuple(state.quantity for state in states)),
@@ -231,6 +232,16 @@ class Spacecraft:
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
         )  # fmt: skip
+
+    def _refuse_idle(self, used: set[sp.Symbol]) -> None:
+        """Refuse a part with an input that moves nothing, such as a torque across the plane of the motion."""
+        for part in self.parts:
+            if idle := [q.name for q in part.inputs() if q.symbol not in used]:
+                where = f"{self.name}: {', '.join(idle)} of the {type(part).__name__} {part.name!r}"
+                raise ModelError(
+                    f"{where} would move nothing in a craft with motion = {self.motion!r}; use parts with one "
+                    "direction, such as Thruster and Wheel"
+                )
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
@@ -348,7 +359,7 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
-    """Return groups whose quantities tell which of several equal parts each is of, so that code can loop over these.
+    """Return groups whose quantities name their family and member, so that code can loop over equal parts.
 
     Parts are equal where they are of one class and have quantities of the same names.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid bodies on joints of one degree of freedom, which move freely, as prescribed, or not at all."""
+"""Rigid bodies on joints of one degree of freedom: free, prescribed or locked."""
 
 from __future__ import annotations
 

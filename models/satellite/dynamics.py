@@ -36,7 +36,7 @@ AXES = ("roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart of the attitude and what the rest of the model needs of it.
+    """A chart of the attitude, with the expressions that the rest of the model uses.
 
     Attributes
     ----------

@@ -19,14 +19,14 @@ STRUCTURE = {
 """Structural choices and their values; the first is the default."""
 
 _BEFORE = {("wheels", "unbalanced"): "any"}
-"""A value of a choice that has the parameters of another value too, or others in their place."""
+"""A value of a choice, which shares or replaces the parameters of another value."""
 
 _REPLACED = {
     ("inertia", "full"): ("I_x", "I_y", "I_z"),
     ("wheels", "any"): ("Iw_x", "Iw_y", "Iw_z", "wheels", "hx_0", "hy_0", "hz_0"),
     ("orbit", "keplerian"): ("omega0", "orbit_radius", "sun_latitude", "sun_elevation", "latitude_0"),
 }
-"""Parameters of the paper's plant and scenario that a choice has others in place of."""
+"""Parameters of the paper's plant and scenario that a choice replaces."""
 
 
 def beyond(choices: Mapping[str, str]) -> dict[str, str]:
@@ -61,7 +61,7 @@ def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) 
 
 
 def _taken(choices: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield the choices that differ from the paper's, each after the value whose parameters it shares."""
+    """Yield the choices other than the paper's, each after the value that shares parameters with it."""
     for name, value in beyond(choices).items():
         if (name, value) in _BEFORE:
             yield name, _BEFORE[name, value]

@@ -144,6 +144,18 @@ def test_a_metric_of_an_unknown_variable_is_refused():
         check(dataclasses.replace(triangle(), metrics=(metric,), scenarios=()))
 
 
+def test_a_function_that_makes_a_system_branches_on_no_symbol():
+    x, p = Group("x", (Quantity("a", "1", "a"),)), Group("p", (Parameter("k", "1/s", "rate", default=1.0),))
+
+    def wrong() -> System:
+        return System(name="a", states=x, parameters=p, rhs=(-min(p.k, 1) * x.a,))
+
+    with pytest.raises(ModelError, match=r"test_check.py:\d+: a Python branch .* sympy.Min"):
+        mehvar.build(wrong)
+    with pytest.raises(TypeError, match="truth value of Relational"):
+        wrong()
+
+
 def test_branches_on_symbols_are_refused():
     x = sp.Symbol("x", real=True)
     with no_branching():

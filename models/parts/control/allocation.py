@@ -123,4 +123,4 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
 
 
 _DEPENDENT = 1e-9
-"""Tolerance of effects of the order of one: far above rounding, far below what an actuator is mounted for."""
+"""Tolerance of effects of the order of one: far above rounding, far below the effect of an actuator."""

@@ -116,7 +116,7 @@ class AttitudeFilter(Part):
         return (*super().constraints(at), counted, *sigma)
 
     def of(self, sensor: Part, at: Mounted) -> SimpleNamespace:
-        """Return what stands for the fields of a sensor."""
+        """Return the symbols for the fields of a sensor."""
         for part, mounted in at.craft.parts:
             if part == sensor:
                 return mounted.values
@@ -174,7 +174,7 @@ class _Sample:
         return self.at.frame.define(f"{self.law.name}_{self.of.name}_{name}", expr, f"{self.of.name}: {title}")
 
     def stage(self, prefix: str) -> Define:
-        """Return what names the steps of a stage."""
+        """Return the function that names the steps of a stage."""
         return lambda name, expr, title: self.define(f"{prefix}_{name}", expr, title)
 
     def vector(self, name: str, entries: Iterable[Expr], title: str) -> sp.Matrix:
@@ -194,7 +194,7 @@ class _Sample:
         return quaternion_product(list(q), (1, *(longer * angle)))
 
     def transition(self, name: str, q: Sequence[Expr]) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the matrix from inertial axes to those of the hub, and how the error goes on for half a period."""
+        """Return the matrix from inertial axes to the hub's, and the propagation of the error over half a period."""
         turn = quaternion_rotation(list(q))
         turn = sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
         transition = sp.eye(len(_ERROR))
@@ -224,7 +224,7 @@ class _Sample:
         return Estimate(tuple(attitude), tuple(rate))
 
     def noise(self) -> tuple[list[Expr], list[Expr]]:
-        """Return what the gyro adds to variances: of angles in half a period, of biases in a whole one."""
+        """Return the variances that the gyro adds: to angles in half a period, to biases in a whole one."""
         white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
         walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
         return [white] * 3, [walk] * 3
@@ -253,7 +253,7 @@ class _Sample:
         return self.vector("x", chosen, "correction"), prior.chosen(self.stage("taken"), factors, taken)
 
     def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
-        """Say what the counts of measurements become."""
+        """Return the next counts of measurements."""
         since, update = sp.Max(self.count, 0), self.law.update
         update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
         update(self.nis, sp.Piecewise((nis, due), (self.nis, True)))

@@ -19,7 +19,7 @@ LAST = tuple(
 
 @dataclass(frozen=True)
 class Rate:
-    """A rate relative to the orbit axes, and what a law keeps for it.
+    """A rate relative to the orbit axes, and the memory of a law for it.
 
     Attributes
     ----------

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Lyapunov laws, how their demands become thrust and moments, and what a run must satisfy."""
+"""The Lyapunov laws, their thrust and moments, and the constraints of a run."""

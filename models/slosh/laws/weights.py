@@ -3,6 +3,10 @@
 
 Each weighs a rate squared, and holds a product with Omega that cancels the coupling of that rate to Omega'. The printed
 products lack factors (m_i, parts of l^2), so that (29) would not hold; here they are the rows of (25), (26) themselves.
+
+With D the inertia of the pendulums' rates q and c their coupling to Omega', V1 = 1/2 (r1 v_y^2 + r2 v_z^2 + r3 a_1^2 +
+r5 a_2^2 + r7 a_3^2 + Omega^T f Omega) + 1/2 sum m r (q + c^T Omega/D)^2, with f of (29): V1 is positive exactly where
+f is.
 """
 
 from __future__ import annotations

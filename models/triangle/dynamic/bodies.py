@@ -23,7 +23,7 @@ ENDS = ((1, 2), (2, 0), (0, 1))
 
 @dataclass(frozen=True)
 class Bodies:
-    """Masses by which the triangle moves.
+    """Masses that decide how the triangle moves; those of rods are spread over them.
 
     Attributes
     ----------

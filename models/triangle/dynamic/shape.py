@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's shape and attitude of masses that forces move, read off the lengths of the rods and the way of rod 3."""
+"""The paper's shape and attitude of the dynamic triangle, from the lengths of the rods and the direction of rod 3."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ _ENERGIES = (
     Quantity("potential", "J", "potential energy in the gravity gradient"),
 )
 _IN_LINE = sp.Rational(1, 10**9)
-"""Of all rods together: masses are in line that are so to this; angles are then within 1e-4 of those of a line. With
-none, cancellation in the rates ends most runs first, as not finite."""
+"""Margin, relative to all rods, below which masses count as collinear: angles are then within 1e-4 of those of a line.
+Without it, cancellation in the rates ends most runs first, as not finite."""
 _LIMITS = (
     Condition(
         sp.Min(*(sum(lengths) - 2 * length for length in lengths)) - _IN_LINE * sum(lengths),
@@ -143,7 +143,7 @@ def _forceful(
 
 
 def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's runs, which are expected to differ here, and those of this model, with the metrics of both."""
+    """Return the paper's scenarios without their expected results, those of this model, and the metrics of both."""
     paper, shared = read_scenarios(_HERE.parent / "scenarios.toml")
     further, costs = read_scenarios(_HERE / "scenarios.toml")
     runs = (*(dataclasses.replace(run, expect={}) for run in paper), *further)
@@ -153,7 +153,7 @@ def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
 
 
 def _by_mass(run: Scenario) -> Scenario:
-    """Give each of three masses what a scenario gives the one."""
+    """Give each of the three masses the value of a scenario's one mass."""
     others = {name: value for name, value in run.values.items() if name != "mass"}
     each = {f"m{k}": run.values["mass"] for k in (1, 2, 3) if "mass" in run.values}
     return dataclasses.replace(run, values=others | each)

@@ -13,6 +13,7 @@ import pytest
 
 import mehvar
 from tests import commands
+from tests.fuzz.campaign import in_process
 
 TIGHT = ("--set", "R=0.3", "--set", "l1_f=0.45", "--set", "l2_f=0.45")
 SIMULATE = ("simulate", "triangle", "--controller", "path", "--t-end", "1")
@@ -34,6 +35,20 @@ def refused(*arguments: str, cwd: Path | None = None) -> str:
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needs"),
+    [
+        (("export", "fmu", "triangle"), "export fmu needs --out FILE.fmu"),
+        (("convert", "run.nc"), "convert needs --out FILE"),
+        (("require",), "require needs STORE|CAMPAIGN.toml"),
+    ],
+)
+def test_what_a_command_lacks_is_named(arguments: tuple[str, ...], needs: str) -> None:
+    said = refused(*arguments)
+    assert said.startswith(f"mehvar: {needs}")
+    assert "Usage" not in said
 
 
 def test_list_and_show_name_everything():
@@ -102,9 +117,11 @@ def test_simulate_prints_saves_and_draws(tmp_path):
         (("generate", "triangle", "--emit", "fortran"), "--emit = 'fortran'.*must be casadi"),
     ],
 )
-def test_a_mistake_gets_one_clear_message(arguments, message, tmp_path):
+def test_a_mistake_gets_one_clear_message(arguments, message, tmp_path, monkeypatch):
     folder = tmp_path if arguments[0] == "simulate" else Path(mehvar.__file__).parents[1]
-    text = refused(*arguments, cwd=folder)
+    monkeypatch.chdir(folder)
+    status, text = in_process(*arguments)
+    assert status == 2, text
     assert re.search(message, text.replace("\n", " ")), text
     assert not list(tmp_path.iterdir())
 

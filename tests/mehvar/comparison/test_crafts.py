@@ -22,6 +22,7 @@ def test_the_part_is_named():
     assert found.differs
     assert found.notes == ("wheel2: axis (0, 1, 0) -> (0, 0, 1)",)
     assert "wheel2: axis (0, 1, 0) -> (0, 0, 1)" in str(found)
+    assert repr(found) == str(found)
 
 
 def test_the_same_craft_is_the_same():
@@ -43,5 +44,5 @@ def test_wrong_arguments_are_refused():
         mehvar.diff(craft_of(), craft_of(), "work~1")
     with pytest.raises(MehvarError, match=r"model = .*must be a text"):
         mehvar.diff(craft_of(), "HEAD")
-    with pytest.raises(MehvarError, match="must be a System, or a Spacecraft"):
+    with pytest.raises(MehvarError, match="must be a System, a Spacecraft, or a function"):
         mehvar.diff(1, 2)

@@ -174,6 +174,7 @@ def check_on_a_cortex_m4f(folder, expected):
                      marks=needs("riscv64-linux-gnu-gcc", "qemu-riscv64-static")),
     ],
 )  # fmt: skip
+@pytest.mark.share(2)
 def test_three_laws_in_a_process(project, compiler, emulator):
     folder, expected = project
     image, _ = built(folder, compiler, compiler, "-O2 -static")

@@ -26,6 +26,7 @@ from mehvar.models.parts import (
     Tank,
     Tether,
     Thruster,
+    Torquer,
     Value,
     Wheel,
 )
@@ -49,6 +50,10 @@ def assembled(*parts, **options):
     [
         (lambda: assembled(), "has no parts: add a Hub"),
         (lambda: assembled(Wheel("w", axis=(1, 0, 0), inertia=0.1)), "has no mass: add a Hub"),
+        (
+            lambda: assembled(HUB, Torquer("t"), motion="plane"),
+            "craft: tx, ty of the Torquer 't' would move nothing in a craft with motion = 'plane'; use parts with one",
+        ),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=(0, 0, 0))), "craft has no inertia about x: give the Hub one"),
         (
             lambda: assembled(HUB, Hinge("panel", 1.0, (1, 0, 1), axis=(0, 1, 0), centre=(0, 1, 0))),

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Print random sentences of the pages, docstrings and messages, for a reader who judges how they read.
+
+`python -m docs.site.sample SEED` prints forty of each; the same seed and text give the same sample.
+"""
+
+from __future__ import annotations
+
+import ast
+import random
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("mehvar", "models", "codegen", "runtime")
+WRITTEN = ("numbers", "capabilities", "mistakes", "options", "targets")
+"""Pages that programs write."""
+
+
+def sentences() -> Iterator[str]:
+    """Yield the sentences of paragraphs and lists."""
+    for page in sorted((ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))):
+        if page.stem in WRITTEN:
+            continue
+        text = re.sub(
+            r"^(`{3,}).*?^\1\s*$|<!--.*?-->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+        )
+        for block in re.split(r"\n\s*\n|\n(?=- )", text):
+            if not re.match(r"\s*[#|<!]", block):
+                words = re.sub(r"\]\([^)]*\)", "]", " ".join(block.split())).removeprefix("- ")
+                yield from (s for s in re.split(r"(?<=[.:?]) (?=[A-Z`\[*])", words) if len(s.split()) > 3)
+
+
+def texts() -> Iterator[ast.AST]:
+    """Yield every node of the product's code."""
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+
+
+def docstrings() -> Iterator[str]:
+    """Yield the first paragraph of each docstring, of modules, classes, functions and values."""
+    for node in texts():
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield " ".join(node.value.value.split("\n\n")[0].split())
+
+
+def messages() -> Iterator[str]:
+    """Yield the text of each error that is raised with one."""
+    for node in texts():
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
+            words = ast.unparse(node.exc.args[0])
+            if re.match(r"f?['\"]", words) and len(words.split()) > 3:
+                yield words.removeprefix("f").strip("'\"")
+
+
+def sample(seed: int, number: int = 40) -> Iterator[str]:
+    """Yield a sample of each kind, below its name."""
+    for kind in (sentences, docstrings, messages):
+        yield f"\n{kind.__name__}, seed {seed}:"
+        yield from random.Random(f"{seed} {kind.__name__}").sample(sorted(set(kind())), number)
+
+
+if __name__ == "__main__":
+    print("\n".join(sample(int(sys.argv[1]))))
