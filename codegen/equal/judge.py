@@ -179,7 +179,7 @@ class Judge:
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
-        """Return True if an expression has an even root of a possible square of a signed expression."""
+        """Return True if an expression has an even root of something that may be the square of a signed value."""
         if (meaning, root) not in self._rooted:
             for node in reached(self.pool.nodes, [root]):
                 if (meaning, node) not in self._rooted:
