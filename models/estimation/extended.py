@@ -2,7 +2,8 @@
 """An extended Kalman filter of any system: all that it needs is in the system.
 
 The prediction is a step of the midpoint rule of `rhs`, with its exact Jacobian; noise is that of the sensor, of random
-steps and of the diffusion. The covariance is kept as factors U D U'.
+steps and of the diffusion. The covariance is kept as factors U D U'. The prediction is made with the
+input that acts until the next sample: that of this sample, or with a delay of one that of the sample before.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ from mehvar.base.units import Dimension, dimension, unit_text
 from ..arguments import expression, expressions, instance
 from ..derivation import Derivation, Expr
 from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity, wrong
-from ..system import Controller, Output, System
+from ..system import Condition, Controller, Output, System
 from ..tables import check_names
 from .factors import Define, Factors, above
 
 HALF = sp.Rational(1, 2)
+_LATE = "a delay must be at most 1 sample: the memory has the inputs of one"
 Start = Mapping[str, tuple[Expr | float, Expr | float]]
 
 
@@ -47,13 +49,15 @@ def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr |
     -------
     System
         With the law's memory longer by the estimates `STATE_est` for the next sample, the factors of their covariance,
-        and `est_nis`, the squared innovation over its variance; a run shows `est_nees`, the squared error over the
-        covariance.
+        the inputs of a sample as `INPUT_last`, and `est_nis`, the squared innovation over its variance; a run shows
+        `est_nees`, the squared error over the covariance. A law without a delay of its own gets the parameter
+        `est_delay`, which a run sets.
 
     Raises
     ------
     ModelError
-        If the law is continuous, a measurement has no noise of its own, or a name is none of a state.
+        If the law is continuous, a measurement has no noise of its own, a command does not act at once, or a name is
+        none of a state. A run with a delay of more than one sample is refused.
     """
     instance("system", system, System, "a System")
     instance("law", law, str, "the name of a law")
@@ -73,6 +77,9 @@ def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr |
     chosen = next(one for one in system.controllers if one.name == law)
     if not chosen.period or system.sensor is None:
         raise ModelError(f"{chosen.origin}: law {law!r}: must be sampled, in a system with a sensor, for estimates")
+    for what, late in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
+        if late:
+            raise ModelError(f"{chosen.origin}: law {law!r}: {what}: estimates need commands that act at once")
     return _Filter(system, chosen, start, noise or {}).system()
 
 
@@ -109,7 +116,14 @@ class _Filter:
             for i, j in above(size)
         }
         self.factors = Factors.of(entries, diagonal)
+        self.delay: Quantity = Parameter("est_delay", "1", "samples until a command acts", default=0.0)
+        own = [q for q in law.parameters if q.name == law.delay]
+        if own:
+            self.delay = own[0]
+        else:
+            self.parameters.append(self.delay)
         self.nis = self.keep("est_nis", "1", "squared innovation over its variance, summed")
+        self.last = [self.keep(f"{q.name}_last", q.unit, f"{q.description}, of this sample") for q in system.inputs]
 
     def keep(self, name: str, unit: str, meaning: str, begin: Expr = sp.S.Zero) -> sp.Symbol:
         """Add a number to the memory."""
@@ -134,16 +148,19 @@ class _Filter:
 
         return define
 
-    def at(self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY) -> _Slopes:
+    def at(
+        self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY, inputs: Mapping[sp.Symbol, Expr] | None = None
+    ) -> _Slopes:
         """Return the evaluation at a state, without noise, with slopes by state and noise."""
         values = dict(zip(self.of.states.symbols, x, strict=True)) | dict.fromkeys(noise.symbols, sp.S.Zero)
+        values |= inputs or {}
         return _Slopes(self.stage(prefix), self.of.definitions, values)
 
     def system(self) -> System:
         """Return the system with the law that computes with estimates."""
         posterior, factors, nis = self.corrected()
         predicted, factors = self.predicted(posterior, factors)
-        updates = (*predicted, *factors.entries, nis)
+        updates = (*predicted, *factors.entries, nis, *self.of.inputs.symbols)
         law, at = self.law, self.at("law", posterior)
         made = replace(
             law,
@@ -153,9 +170,19 @@ class _Filter:
             start=(*law.start, *(begin for begin, _ in self.memory.values())),
             update=(*at.values(law.update), *updates),
             outputs=(*law.outputs, self.report()),
+            delay=self.delay.name,
+            constraints=(*law.constraints, Condition(1 + HALF - self.delay.symbol, _LATE)),
         )
         laws = tuple(made if one is law else one for one in self.of.controllers)
         return replace(self.of, controllers=laws, steps=tuple(self.derivation.steps))
+
+    def acting(self) -> dict[sp.Symbol, Expr]:
+        """Return the inputs that act until the next sample."""
+        define, acting = self.stage("acting"), {}
+        for q, last in zip(self.of.inputs, self.last, strict=True):
+            chosen = sp.Piecewise((q.symbol, self.delay.symbol < HALF), (last, True))
+            acting[q.symbol] = define(q.name, chosen, f"{q.description} until the next sample")
+        return acting
 
     def corrected(self) -> tuple[list[Expr], Factors, Expr]:
         """Return estimates and factors after the measurements, one after the other, and the NIS."""
@@ -193,12 +220,13 @@ class _Filter:
         """Return estimates and factors for the next sample."""
         states, t, size = self.of.states.symbols, self.period, len(x)
         define = self.stage("step")
-        here = self.at("here", x)
+        acting = self.acting()
+        here = self.at("here", x, inputs=acting)
         middle = [
             define(f"mid{k + 1}", e + t / 2 * rate, "estimate after half a period")
             for k, (e, rate) in enumerate(zip(x, here.values(self.of.rhs), strict=True))
         ]
-        there = self.at("mid", middle)
+        there = self.at("mid", middle, inputs=acting)
         rates = there.values(self.of.rhs)
         following = [
             define(f"x{k + 1}", e + t * rate, "prediction") for k, (e, rate) in enumerate(zip(x, rates, strict=True))
@@ -216,11 +244,11 @@ class _Filter:
                 columns.append((sp.eye(size)[:, k], density**2 * t))
         if self.of.diffusion:
             wiener = self.of.diffusion.wiener
-            drive = self.at("wiener", following, wiener).jacobian(self.of.diffusion.change, wiener.symbols)
+            drive = self.at("wiener", following, wiener, acting).jacobian(self.of.diffusion.change, wiener.symbols)
             columns += [(drive[:, k], t) for k in range(drive.cols)]
         if self.of.random_step:
             e, after = self.of.random_step.noise, self.of.random_step.after
-            at = self.at("jump", following, e)
+            at = self.at("jump", following, e, acting)
             turn, drive = at.jacobian(after, states), at.jacobian(after, e.symbols)
             following, transition = at.values(after), turn * transition
             columns = [(turn * column, q) for column, q in columns] + [(drive[:, k], sp.S.One) for k in range(len(e))]

@@ -272,6 +272,7 @@ def test_what_is_committed_can_be_read():
     ]
 
 
+@pytest.mark.soak
 def test_a_variant_goes_where_it_is_told(tmp_path):
     generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
     manifest = read_manifest(tmp_path / "mine")

@@ -38,6 +38,7 @@ def test_it_opens_in_three_lines():
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.soak
 def test_it_runs(path, tmp_path):
     nbclient = pytest.importorskip("nbclient", reason="notebooks are run by nbclient and ipykernel")
     nbformat = pytest.importorskip("nbformat")

@@ -16,6 +16,8 @@ import mehvar
 from tests.docs.formulas import MATH, faults
 from tests.mehvar.browser import chromium
 
+pytestmark = pytest.mark.soak  # .ci/run builds the site too
+
 ROOT = Path(__file__).parents[2]
 LOADS = re.compile(r'<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)="([^"]+)"')
 CUT = """

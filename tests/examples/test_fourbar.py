@@ -15,6 +15,8 @@ from mehvar.physics.machine import Machine, Points
 from tests.examples import checks
 from tests.examples.pages import lines, model_here
 
+pytestmark = pytest.mark.soak  # an example of an implicit form: tests/models/test_implicit.py has others
+
 A, B, C, D = 0.3, 0.9, 0.7, 1.0
 MASSES, G = (0.5, 1.5, 1.2), 9.81
 

@@ -16,6 +16,8 @@ from mehvar.physics.machine import Machine
 from tests.examples import checks
 from tests.examples.pages import lines, model_here
 
+pytestmark = pytest.mark.soak  # an example of an implicit form and an orbit
+
 MU, A = 3.986004418e14, 7.0e6
 MEAN = np.sqrt(MU / A**3)
 FREE = {"rtol": 1e-11, "atol": 1e-11}

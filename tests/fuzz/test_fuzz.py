@@ -61,10 +61,12 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert len(journal.read_text().splitlines()) == 1
 
 
+@pytest.mark.soak
 def test_commands_in_processes_of_their_own(place: Path) -> None:
     sound(campaign.commands(4, 3, place, campaign.as_process))
 
 
+@pytest.mark.soak
 def test_damaged_stores(place: Path) -> None:
     sound(campaign.damaged_stores(5, 40, place / "s.zarr", probe()))
 

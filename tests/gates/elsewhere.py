@@ -21,7 +21,6 @@ STEPS: tuple[tuple[str, int], ...] = (
     ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
     ("mehvar stats runs.zarr", 0),
-    ("mehvar generate triangle --structure masses=general --out general", 0),
     ("mehvar new wheel", 0),
 )
 FURTHER: tuple[tuple[str, int], ...] = (
@@ -29,6 +28,7 @@ FURTHER: tuple[tuple[str, int], ...] = (
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary m1=uniform(0.9,1.1) --out runs.zarr", 2),
     ("mehvar simulate --from runs.zarr --run 7", 0),
     ("mehvar simulate triangle --controller path --t-end 1 --set backend=casadi", 0),
+    ("mehvar generate triangle --structure masses=general --out general", 0),
     ("mehvar diff general general", 0),
     ("mehvar diff --paper", 2),
     ("mehvar reproduce", 2),

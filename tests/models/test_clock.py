@@ -144,7 +144,7 @@ def test_limit_and_variant_of_a_plant_of_time(windy, backend):
 
 @pytest.mark.parametrize("law", ["steps", "brake"])
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rock4", "rodas5p"])
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_a_batch_of_a_plant_of_time_has_the_bits_of_its_runs(windy, tmp_path, law, method):
     runs = mehvar.batch(windy, law, n=9, seed=1, vary={"k": "uniform(1, 3)"}, method=method, out=tmp_path / "runs.zarr")
     assert set(runs["status"].values.tolist()) == {0}

@@ -153,7 +153,7 @@ def test_a_delay_of_no_sample_is_none(tmp_path):
 
 @pytest.mark.parametrize("name", NOISY)
 @pytest.mark.parametrize("method", ["euler", "platen"])
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_process_noise_beside(tmp_path, name, method):
     folder = folder_of(tmp_path, **NOISY[name])
     for one in laws_of(NOISY[name]):

@@ -92,6 +92,7 @@ def test_a_law_without_memory_may_command_at_some_samples(folder):
 
 
 @pytest.mark.parametrize(("law", "vary"), [("lead", "i"), ("slow", "l1"), ("slow", "load")])
+@pytest.mark.share(3)
 def test_batches_and_their_repetitions(folder, tmp_path, law, vary):
     path = tmp_path / "seeker.zarr"
     mehvar.batch(folder, law, n=11, seed=5, vary={vary: "normal(0.3, 0.02)"}, save=0.02, out=path)

@@ -19,11 +19,7 @@ from tests.derived import REPRODUCED, system
 from tests.papers.shared import HEAVY, paper_claims, paper_runs
 from tests.papers.words import silent, wrong_words
 
-QUICK = [name if name == "slosh" else pytest.param(name, marks=pytest.mark.soak) for name in REPRODUCED]
-"""Models whose claims are decided anew in seconds; those of the others take ten and more."""
-
-
-EVERY = [pytest.param(name, marks=pytest.mark.soak) if name == HEAVY else name for name in REPRODUCED]
+EVERY = [pytest.param(name, marks=pytest.mark.soak) if name in HEAVY else name for name in REPRODUCED]
 
 
 @pytest.fixture(scope="module", params=EVERY)
@@ -104,6 +100,6 @@ def test_the_words_of_claims_and_captions_have_their_numbers_from_the_checks(
     assert list(wrong_words(paper, claims, runs.model.manifest)) == []
 
 
-@pytest.mark.parametrize("model", QUICK, indirect=True)
+@pytest.mark.soak
 def test_no_check_keeps_its_words_when_what_it_expects_changes(paper: Reproduction, runs: Runs) -> None:
     assert list(silent(paper, runs)) == []

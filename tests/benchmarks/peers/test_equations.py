@@ -12,6 +12,8 @@ import pytest
 from benchmarks.peers.equations import ARITHMETIC, Equations, packed, scalar_source, walk
 from mehvar.runtime import load
 
+pytestmark = pytest.mark.soak  # what peers are given
+
 FUNCTIONS = [
     *(pytest.param(*f, marks=pytest.mark.soak) for f in (("triangle", "path_loop"), ("slosh", "lyapunov_v2_loop"))),
     ("satellite", "mrac"),

@@ -13,6 +13,7 @@ import pytest
 
 import mehvar
 from tests import commands
+from tests.fuzz.campaign import in_process
 
 TIGHT = ("--set", "R=0.3", "--set", "l1_f=0.45", "--set", "l2_f=0.45")
 SIMULATE = ("simulate", "triangle", "--controller", "path", "--t-end", "1")
@@ -116,9 +117,11 @@ def test_simulate_prints_saves_and_draws(tmp_path):
         (("generate", "triangle", "--emit", "fortran"), "--emit = 'fortran'.*must be casadi"),
     ],
 )
-def test_a_mistake_gets_one_clear_message(arguments, message, tmp_path):
+def test_a_mistake_gets_one_clear_message(arguments, message, tmp_path, monkeypatch):
     folder = tmp_path if arguments[0] == "simulate" else Path(mehvar.__file__).parents[1]
-    text = refused(*arguments, cwd=folder)
+    monkeypatch.chdir(folder)
+    status, text = in_process(*arguments)
+    assert status == 2, text
     assert re.search(message, text.replace("\n", " ")), text
     assert not list(tmp_path.iterdir())
 

@@ -64,6 +64,7 @@ def test_the_delay_that_is_given_is_the_one_of_the_run(delay):
     assert (found["board_against_simulation_without_delay"] is None) == (delay == 0)
 
 
+@pytest.mark.soak
 def test_what_build_exports_can_be_built(tmp_path):
     out = tmp_path / "firmware"
     done = run("board", "build", "triangle", "--controller", "path", "--out", str(out))

@@ -23,6 +23,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return scaffold_law("hover", "satellite", tmp_path_factory.mktemp("own"))
 
 
+@pytest.mark.soak
 def test_it_is_the_plant_under_another_law(project: Path) -> None:
     own, plant = runtime.load(project / "generated" / "hover"), runtime.load("satellite")
     assert (own.state_names, own.parameter_names) == (plant.state_names, plant.parameter_names)

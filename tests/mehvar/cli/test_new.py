@@ -62,6 +62,7 @@ def test_a_craft_from_parts_is_whole_and_its_own_tests_pass(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.soak
 def test_a_wrong_sign_is_compared_and_breaks_a_gate(tmp_path):
     project = scaffold("wrong", tmp_path)
     path = project / "models" / "wrong" / "system.py"

@@ -23,6 +23,7 @@ from mehvar.report.page import typeset
 from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
 from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict, tally, tally_text
 from mehvar.reproduction.deviations import deviations, table_claims
+from mehvar.reproduction.judging import judged
 from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import PrintedCounts, Statements
@@ -34,9 +35,9 @@ from tests.mehvar.pages import contents, misses, printed_pages, resize, settled,
 from tests.papers.shared import LIGHT, paper_agreement, paper_claims, paper_runs, shared_runs
 
 SHOWN = ("slosh", "triangle")
-"""Papers of the report here; `make soak` makes the whole report."""
-FEW = ["index", "triangle", pytest.param("slosh", marks=pytest.mark.soak)]
-"""Pages of the report: the longest takes ten seconds of a browser, and has nothing that the others have not."""
+"""Papers of the report in soak; `make run` makes the whole one."""
+FEW = ("triangle",)
+"""Paper of the report in the suite."""
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
 
@@ -84,15 +85,15 @@ def first_board(runs):
     return Boards([section._on_board(runs.board(law)) for law in laws])
 
 
-def small(monkeypatch):
+def small(monkeypatch, shown):
     """Make batches and runs on the board small, and take what the papers' tests have run: the rest is the command's."""
 
     def reduced(name):
         paper = load_reproduction(name)
         return replace(paper, study=replace(paper.study, runs=64))
 
-    decided = {name: list(paper_claims(name)) for name in SHOWN}
-    monkeypatch.setattr(module, "paper_models", lambda tree: SHOWN)
+    decided = {name: list(paper_claims(name)) for name in shown}
+    monkeypatch.setattr(module, "paper_models", lambda tree: shown)
     monkeypatch.setattr(Reproduction, "claims", lambda paper, runs: decided[runs.model.manifest.model])
     monkeypatch.setattr(content, "load_reproduction", reduced)
     monkeypatch.setattr(content, "Runs", shared_runs)
@@ -100,31 +101,32 @@ def small(monkeypatch):
     monkeypatch.setattr(content, "load_beyond", lambda name: load_beyond(name) if name == LIGHT else None)
     monkeypatch.setattr(content, "run_boards", first_board)
     monkeypatch.setattr("mehvar.reproduction.runs._MOST_SAMPLES", 120)
-    no_pages(monkeypatch)
+    without_others(monkeypatch, shown)
 
 
-def no_pages(monkeypatch):
-    """Leave out the pages on which models run, which tests/mehvar/web has."""
+def without_others(monkeypatch, ledgers):
+    """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
+    monkeypatch.setattr(module, "judged", lambda tree: [part for name in ledgers for part in judged(tree, name)])
     monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))
 
 
-@pytest.fixture(scope="module")
-def report(tmp_path_factory):
+@pytest.fixture(scope="module", params=[FEW, pytest.param(SHOWN, marks=pytest.mark.soak)], ids=" ".join)
+def report(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduce") / "new" / "گزارش of today"
     steps = []
     with pytest.MonkeyPatch.context() as patch:
-        small(patch)
+        small(patch, request.param)
         counts, failures = reproduce(out, lambda done, total, what="": steps.append((done, total, what)))
-    return SimpleNamespace(out=out, counts=counts, failures=failures, steps=steps, pages=read(out))
+    return SimpleNamespace(shown=request.param, out=out, counts=counts, failures=failures, steps=steps, pages=read(out))
 
 
 def test_every_claim_holds_and_progress_reaches_the_end(report):
     assert report.failures == []
     done = [step for step, *_ in report.steps]
     assert done == sorted(done)
-    assert report.steps[-1][0] == report.steps[-1][1] == len(SHOWN)
+    assert report.steps[-1][0] == report.steps[-1][1] == len(report.shown)
     said = " ".join(what for *_, what in report.steps)
-    assert all(f"{name}: claims" in said for name in SHOWN)
+    assert all(f"{name}: claims" in said for name in report.shown)
     assert "64 runs" in said
 
 
@@ -133,8 +135,8 @@ def html(report, name):
 
 
 def test_there_is_a_page_for_each_paper_and_an_overview_with_a_picture_of_each(report):
-    assert sorted(report.pages) == sorted(["index", *SHOWN])
-    assert len(report.pages["index"].sources) == len(SHOWN)
+    assert sorted(report.pages) == sorted(["index", *report.shown])
+    assert len(report.pages["index"].sources) == len(report.shown)
 
 
 def test_pages_need_nothing_else(report):
@@ -155,7 +157,7 @@ def test_pages_need_nothing_else(report):
 
 def test_figures_on_the_pages_are_the_files_beside_them(report):
     files = sorted((report.out / "figures").iterdir())
-    wanted = [f"{m}-{figure.number:02d}.png" for m in SHOWN for figure in load_reproduction(m).figures]
+    wanted = [f"{m}-{figure.number:02d}.png" for m in report.shown for figure in load_reproduction(m).figures]
     wanted += [f"{LIGHT}-beyond-{figure.number}.png" for figure in load_beyond(LIGHT).words.figure]
     assert [file.name for file in files] == sorted(wanted)
     embedded = {base64.b64decode(s.split(",")[1]) for page in report.pages.values() for s in page.sources}
@@ -164,12 +166,12 @@ def test_figures_on_the_pages_are_the_files_beside_them(report):
 
 
 def test_every_series_over_time_and_every_animation_is_in_the_data(report):
-    texts = {name: re.search(r'id="data">(.*?)</script>', html(report, name), re.S)[1] for name in SHOWN}
+    texts = {name: re.search(r'id="data">(.*?)</script>', html(report, name), re.S)[1] for name in report.shown}
     data = {name: json.loads(text) for name, text in texts.items()}
-    assert all(list(data[name]["scenes"]) == [name] for name in SHOWN)
-    for name in ("slosh-figure-7", "triangle-figure-9", "slosh-bands"):
-        assert data[name.split("-")[0]]["charts"][name]["panels"]
-    for name in SHOWN:
+    assert all(list(data[name]["scenes"]) == [name] for name in report.shown)
+    for paper, figure in (("slosh", "figure-7"), ("triangle", "figure-9"), ("slosh", "bands"), ("triangle", "bands")):
+        assert paper not in report.shown or data[paper]["charts"][f"{paper}-{figure}"]["panels"]
+    for name in report.shown:
         scene = data[name]["scenes"][name]
         columns = [set(run["columns"]) for run in scene["runs"].values()]
         assert all(found == columns[0] for found in columns)
@@ -178,9 +180,9 @@ def test_every_series_over_time_and_every_animation_is_in_the_data(report):
 
 def test_batch_board_versions_and_times_are_said(report):
     text = "".join(page.text for page in report.pages.values())
-    assert text.count("95 % interval") == len(SHOWN)
-    assert text.count("0 ulp, bit for bit") == len(SHOWN)
-    for name in SHOWN:
+    assert text.count("95 % interval") == len(report.shown)
+    assert text.count("0 ulp, bit for bit") == len(report.shown)
+    for name in report.shown:
         assert "Our text against CasADi's own C" in report.pages[name].text
     assert "jac_x" in text
     for part in ("numpy", "casadi", "made", "closed loops beside the batches", "MIT License"):
@@ -249,7 +251,7 @@ def test_the_page_of_the_report_says_how_many_claims_hold():
 
 def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
-    for name in SHOWN:
+    for name in report.shown:
         numbers = {claim["number"] for claim in claims if claim["model"] == name}
         named = [number for figure in load_reproduction(name).figures for number in figure.claims]
         assert set(named) <= numbers
@@ -291,7 +293,7 @@ def _only_claims(monkeypatch, claims):
         monkeypatch.setattr(content, name, lambda *given: None)
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
     monkeypatch.setattr(content, "load_beyond", lambda name: None)
-    no_pages(monkeypatch)
+    without_others(monkeypatch, ())
 
 
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
@@ -375,6 +377,22 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+OF_SLOSH = pytest.mark.parametrize("report", [pytest.param(SHOWN, marks=pytest.mark.soak)], indirect=True)
+EACH = pytest.mark.parametrize(
+    ("report", "name"),
+    [*((FEW, name) for name in FEW), *(pytest.param(SHOWN, name, marks=pytest.mark.soak) for name in SHOWN)],
+    indirect=["report"],
+)
+EVERY = pytest.mark.parametrize(
+    ("report", "name"),
+    [
+        *((FEW, name) for name in ("index", *FEW)),
+        *(pytest.param(SHOWN, name, marks=pytest.mark.soak) for name in ("index", *SHOWN)),
+    ],
+    indirect=["report"],
+)
+
+
 @pytest.fixture(scope="module")
 def browser(report, tmp_path_factory):
     with chromium(tmp_path_factory.mktemp("browser")) as found:
@@ -393,7 +411,7 @@ def open_page(browser, report):
     return opened
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@EACH
 def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report, name):
     browser = open_page(name)
     eventually(browser, "document.documentElement.dataset.ready === 'yes'")
@@ -413,7 +431,7 @@ def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page,
         *(pytest.param(width, slice(None), marks=pytest.mark.soak) for width in (1440, 390)),
     ],
 )
-@pytest.mark.parametrize("name", FEW)
+@EVERY
 def test_links_land_after_charts_are_built(browser, report, name, width, part):
     """Every sixth link and the last claim's: a link needs a page of its own, seconds of a processor."""
     resize(browser, width)
@@ -429,7 +447,7 @@ def test_links_land_after_charts_are_built(browser, report, name, width, part):
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-@pytest.mark.parametrize("name", FEW)
+@EVERY
 def test_a_page_can_be_read_aloud_and_printed(open_page, name):
     browser = open_page(name, prefers_reduced_motion="reduce")
     settled(browser)
@@ -450,7 +468,7 @@ def test_the_first_screen_of_the_overview_has_a_picture(open_page):
         assert 0 < top < browser.execute_script("return innerHeight")
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@EACH
 def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, name):
     from selenium.webdriver.common.keys import Keys
 
@@ -475,6 +493,7 @@ def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, nam
     eventually(browser, f"{time_now} > 12.5")
 
 
+@OF_SLOSH
 def test_the_animation_shows_both_laws_and_turns(open_page):
     from selenium.webdriver.common.keys import Keys
     from selenium.webdriver.support.select import Select
@@ -505,6 +524,7 @@ def test_reduced_motion_waits_for_the_reader(open_page):
     ]
 
 
+@OF_SLOSH
 def test_charts_show_values_zoom_and_hide_laws(open_page):
     from selenium.webdriver.common.action_chains import ActionChains
 
@@ -526,6 +546,7 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
     assert [name.text for name in hidden] == ["V2", "V2"]
 
 
+@OF_SLOSH
 def test_static_pictures_can_be_had_and_claims_filtered(open_page):
     from selenium.webdriver.support.select import Select
 
@@ -560,6 +581,7 @@ def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page)
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+@OF_SLOSH
 def test_paper_and_browsers_without_scripts_get_the_pictures(open_page, report):
     def shown(browser):
         picture, stage = "#slosh-figure-7 .picture", "[data-scene=slosh]"

@@ -131,6 +131,7 @@ def test_a_picture_that_cannot_be_is_refused_before_anything_is_compared(project
     assert "--paper draws no run and writes no markdown" in project.refused("--paper", "--format", "markdown")
 
 
+@pytest.mark.soak
 def test_revisions_folders_and_trees_give_the_same_answer(project, tmp_path):
     folder = tmp_path / "before"
     shutil.copytree(project.root / "generated" / "cart", folder)

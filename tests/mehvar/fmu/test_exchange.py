@@ -108,6 +108,7 @@ def test_another_number_of_states_is_refused(tmp_path: Path, fmi: str) -> None:
             assert unit(name, (c.c_double * (n + 1))(), c.c_size_t(size)) == (OK if size == n else ERROR)
 
 
+@pytest.mark.soak
 def test_derivatives_are_those_of_rates_and_outputs_and_of_nothing_else(tmp_path: Path) -> None:
     unit = Unit(tmp_path, "3.0", "triangle", None)
     structure = ElementTree.parse(tmp_path / "modelDescription.xml").find("ModelStructure")

@@ -141,6 +141,7 @@ def test_conditions_on_the_scenario_are_those_of_its_start(continuous: Unit) -> 
     assert continuous.begin(law__R=0.4, reference__rho_ref=0.2) == 0
 
 
+@pytest.mark.soak
 def test_every_announced_derivative_is_there(tmp_path: Path) -> None:
     """By CasADi, which asks for rates and outputs by states, inputs and parameters."""
     mehvar.export_fmu("satellite", tmp_path / "unit.fmu", kind="me")

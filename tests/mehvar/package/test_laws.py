@@ -134,6 +134,7 @@ def test_three_laws_in_a_bare_image_for_a_cortex_m4f(project):
                      marks=needs("riscv64-linux-gnu-gcc", "qemu-riscv64-static")),
     ],
 )  # fmt: skip
+@pytest.mark.share(2)
 def test_three_laws_in_a_process(project, compiler, emulator):
     folder, expected = project
     image, _ = built(folder, compiler, compiler, "-O2 -static")

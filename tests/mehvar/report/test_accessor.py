@@ -212,6 +212,7 @@ def test_a_run_of_another_model_of_the_name_has_no_foreign_equations(run, tmp_pa
     assert 'id="run-picture"' in page
 
 
+@pytest.mark.soak
 def test_a_page_of_ones_own_system(tmp_path, capsys):
     report_command.command(str(PENDULUM), tmp_path / "out")
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")

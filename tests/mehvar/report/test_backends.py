@@ -12,10 +12,12 @@ from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.derived import holder
 from mehvar.runtime.model.model import load
-from tests.papers.shared import paper_agreement
+from tests.papers.shared import LIGHT, paper_agreement
 
 
-@pytest.mark.parametrize("model", known_models())
+@pytest.mark.parametrize(
+    "model", [name if name == LIGHT else pytest.param(name, marks=pytest.mark.soak) for name in known_models()]
+)
 def test_every_function_is_the_same_at_random_points(model):
     found = paper_agreement(model)
     assert {function.name for function in found.functions} == set(load(model, "casadi").functions)

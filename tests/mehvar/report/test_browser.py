@@ -70,6 +70,7 @@ def test_the_picture_shows_the_geometry_and_moves(browser, page):
         *(pytest.param(width, color, marks=pytest.mark.soak) for width, color in ((1440, "dark"), (390, "light"))),
     ],
 )
+@pytest.mark.share(2)
 def test_every_link_of_the_contents_lands(browser, page, width, color):
     opened(browser, page, width, color)
     anchors = contents(browser)
@@ -78,6 +79,7 @@ def test_every_link_of_the_contents_lands(browser, page, width, color):
 
 
 @pytest.mark.parametrize("color", ["light", "dark"])
+@pytest.mark.share(2)
 def test_a_screen_reader_has_what_it_needs(browser, page, color):
     opened(browser, page, color=color)
     browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
@@ -132,6 +134,7 @@ def test_it_prints_on_a_few_sheets_with_a_still_picture(browser, page):
 
 @pytest.mark.parametrize("color", ["light", "dark"])
 @pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.share(4)
 def test_it_looks_as_approved(browser, look, width, color):
     opened(browser, look, width, color)
     assert unlike(browser.get_screenshot_as_png(), APPROVED / f"{width}-{color}.png") < TOLERANCE

@@ -72,7 +72,7 @@ def in_node(node, page, wanted=None):
     return json.loads(done.stdout)
 
 
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_every_run_has_the_bits_of_this_machine(model, page, node):
     results = in_node(node, page(model))
     assert results
@@ -119,6 +119,7 @@ def test_the_page_names_no_other(model, page):
 
 
 @pytest.mark.parametrize("width", [1300, 390])
+@pytest.mark.share(2)
 def test_in_a_browser(width, page, tmp_path):
     place = page("triangle")
     with chromium(tmp_path, width) as browser:
@@ -186,6 +187,7 @@ box.dispatchEvent(new Event('change'));
 
 
 @pytest.mark.parametrize(("name", "value", "why"), [("l1_0", 9, "do not form a triangle"), ("R", 9, "must be in")])
+@pytest.mark.share(2)
 def test_a_refused_value_leaves_nothing_that_looks_like_its_run(page, tmp_path, name, value, why):
     with chromium(tmp_path) as browser:
         browser.get(page("triangle").as_uri())
@@ -226,7 +228,7 @@ return found;
 """
 
 
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_sliders_end_on_values_that_their_bounds_allow(model, page, tmp_path):
     with chromium(tmp_path) as browser:
         browser.get(page(model).as_uri())
@@ -274,6 +276,7 @@ setTimeout(() => done(shift), 500);
 
 
 @pytest.mark.parametrize("width", [1300, 390])
+@pytest.mark.share(2)
 def test_nothing_moves_when_results_arrive(width, page, tmp_path):
     """A shift of 0.1 is what readers notice, by the measure of browsers; half of it is asked."""
     with chromium(tmp_path, width) as browser:
@@ -283,6 +286,7 @@ def test_nothing_moves_when_results_arrive(width, page, tmp_path):
 
 
 @pytest.mark.parametrize("color", ["light", "dark"])
+@pytest.mark.share(2)
 def test_a_screen_reader_has_what_it_needs(color, page, tmp_path):
     with chromium(tmp_path) as browser:
         prefer(browser, prefers_color_scheme=color)

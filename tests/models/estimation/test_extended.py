@@ -20,7 +20,7 @@ def model():
     return mehvar.build(estimated(swing(), "pd", START))
 
 
-def by_hand(run):
+def by_hand(run, delay=0):
     """Return estimate and covariance before each sample: midpoint rule, slopes by complex steps, whole covariance."""
 
     def rate(x, u):
@@ -36,7 +36,7 @@ def by_hand(run):
         return np.stack([of(x + 1e-30j * e).imag / 1e-30 for e in np.eye(3)], axis=1)
 
     e = normals(0, 0, run.sizes["t"], 2) * [SIGMA, SIGMA_G]
-    x, P, R = MEAN, np.diag(DEVIATION**2), np.diag([SIGMA**2, SIGMA_G**2])
+    last, (x, P, R) = 0.0, (MEAN, np.diag(DEVIATION**2), np.diag([SIGMA**2, SIGMA_G**2]))
     for k, (angle, speed) in enumerate(zip(run["angle"].values, run["rate"].values, strict=True)):
         yield x, P
         H = slopes(seen, x)
@@ -44,14 +44,16 @@ def by_hand(run):
         x = x + gain @ (np.array([np.sin(angle), speed]) + e[k] - seen(x))
         I = np.eye(3) - gain @ H  # noqa: E741
         P = I @ P @ I.T + gain @ R @ gain.T
-        u = -KP * x[0] - KD * x[1]
+        command = -KP * x[0] - KD * x[1]
+        u, last = last if delay else command, command
         F = slopes(lambda v, u=u: moved(v, u), x)
         x, P = moved(x, u), F @ P @ F.T + np.diag([0, 0, WALK**2 * TS])
 
 
-def test_it_is_the_filter_of_the_textbook(model):
-    run = mehvar.simulate(model, "pd", t_end=10.0, initial={"drag": 0.3})
-    for k, (x, V) in enumerate(by_hand(run)):
+@pytest.mark.parametrize("delay", [0, 1])
+def test_it_is_the_filter_of_the_textbook(model, delay):
+    run = mehvar.simulate(model, "pd", t_end=10.0, initial={"drag": 0.3}, delay=delay)
+    for k, (x, V) in enumerate(by_hand(run, delay)):
         ours = np.array([run[f"{name}_est"].values[k] for name in START])
         np.testing.assert_allclose(ours, x, rtol=0, atol=1e-11)
         error = np.array([run[name].values[k] for name in START]) - x
@@ -65,7 +67,8 @@ def test_a_board_computes_the_same_bits(model):
 
 def test_noise_of_the_user_is_a_parameter():
     law = estimated(swing(), "pd", START, {"rate": 0.01}).controllers[0]
-    assert (law.parameters.quantities[-1].name, law.parameters.quantities[-1].unit) == ("rate_noise", "1/s^(3/2)")
+    units = {q.name: q.unit for q in law.parameters}
+    assert units["rate_noise"] == "1/s^(3/2)"
 
 
 def test_noise_of_the_diffusion_is_that_of_a_density():
@@ -109,8 +112,14 @@ def test_errors_and_innovations_are_as_large_as_it_says(model):
             "measurements sine and gyro have noise in common",
         ),
         (lambda: estimated("swing", "pd", START), "system = 'swing': must be a System"),
+        (lambda: estimated(swing(delays={"torque": "kp"}), "pd", START), "law 'pd': has inputs with delays"),
     ],
 )
 def test_wrong_filters_are_refused(make, words):
     with pytest.raises(MehvarError, match=words):
         make()
+
+
+def test_a_delay_of_two_samples_is_refused(model):
+    with pytest.raises(MehvarError, match="a delay must be at most 1 sample"):
+        mehvar.simulate(model, "pd", t_end=1.0, delay=2)

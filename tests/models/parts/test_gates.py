@@ -66,7 +66,7 @@ def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
 # without translation a craft has a subset of the equations
 @pytest.mark.parametrize("motion", ["free", pytest.param("attitude", marks=pytest.mark.soak)])
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(8)
+@pytest.mark.share(16)
 def test_momentum_and_energy_balance(case, motion):
     """About the centre of mass where the attitude alone is a state."""
     balances, rng = craft(case, motion), np.random.default_rng(1)
@@ -82,7 +82,7 @@ def test_momentum_and_energy_balance_in_every_chart(attitude):
 
 
 @pytest.mark.parametrize("case", LOSSY)
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_dampers_take_energy(case):
     balances, rng = craft(case), np.random.default_rng(2)
     for _ in range(10):

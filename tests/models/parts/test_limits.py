@@ -113,7 +113,7 @@ def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
     ("attitude", "turn", "why"),
     [("euler", np.pi / 2, "pitch is 90 or -90 degrees"), ("mrp", 2 * np.pi, "a whole turn")],
 )
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
     craft = Spacecraft(f"tumbling_{attitude}", attitude=attitude, motion="attitude")
     craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))

@@ -73,7 +73,7 @@ def measured(law, name):
 
 
 @pytest.mark.parametrize(("law", "name"), [(law, name) for law, cases in LAWS.items() for name in cases])
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_the_metric_table(law, name):
     t, error, u, lost = measured(law, name)
     late = t >= 200
@@ -101,7 +101,7 @@ def test_the_metric_table(law, name):
         ("mrac", ("paper", {"delay": 1, "design_delay": 0, "applied_regressor": 0}), 41.0, 0.07),
     ],
 )
-@pytest.mark.share(2)
+@pytest.mark.share(6)
 def test_loops_that_are_lost(law, case, lost, within):
     result = run(G, law, [case], samples=380, substeps=10).lost[0]
     assert result == pytest.approx(lost, rel=within)
@@ -126,6 +126,7 @@ def test_loops_that_are_lost(law, case, lost, within):
         ),
     ],
 )
+@pytest.mark.share(3)
 def test_laws_agree_sample_by_sample_with_the_hand_written_ones(law, name, design, delay, plant, samples, tolerance):
     _, error, u, _ = measured(law, name)
     other = simulate(design, delay, plant, samples, substeps=SUBSTEPS[law])

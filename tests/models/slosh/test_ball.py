@@ -13,6 +13,8 @@ from mehvar.codegen.generate import write
 from tests.derived import variant
 from tests.models.slosh.variants import CONVENTIONS, slosh
 
+pytestmark = pytest.mark.soak  # a structure of its own: tests/models/parts assembles it
+
 DURATION = 50.0
 
 

@@ -14,6 +14,8 @@ from tests.models.triangle.test_dynamic import ENDS, EXACT, column, inputs, loop
 from tests.reference.cartesian_triangle import place, rods
 from tests.tools import needs
 
+pytestmark = pytest.mark.soak  # a structure of its own: test_dynamic.py has the one without mass
+
 MASSES, BEAMS = np.array([1.0, 2.0, 3.5]), np.array([0.9, 0.3, 1.6])
 GENERAL = {f"m{k}": MASSES[k - 1] for k in (1, 2, 3)} | {f"rod_mass{k}": BEAMS[k - 1] for k in (1, 2, 3)}
 

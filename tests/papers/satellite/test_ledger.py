@@ -14,6 +14,8 @@ from mehvar.models.system import Definition, Equation, System
 from papers.satellite.ledger import NUMBERS, paper
 from tests.papers.ledgers import check_errata, equations, judged
 
+pytestmark = pytest.mark.soak  # judging takes ten seconds; `make run` does it too
+
 MISPRINTS: Mapping[str, str] = {
     "(1)": "T_dot should read T",
     "text before (8)": "term Tgg_x is missing",

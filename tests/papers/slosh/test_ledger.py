@@ -14,6 +14,8 @@ from mehvar.models.system import Definition, Equation, System
 from papers.slosh.ledger import NUMBERS, paper
 from tests.papers.ledgers import check_errata, equations, judged
 
+pytestmark = pytest.mark.soak  # judging takes ten seconds; `make run` does it too
+
 MISPRINTS: Mapping[str, tuple[str, ...]] = {
     "(1)": ("d/dt dL/dV_dot should read d/dt dL/dV",),
     "(2)": ("d/dt dL/dOmega_dot should read d/dt dL/dOmega",),

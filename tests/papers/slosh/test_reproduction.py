@@ -20,6 +20,7 @@ from papers.slosh.positivity import positive
 from tests.mehvar.images import numbered_and_told, unlabelled
 from tests.papers.shared import paper_claims, paper_runs
 
+pytestmark = pytest.mark.soak  # `make run` decides the claims too
 NOTED = {"6", "7", "9", "10", "12", "R1"}
 READ_OTHERWISE = {"8"}
 NOT_AS_PRINTED = {"11", "13", "14"}

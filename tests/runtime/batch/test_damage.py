@@ -114,6 +114,7 @@ def test_whatever_is_damaged_is_mended_to_the_same_bytes(store: Path, whole: Pat
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.share(2)
 def test_a_damaged_block_is_named_and_it_alone_is_computed_again(
     store: Path, whole: Path, damage: Callable[[Path], None]
 ) -> None:

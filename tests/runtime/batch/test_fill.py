@@ -70,6 +70,7 @@ def same(one: Store, other: Store) -> bool:
 
 
 @pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (7, 2), (32, 3), (60, 1)])
+@pytest.mark.share(2)
 def test_pieces_and_threads_change_no_bit(triangle: runtime.Model, whole: Store, chunk: int, threads: int) -> None:
     campaign = replace(TRIANGLE, n=60 if chunk > 1 else 9)
     store = run_batch(triangle, campaign, chunk=chunk, threads=threads)
@@ -94,6 +95,7 @@ def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole:
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
 @pytest.mark.parametrize("number", [0, 3, 11])
+@pytest.mark.share(3)
 def test_a_run_of_the_triangle_alone_is_the_same_bits(triangle: runtime.Model, law: str, number: int) -> None:
     vary = {"theta_0": "normal(1, 0.1)", "rho": "uniform(0.1, 0.3)", "k_phi": "uniform(2, 3)"}
     campaign = Campaign(law, n=12, seed=1, vary=vary, options={"t_end": 2.0, "hold": 0.05, "delay": 1})

@@ -82,6 +82,7 @@ def kinds(value: object) -> list[Any]:
     return [other for other in OTHERS if type(other) is not type(value)]
 
 
+@pytest.mark.soak
 def test_an_attribute_that_is_gone_or_of_another_kind_is_refused(store: Path) -> None:
     for name, value in attributes(store).items():
         with changed(store, "zarr.json", without("attributes", name)), pytest.raises(MehvarError):
@@ -104,6 +105,7 @@ def test_a_text_in_an_attribute_is_held_against_a_schema_too(store: Path, name: 
             open_store(store)
 
 
+@pytest.mark.soak
 def test_a_value_that_is_another_is_told_or_harmless(store: Path) -> None:
     for name, value in attributes(store).items():
         others = [value + 1] if isinstance(value, int) else [value[:-1]] if isinstance(value, list) else ["", "other"]

@@ -81,6 +81,7 @@ def test_each_option_of_a_batch_is_recorded() -> None:
 
 
 @pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.share(4)
 def test_a_build_with_another_default_adds_no_block(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither by going on, nor as a worker of a cluster; nor does it repeat a run of the store as its own."""
     sampled: dict[str, float | str] = {"hold": 0.05, "t_end": 0.5} if name == "delay" else {}

@@ -113,6 +113,7 @@ def test_a_worker_gets_the_jacobians_of_an_implicit_method(scheduler: str, clien
         stop(process)
 
 
+@pytest.mark.soak
 def test_a_killed_worker_costs_time_only(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
     first = worker(scheduler, "doomed", FOLDER=str(tmp_path))
     later: list[subprocess.Popen[bytes]] = []

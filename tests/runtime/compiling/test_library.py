@@ -195,6 +195,7 @@ def test_home_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert private.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.soak
 def test_two_processes_at_once(cache: Path, folder: Path) -> None:
     code = (
         "import sys\nfrom mehvar import runtime\n"

@@ -17,6 +17,7 @@ from mehvar.runtime.model.model import shared_model
 
 
 @pytest.mark.parametrize("name", sorted(known_models()))
+@pytest.mark.share(3)
 def test_a_point_is_an_element_of_an_array(name):
     """Every function of every model, bit for bit, and of the same type."""
     model = mehvar.load(name)

@@ -143,7 +143,7 @@ def test_a_guard_that_starts_at_zero_does_not_happen_for_that(folder, backend):
 
 @pytest.mark.parametrize("law", ["free", "steps"])
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_a_batch_has_the_bits_of_its_runs(folder, tmp_path, law, method):
     vary = {"a": "uniform(1, 12)", "b": "uniform(-3, 3)", "w": "uniform(0.5, 1.5)", "top": "uniform(3, 20)"}
     runs = mehvar.batch(folder, law, n=11, seed=3, vary=vary, method=method, dt_out=0.125, out=tmp_path / "runs.zarr")

@@ -93,6 +93,7 @@ def test_fixed_steps_do_not_pass_over_a_margin_that_touches_zero(folder):
 
 
 @pytest.mark.parametrize("law", LAWS)
+@pytest.mark.share(2)
 def test_lanes_end_as_runs_alone(folder, law, tmp_path):
     mehvar.batch(folder, law, n=9, seed=1, vary={"a_0": "uniform(-1, 1)", "v_0": "uniform(-1, 1)"}, out=tmp_path / "s")
     store = open_store(tmp_path / "s")

@@ -49,6 +49,7 @@ def others(manifest: Manifest, law: Controller, names: list[str]) -> dict[str, f
 
 
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.share(2)
 def test_what_is_refused_would_not_change_a_bit_of_the_run(model, monkeypatch):
     manifest, pick, count = runtime.load(model).manifest, random.Random(15), 0
     monkeypatch.setattr(simulate, "check_read", lambda *_: None)

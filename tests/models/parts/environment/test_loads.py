@@ -140,6 +140,7 @@ PUSHES = {
 
 
 @pytest.mark.parametrize("case", PUSHES)
+@pytest.mark.share(3)
 def test_force_and_moment_of_a_surface(case):
     part, force = PUSHES[case]
     flight, sizes = Flight(part), []
