@@ -15,11 +15,15 @@ export PYTHONPYCACHEPREFIX := $(CURDIR)/$(VENV)/bytecode
 
 CAMPAIGNS := validate mutants soak matrix peers compare sceptic
 
-.PHONY: run test test-quick docs lint setup develop clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
+.PHONY: run test suite test-quick docs lint setup develop clean $(CAMPAIGNS) $(CAMPAIGNS:%=campaign-%)
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
-test: develop lint
+# the linters beside the tests: a type checker that begins anew has half a minute of one processor
+test: develop
+	+$(MAKE) --no-print-directory --jobs 2 lint suite
+
+suite: develop
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
 

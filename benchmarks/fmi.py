@@ -31,14 +31,19 @@ CASES = (("triangle", "path", 10.0, 0.125), ("slosh", "lyapunov-v1", 20.0, 0.25)
 """System, law, end and communication step, s: exact in binary, so that importers who add up steps have our instants."""
 TOLERANCE = 1e-10
 """Tolerance of CVODE in model exchange: differences are to be below 1e-6."""
-COLUMNS = ("system", "FMI", "kind", "FMPy: messages", "FMPy: run", "CMake: run", "fmusim: run", "DaeBuilder: rates")
+EXAMPLES = Path(__file__).parents[1] / "docs" / "examples" / "models"
+COLUMNS = (
+    "system", "FMI", "kind", "FMPy: messages", "FMPy: run", "CMake: run", "fmusim: run", "DaeBuilder: rates",
+    "DaeBuilder: Jacobian",
+)  # fmt: skip
 
 
 def main() -> None:
     """Measure, and write the page."""
     rows: list[list[str]] = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, model, law, end, step in [*((case[0], *case) for case in CASES), _own(Path(folder))]:
+        others = (_own(Path(folder)), _example("cubli", "stand_up", 4.0, 0.015625, Path(folder)))
+        for name, model, law, end, step in [*((case[0], *case) for case in CASES), *others]:
             for fmi, kind in product(("2.0", "3.0"), ("cs", "me")):
                 rows.append(_row(name, model, law, end, step, fmi, kind, Path(folder)))
                 _page(rows)  # what a run that is stopped has measured stays
@@ -54,8 +59,9 @@ def _page(rows: list[list[str]]) -> None:
         "`mehvar.simulate`: the largest difference of a state over its largest value, where above 1; 0 is bit for bit.",
         "Co-simulation (`cs`) steps with our integrator; in model exchange (`me`) the importer integrates with CVODE,",
         f"tolerance {TOLERANCE:g}. *CMake*: FMPy built the binary from the unit's sources, with its CMake project.",
-        "*fmusim* writes 16 digits. *DaeBuilder*: CasADi imported the plant; its rates at a point are compared with",
-        "ours. `own` is what `mehvar new` writes.",
+        "*fmusim* writes 16 digits. *DaeBuilder*: CasADi imported the plant; its rates at a point, and their Jacobian",
+        "by the states, are compared with ours. `own` is what `mehvar new` writes, `cubli` has events. OMSimulator was",
+        "not tried: its package downloads a program from a place that was out of reach.",
         "",
         "## Machine",
         "",
@@ -78,6 +84,14 @@ def _own(folder: Path) -> tuple[str, str, str, float, float]:
     return "own", path, law, 4.0, 0.125
 
 
+def _example(name: str, law: str, end: float, step: float, folder: Path) -> tuple[str, str, str, float, float]:
+    """Return the case of an example of the documentation."""
+    shutil.copytree(EXAMPLES / name, folder / name / "models" / name)
+    (folder / name / "generated").mkdir()
+    subprocess.run([sys.executable, "-m", "mehvar", "generate"], cwd=folder / name, check=True, capture_output=True)
+    return name, str(folder / name / "generated" / name), law, end, step
+
+
 def _row(name: str, model: str, law: str, end: float, step: float, fmi: str, kind: str, folder: Path) -> list[str]:
     from fmpy import extract, read_model_description
     from fmpy.validation import validate_fmu
@@ -90,7 +104,7 @@ def _row(name: str, model: str, law: str, end: float, step: float, fmi: str, kin
     unpacked = Path(extract(str(path), str(path.with_suffix(""))))
     cells = [name, fmi, kind, str(len(validate_fmu(str(path)))), _by_fmpy(path, kind, run, names, step)]
     cells += [_by_cmake(unpacked, kind, run, names, step), _by_fmusim(path, kind, run, names, step)]
-    cells.append(_by_casadi(model, fmi, path.with_name(f"{path.stem}_plant.fmu")) if kind == "me" else "")
+    cells += _by_casadi(model, fmi, path.with_name(f"{path.stem}_plant.fmu")) if kind == "me" else ("", "")
     print(cells, flush=True)
     return cells
 
@@ -135,7 +149,7 @@ def _by_fmusim(path: Path, kind: str, run: xarray.Dataset, names: list[str], ste
     return _difference(columns, run, names)
 
 
-def _by_casadi(model: str, fmi: str, path: Path) -> str:
+def _by_casadi(model: str, fmi: str, path: Path) -> tuple[str, str]:
     from fmpy import extract
 
     mehvar.export_fmu(model, path, fmi=fmi, kind="me")
@@ -143,8 +157,13 @@ def _by_casadi(model: str, fmi: str, path: Path) -> str:
     generator = np.random.default_rng(1)
     x, u = generator.uniform(0.1, 0.9, len(ours.state_names)), generator.uniform(0.1, 0.9, len(ours.input_names))
     commanded = dict(zip(ours.input_names, u, strict=True))
-    rates = builder.create("rhs", ["x", "u"], ["ode"])(x, [commanded.get(name, 0.0) for name in builder.u()])
-    return _largest(rates.full().ravel(), ours.rhs(x, u, ours.parameters()))
+    rhs, inputs = builder.create("rhs", ["x", "u"], ["ode"]), [commanded.get(name, 0.0) for name in builder.u()]
+    rates, jacobian = rhs(x, inputs), rhs.jacobian()(x, inputs, 0)[0]
+    p = ours.parameters()
+    return (
+        _largest(rates.full().ravel(), ours.rhs(x, u, p)),
+        _largest(jacobian.full().ravel(), np.ravel(ours.functions["jac_x"](x, u, p))),
+    )
 
 
 def _difference(result: Mapping[str, NDArray[np.float64]], run: xarray.Dataset, names: list[str]) -> str:

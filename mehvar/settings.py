@@ -118,7 +118,7 @@ def end_time(text: str | None) -> dict[str, Any]:
 
 
 def required_law(manifest: Manifest, controller: str | None) -> str:
-    """Return the law that is given, or raise InputError with the names of those that the model has."""
+    """Return the given law, or raise InputError with the names of the model's laws."""
     if controller is None:
         raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
     return controller

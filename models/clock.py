@@ -20,7 +20,7 @@ from .quantities import TIME, Group, Quantity
 from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomStep, Sensor, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
-"""The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
+"""The last state of a plant of time; zero at the start of a run by default."""
 
 
 def with_clock(system: System) -> System:

@@ -133,7 +133,7 @@ class Derivation:
         return quantity.symbol
 
     def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
-        """Record a derived equation `left = expr` (left in LaTeX) that no function evaluates by itself."""
+        """Record a derived equation `left = expr` (left in LaTeX) that is only shown."""
         self.steps.append(Equation(left, expression(f"equation {left!r}", expr), number, title, self._section, unit))
 
 

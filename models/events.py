@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Events: where a guard crosses zero, and what the state is then.
+"""Events: zero crossings of guards, and the states after them.
 
 A mode is a state whose rate is zero and which resets assign, so that modes need nothing of their own. An event that
 resets nothing is a switching surface: a step ends on it, so that none crosses a kink.

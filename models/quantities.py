@@ -296,8 +296,8 @@ TIME = Quantity("t", "s", "time")
 """Time: `TIME.symbol` stands in references, in laws, and in all of the plant that is a function of the state."""
 
 _EDGE = 10**15
-"""Its inverse is the part of the time by which an edge is early, 5 spacings of a double: time, period, their quotient
-and this factor are each rounded by at most half a spacing. Half as much would just cover that; a tick is early by
+"""Its inverse is the relative advance of an edge, 5 spacings of a double: time, period, their quotient and this factor
+are each rounded by at most half a spacing. Half as much would just cover that; a tick is early by
 mistake only where it and the edge have denominators beyond 10^7 times 10^7."""
 
 

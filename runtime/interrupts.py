@@ -28,7 +28,7 @@ def is_of_handler(error: BaseException) -> bool:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Call the handlers of signals after the block; one that comes 2 s after the first is called at once.
+    """Call the handlers of signals after the block; at once for a signal 2 s after the first.
 
     An exception inside `threading.Condition` leaves its lock taken for ever, and zarr, dask and thread pools wait by
     such locks. Handlers run in the main thread: in other threads this does nothing.

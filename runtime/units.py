@@ -82,7 +82,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
 
 
 def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
-    """Return the number that a text of the command line is, in the unit that its name has, or the text.
+    """Return the number of a text of the command line, in the unit of its name; another text unchanged.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
 
 
 def without_units(text: str, quantity: Callable[[float, str, str], str], name: str) -> str:
-    """Return a formula in which other texts stand for the numbers with units.
+    """Return a formula with other texts in place of its numbers with units.
 
     Parameters
     ----------

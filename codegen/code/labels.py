@@ -136,7 +136,7 @@ def lines_of(tape: Tape) -> set[int]:
 
 
 def long_sums(tape: Tape, lined: set[int]) -> set[int]:
-    """Return the additions that stand at the beginning of a line: those of sums with more than LEAVES operands."""
+    """Return the additions that begin a line, in sums with more than LEAVES operands."""
     weight: list[int] = []
     for i in tape.instructions:
         weight.append(sum(1 if a in lined else weight[a] for a in i.operands) or 1)
@@ -151,12 +151,12 @@ def long_sums(tape: Tape, lined: set[int]) -> set[int]:
 
 
 def _users(tape: Tape) -> dict[int, int]:
-    """Return for each value one that uses it; what only results use is missing."""
+    """Return for each value one of its users; values that only results use are left out."""
     return {a: k for k, i in enumerate(tape.instructions) for a in i.operands}
 
 
 def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
-    """Return True if a value used once has too many operands, and is neither a result nor part of a longer sum."""
+    """Return True if a value that is used once needs a statement of its own, for its many operands."""
     if size <= LEAVES or k not in users:
         return False
     user = tape.instructions[users[k]]
@@ -164,7 +164,7 @@ def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
 
 
 def sincos_pairs(tape: Tape) -> dict[int, int]:
-    """Return for each sine the cosine of the same angle and the other way round, where both are there."""
+    """Return for each sine the cosine of the same angle, and the reverse, where both occur."""
     places: dict[tuple[str, int], int] = {}
     for k, i in enumerate(tape.instructions):
         if i.op in ("sin", "cos"):
@@ -176,7 +176,7 @@ def sincos_pairs(tape: Tape) -> dict[int, int]:
 def element_names(
     arguments: Sequence[tuple[str, int | None]], results: Iterable[str], labels: Labels
 ) -> dict[Element, str]:
-    """Name the elements of the vectors that a function receives; one whose name is taken has its vector's before it."""
+    """Name the elements of a function's vectors; the name of the vector precedes a name that is taken."""
     names: dict[Element, str] = {}
     taken = {*(name for name, _ in arguments), *results, *_RESERVED}
     for place, (argument, size) in enumerate(arguments):

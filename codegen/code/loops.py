@@ -13,7 +13,7 @@ from .tape import Tape
 
 @dataclass(frozen=True)
 class Sum:
-    """A sum over the members, of which a loop adds a member's terms.
+    """A sum over the members; each turn of a loop adds one member's terms.
 
     Attributes
     ----------

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from .tape import COMMUTATIVE, Builder, Instruction, Tape, early, is_sum
 
 Tags = Mapping[tuple[int, int], tuple[Hashable, int]]
-"""For elements of arguments, which belong to a member: a name that members share, and the number of the member."""
+"""For elements of arguments that belong to a member: the shared name and the member's number."""
 LEAST = 8
-"""Members of a family, below which every one has statements of its own."""
+"""Least number of members for a loop; fewer members have statements of their own."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _numbers(tags: Tags) -> tuple[int, ...]:
 
 
 def _partial(tape: Tape) -> set[int]:
-    """Return the sums that only another sum goes on from."""
+    """Return the sums that only another sum continues."""
     uses = tape.uses()
     return {
         a

@@ -33,7 +33,7 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
 
 
 class _Rolled(Printer):
-    """Prints with the texts that hold where it stands: in a loop, where the first member's stand for all, or not."""
+    """Printer with two kinds of texts: inside loops the names of the first member serve all members."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}
@@ -61,7 +61,7 @@ class _Rolled(Printer):
         return [*self._lines, *self._declared, *lines]
 
     def _strides(self) -> None:
-        """Spell the inputs of the members as elements that a loop goes along."""
+        """Spell the inputs of the members as elements with the index of the loop."""
         for values in self._loops.members.kinds.values():
             if self._tape.instructions[values[0]].op == "input":
                 elements = [self._tape.instructions[k].args[1] for k in values]

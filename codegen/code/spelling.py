@@ -15,7 +15,7 @@ _ATOM = 4
 _WIDTH = 110
 """Characters of a line that names elements: 120 without the indentation."""
 _BESIDE = 4
-"""Elements that are named on one line: those of the same places always, so that one more moves no others."""
+"""Elements named on one line, always those of the same places, so that a further element moves none."""
 _Load = tuple[str, object, int]
 
 

@@ -69,7 +69,7 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
 
 
 def _frontier(tape: Tape, constant: Sequence[bool]) -> list[int]:
-    """Return the values that depend on parameters alone and that the rest needs; free ones are not moved."""
+    """Return the values that depend on parameters only and are needed later; values without cost are not moved."""
     stack, seen, frontier = [v for result in tape.results for v in result], set[int](), set[int]()
     while stack:
         k = stack.pop()

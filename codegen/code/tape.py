@@ -206,7 +206,7 @@ def _operation(builder: Builder, op: int, operands: list[int], function: ca.Func
 
 
 def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
-    """Mark the values that definitions have: those of the same operations on the same values."""
+    """Mark the values of definitions: those with the same operations on the same values."""
     known: dict[tuple[object, ...], int] = {}
     steps = _read(derivation.graph)
     own, others = _identities(tape_, known), _identities(steps, known)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _POINTS = 16
 """Points of all other names, at each number of a mode. A branch that most of them miss is compared by the judge."""
 _FEW = 4
-"""The same at each number that a parameter may have: there are more of them, and one that differs is enough."""
+"""Limit for numbers that a parameter may have: there are more of these, and one difference is enough."""
 _MOST_JOINT = 32
 """Joint numbers of modes that are compared; with more, each mode is taken alone."""
 _WHOLE = tuple(map(Fraction, range(4)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Branches of expressions: the ways a node can go, the smooth form for fixed ways, the conditions of a way.
+"""Branches of expressions: possible branches of a node, the smooth form in fixed branches, the conditions of a branch.
 
 A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
 piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
@@ -16,12 +16,12 @@ from .pool import Pool, live, ways
 
 COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
-"""Operations with endlessly many ways: the whole number is the way."""
+"""Operations with infinitely many branches, each named by its whole number."""
 BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
 Atom = tuple[int, int]
 """A node and its sign: 1, -1, or 0 where it is zero."""
 Way = tuple[int, int]
-"""A branching node and the way it goes."""
+"""A branching node and the branch it takes."""
 _MOST = 32
 """Alternatives kept for one condition: five inside five others."""
 
@@ -149,7 +149,7 @@ def difference(pool: Pool, a: int, b: int) -> int:
 
 
 def atoms(pool: Pool, node: int) -> list[int]:
-    """Return the nodes at whose zeros a branching node changes its way."""
+    """Return the nodes at whose zeros a branching node changes its branch."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     if operation in ("abs", "sign"):
@@ -182,7 +182,7 @@ def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
 
 
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives that make a node go a way, each with all its conditions; None if there are too many."""
+    """Return the alternatives in which a node takes a branch, each with its conditions; None if there are too many."""
     node, number = way
     operation = pool.nodes[node][0]
     operands = pool.operands(node)

@@ -102,11 +102,11 @@ points, see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Limit on these points per line, so that they lie on sixteen lines or more."""
 _MOST_INSIDE = 12
-"""Lines tried for each one needed: only some lines lead back into a cell after another name was drawn anew."""
+"""Lines tried per line needed: after a change of another name, only some lines reach the cell again."""
 _INNER = 3
 """Points between two places of a line inside a cell."""
 _BURNT = 3
-"""Points of one pattern evaluated with 50 digits until the way of each node is clear there."""
+"""Limit on points of one pattern that are evaluated with 50 digits to find the branch of each node."""
 _ARCS = frozenset(("asin", "acos", "atan2"))
 _NARROW = frozenset(
     ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
@@ -725,7 +725,7 @@ class Cells:
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Return True if one node's way makes the other node irrelevant or sends it another way."""
+        """Return True if the branch of one node makes the other node irrelevant or changes its branch."""
         return len(ways) == 2 and any(
             b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
         )
@@ -801,7 +801,7 @@ class Cells:
         )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Walk line by line towards a point where nodes go wanted ways."""
+        """Walk line by line towards a point where nodes take wanted branches."""
         possible = [
             required
             for alternative in self._alternatives(ways) or []

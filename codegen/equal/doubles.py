@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions at a hundred thousand points at once, in double: a search for suspects that others then decide."""
+"""Expressions at a hundred thousand points at once, in double: a search for possible differences."""
 
 from __future__ import annotations
 

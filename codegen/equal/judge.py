@@ -53,7 +53,7 @@ _LOOKS, _LOOK_DIGITS = 8, 12
 """Points, and digits there, by which equal parts of two sides are paired before they are compared. With fewer, more
 unequal parts are paired, and each costs a comparison. With more digits, rounding separates equal parts."""
 _MOST_DOUBTFUL = 24
-"""Limit on joint ways searched for among the reals, in turn; further ones resemble these."""
+"""Limit on combinations of branches that are searched for among the reals; further ones are similar."""
 _FEW = 16
 """Points at which both sides must exist before their agreement counts: fewer are too few to reach branches at all."""
 _DRAWS = 4
@@ -179,7 +179,7 @@ class Judge:
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
-        """Return True if an expression has an even root of a possible square of a signed expression."""
+        """Return True if an expression has an even root of something that may be the square of a signed value."""
         if (meaning, root) not in self._rooted:
             for node in reached(self.pool.nodes, [root]):
                 if (meaning, node) not in self._rooted:
@@ -437,7 +437,7 @@ class Judge:
         return False
 
     def _have_other_slopes(self, old: int, new: int) -> bool:
-        """Return True if the field proves that derivatives differ, which shows features too narrow for points to reach.
+        """Return True if the field proves that derivatives differ; this reveals features between the points.
 
         The field does not know logarithms and arcs, but it knows their derivatives.
         """

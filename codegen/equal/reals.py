@@ -198,7 +198,7 @@ class RealWorld(World[Any]):
 
 
 class SteppedWorld(RealWorld):
-    """Values as real numbers at a point that was chosen on a step: what is within rounding of it is on it."""
+    """Values as real numbers at a point on a step: values within rounding of the step count as on it."""
 
     def _on_a_step(self, operation: str, values: list[Any]) -> list[Any]:
         if operation in _TESTS:

@@ -37,7 +37,7 @@ class World(ABC, Generic[Value]):
         self.lookup = lookup
         self.memo: dict[int, Value | None] = {}
         self.ways: dict[int, int] = {}
-        """Way of each branching node."""
+        """Branch of each branching node."""
 
     def value(self, root: int) -> Value:
         """Return the value of an expression.

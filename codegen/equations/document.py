@@ -21,7 +21,7 @@ LEAVES = ("sym", "num", "const")
 
 
 class DocumentError(MehvarError, ValueError):
-    """A text that is no equations.json of this schema, or contradicts itself."""
+    """Error for a text that is no equations.json of this schema or contradicts itself."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Document:
         return names | {row.name: row.latex for row in self.named.values() if row.latex}
 
     def reached(self, root: int) -> list[int]:
-        """Return the nodes of an expression, operands before what uses them."""
+        """Return the nodes of an expression, operands before their users."""
         return reached(self.nodes, [root])
 
     def names_in(self, root: int) -> set[str]:

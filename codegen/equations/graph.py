@@ -257,7 +257,7 @@ def outcomes(system: System) -> Iterator[Outcome]:
 
 
 def _events(system: System) -> Iterator[Outcome]:
-    """Yield guards, called by event and direction, and what the events make of the state."""
+    """Yield guards, named by event and direction, and the states after the events."""
     for law, events in (
         ("", system.events),
         *((f"{c.name}: ", c.events) for c in system.controllers),

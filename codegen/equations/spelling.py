@@ -252,7 +252,7 @@ class MathML(Spelling):
     _invisible = re.compile(r"<[^>]*>|&[^;]*;")
 
     def relation(self, operation: str) -> str:
-        """Return a relation sign, which has room of its own."""
+        """Return a relation sign with spaces around it."""
         return f"<mo>{self.relations[operation]}</mo>"
 
     def name(self, name: str, latex: str) -> str:

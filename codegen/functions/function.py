@@ -15,7 +15,7 @@ Signature = tuple[tuple[str, int | None], ...]
 
 @dataclass(frozen=True)
 class NamedSteps:
-    """The definitions that a function evaluates on its way, in the order of the derivation.
+    """The definitions that a function evaluates, in the order of the derivation.
 
     Attributes
     ----------

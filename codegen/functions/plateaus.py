@@ -36,7 +36,7 @@ class Plateaus:
     _constants: list[ca.SX]
 
     def filled(self, derivatives: list[ca.SX]) -> list[ca.SX]:
-        """Put the functions back in place of their symbols, in what the values were differentiated to."""
+        """Put the functions back in place of their symbols in the derivatives."""
         if not self._symbols:
             return derivatives
         constants, symbols = ca.vertcat(*self._constants), ca.vertcat(*self._symbols)

@@ -322,5 +322,5 @@ def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
 
 
 def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
-    """Pair symbols with what they stand for; a symbol that is the same in both charts stands for itself."""
+    """Pair symbols with their expressions; a symbol of both charts is paired with itself."""
     return {s: e for s, e in zip(symbols, expressions, strict=True) if s != e}

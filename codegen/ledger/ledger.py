@@ -72,7 +72,7 @@ class Line:
 
 @dataclass(frozen=True)
 class JudgedReading:
-    """Judged way to read an entry."""
+    """A reading of an entry with its verdict."""
 
     text: str
     used: bool

@@ -38,7 +38,7 @@ PLACES = {name: f"store.{name}" for name in ("stats", "require", "verify")} | {
     "git-diff": "git.diff",
     "git-textconv": "git.textconv",
 }
-"""Modules of commands that stand in a folder with others."""
+"""Modules of commands that share a folder."""
 FOR_GIT = {
     "git-diff": "Compare the two versions of an equations.json that git names; git's diff.NAME.command.",
     "git-textconv": "Print an equations.json as text, one term a line; git's diff.NAME.textconv.",

@@ -45,7 +45,7 @@ NAMES: Mapping[str, Mapping[str, str]] = {
         "kernels": "kernels of leap seconds and of the clock",
     },
 }  # fmt: skip
-"""What a format needs to be told, by name; `rates`, three components of the rate in frame B, is optional in each."""
+"""Arguments of each format, by name; `rates`, three components of the rate in frame B, is optional in each."""
 _DIGITS = 1e-6
 """Largest difference of a quaternion's norm from one: far above the 1e-12 of a run, far below any other meaning."""
 _EPOCH = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?", re.ASCII)

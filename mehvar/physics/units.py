@@ -42,7 +42,7 @@ def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n:
 
 
 def _with_constants(subject: Machine, scales: Mapping[str, float]) -> Machine:
-    """Return the machine with its constants of nature, numbers defined with a unit, in the new units too."""
+    """Return the machine with its constants of nature in the new units, too."""
     factors = {
         step.symbol: scale(step.unit, scales)
         for step in subject.system.steps

@@ -37,7 +37,7 @@ def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:
 
 
 def _moved(old: xr.Dataset, new: xr.Dataset) -> list[str]:
-    """Return the shared series by how far they moved of their size, farthest first."""
+    """Return the shared series, ordered by their relative difference, the largest first."""
     moved = {}
     for name in new.data_vars:
         if name not in old or new[name].dims != ("t",) or old[name].dims != ("t",):

@@ -79,7 +79,7 @@ class Agreement:
 
     @property
     def different(self) -> list[str]:
-        """The functions that are not the same to rounding."""
+        """Functions that differ by more than rounding."""
         return [function.name for function in self.functions if not function.same]
 
     @property

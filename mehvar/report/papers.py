@@ -67,7 +67,7 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
 
 
 def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation: of its own runs with their events, or of any runs, which end at `until`."""
+    """Return a paper's animation: of its own runs with their events, or of given runs, cut at `until`."""
     words = paper.captions.scene
     if until is None:
         return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
@@ -142,7 +142,7 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
 
 
 def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
-    """Return the checks that a table shows, those that fail first, and how many it leaves out."""
+    """Return the checks that a table shows, failed ones first, and the number it leaves out."""
     checks = sorted(claim.checks, key=lambda check: check.holds)
     return checks[:3], max(0, len(checks) - 3)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 _FAR = 1e9
-"""Substitute for a value that is not finite: so far off that the sample and its neighbours are kept."""
+"""Substitute for a value that is not finite, so large that the sample and its neighbours are kept."""
 
 TOLERANCE = 3e-4
 """Largest distance of an omitted sample from the straight line through the kept ones, over the series' range.

@@ -157,6 +157,6 @@ def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
 
 
 def _only(these: Sequence[str], others: Sequence[str]) -> str:
-    """Return the number of names, and those that the others lack."""
+    """Return the number of names, and the names that the other model lacks."""
     own = [name for name in these if name not in others]
     return f"{len(these)}" + (f", of these {', '.join(own)}" if own else "")

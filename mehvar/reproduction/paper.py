@@ -227,7 +227,7 @@ def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[
 
 
 def papers_tree() -> Tree:
-    """Return the tree whose papers are reproduced: the project that one stands in, else mehvar's checkout.
+    """Return the tree whose papers are reproduced: the current project, else mehvar's checkout.
 
     Raises
     ------
@@ -306,7 +306,7 @@ def _home(model: str) -> Tree | None:
 
 
 def _trees() -> list[Tree]:
-    """Return the project that one stands in, and the tree that mehvar was installed with."""
+    """Return the current project, and the tree that mehvar was installed from."""
     return [tree for tree in (find_tree(Path.cwd()), installed_tree()) if tree is not None]
 
 

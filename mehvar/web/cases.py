@@ -45,7 +45,7 @@ class Case:
 
     @property
     def formulas(self) -> list[str]:
-        """The parameters of the law that follow others here, by a formula that neither user nor scenario overrides."""
+        """Parameters of the law that follow from others by a formula, which neither user nor scenario overrides."""
         law, case = self.run.controller, self.run.scenario
         values = {**case.values, **case.controllers.get(law.name, {})}
         return [q.name for q in law.parameters if q.formula is not None and q.name not in values]

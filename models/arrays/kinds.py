@@ -139,7 +139,7 @@ def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: s
 
 
 def _is_positive_definite(numbers: list[list[float]]) -> bool:
-    """Tell whether the pivots of an elimination, which is exact, are positive; numbers that are none are not."""
+    """Return True if the pivots of an exact elimination are positive; False if one is not a number."""
     if not all(math.isfinite(number) for row in numbers for number in row):
         return False
     rows = [[Fraction(number) for number in row] for row in numbers]

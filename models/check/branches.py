@@ -18,7 +18,7 @@ from ..quantities import ModelError, place
 from ..system import Expr
 
 _BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimation.")
-"""Packages that ask for the form of an expression: an assembly and a filter leave out what is zero by structure."""
+"""Packages that may ask for the form of an expression, such as an assembly, which omits zeros of the structure."""
 
 
 @contextlib.contextmanager

@@ -264,7 +264,7 @@ class Dimensions:
 
 
 def short(expr: sp.Basic) -> str:
-    """Return the text of an expression, cut to what a message can show."""
+    """Return the text of an expression, shortened for a message."""
     if sum(1 for _ in zip(sp.preorder_traversal(expr), range(_NODES), strict=False)) == _NODES:
         return f"a {type(expr).__name__} of {len(expr.args)} parts"
     return str(expr)

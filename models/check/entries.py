@@ -48,7 +48,7 @@ class Nodes:
         return self._known[root]
 
     def ends(self, entry: sp.Basic, received: set[sp.Symbol]) -> Iterator[tuple[sp.Symbol, Definition | None]]:
-        """Yield the symbols that an entry comes down to, each with the definition that it was met in."""
+        """Yield the symbols that an entry depends on, each with the definition in which it occurs."""
         stack: list[tuple[sp.Basic, Definition | None]] = [(node, None) for node in self.of(entry)]
         seen: set[sp.Basic] = set()
         while stack:

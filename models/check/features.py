@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that every declared feature has an effect, and that none excludes another; others are refused by name."""
+"""Check that every declared feature has an effect and excludes no other one."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _check_beside(system: System) -> None:
 
 
 def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
-    """Yield features, the part of the system that declares each, and the names of what has it, if any."""
+    """Yield features, each with the part of the system that declares it and with names for the message."""
     laws = system.controllers
     events = [*system.events, *(event for law in laws for event in law.events)]
     continuous, integrated = [law.name for law in laws if not law.period], [law for law in laws if law.rates]
@@ -167,7 +167,7 @@ def _check_noise(system: System) -> None:
 
 
 def _check_delays(system: System) -> None:
-    """Refuse delays of names that are no inputs, and delays that are no counts of samples."""
+    """Refuse a delay of something other than an input, and one that is not a number of samples."""
     parameters = {q.name: q for q in system.parameters}
     check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
     check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")
@@ -227,7 +227,7 @@ def check_distinct(names: Sequence[object], what: str) -> None:
 
 
 def _check_messages(system: System) -> None:
-    """Refuse messages whose places have no value, and values that no message shows."""
+    """Refuse messages with a place that has no value, and values without a place in the message."""
     p, s = ([q.name for q in group] for group in (system.parameters, system.scenario_parameters))
     _check_conditions("limits", system.limits, p, False)
     _check_conditions("constraints", system.constraints, [*p, *s], False)

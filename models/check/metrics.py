@@ -20,7 +20,7 @@ from .names import check_name
 
 
 def check_metrics(system: System, folder: Path | None = None) -> None:
-    """Refuse metrics that cannot be computed, or whose unit or numbers mean nothing."""
+    """Refuse metrics that cannot be computed, or that have a wrong unit or meaningless numbers."""
     check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
     for metric in system.metrics:
         check_name(metric.name, f"{place_of(folder, 'metrics', metric.name, system.origin)}: metric")
@@ -38,7 +38,7 @@ def check_metrics(system: System, folder: Path | None = None) -> None:
 
 
 def _check_events(metric: Metric, system: System, where: str) -> None:
-    """Refuse a count of events that a run of some law does not have, and a window, which a count has not."""
+    """Refuse a count of events that are missing under some law, and a count with a window."""
     check_distinct(metric.of, f"{where}: event")
     check_names(metric.of, [event.name for event in system.events], f"{where}: event")
     if not metric.of or metric.unit != "1":

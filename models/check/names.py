@@ -40,7 +40,7 @@ _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")
 
 @dataclass(frozen=True)
 class _Use:
-    """A name and the thing that has it; `origin` is the place of that thing, if it has its own."""
+    """A name and its owner; `origin` is the place of the owner, if it has its own."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class _Use:
 
 
 def check_names(system: System) -> None:
-    """Refuse names that two things have, or that generated code or a command line cannot have."""
+    """Refuse names that are taken twice, or that are invalid in generated code or on a command line."""
     _check_words(system)
     common = _common(system)
     taken = _unique(common, {}, system.origin)
@@ -186,7 +186,7 @@ def _check_arguments(system: System) -> None:
 
 
 def _check_callables(system: System) -> None:
-    """Refuse laws and functions whose names code cannot have, and arguments that two things would share."""
+    """Refuse laws and functions with names that are invalid in code, and arguments with the same name."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
     laws = [("law", law.name, law.origin) for law in system.controllers]
@@ -221,7 +221,10 @@ def _check_word(name: str, where: str) -> None:
         or name in _OF_C
         or _LOCAL.fullmatch(name)
     ):
-        raise ModelError(f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and nothing like t_abcde")
+        raise ModelError(
+            f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and not of the form t_abcde, which "
+            "generated code uses"
+        )
 
 
 _FORM = "must be letters, digits and underscores, beginning with a letter"
@@ -236,13 +239,13 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
 
 
 def _check_text(text: str, where: str) -> None:
-    """Refuse a text that would end the comment or the docstring that it stands in, or mean something else there."""
+    """Refuse a text that would end, or change, the comment or docstring around it."""
     if not text.isprintable() or any(mark in text for mark in ("*/", '"""', "\\")):
         raise ModelError(f'{where} is {text!r}: must be one line without */, """ and backslashes')
 
 
 def _check_letters(system: System) -> None:
-    """Refuse names of vectors that differ from those by which runs know them."""
+    """Refuse names of vectors other than those that runs use."""
     groups = [
         ("x", system.states),
         ("u", system.inputs),

@@ -87,7 +87,7 @@ def vectors(system: System) -> list[Vector]:
 
 
 def known(system: System) -> list[tuple[str, Group]]:
-    """List the groups whose symbols stand in expressions, laws' own ones excepted, with what a message calls them."""
+    """List the groups whose symbols occur in expressions, except laws' own ones, with their names in messages."""
     groups = [
         ("state", system.states),
         ("input", system.inputs),
@@ -157,7 +157,7 @@ def _geometry(system: System, receives: tuple[Group, ...]) -> Vector:
 
 
 def _rates(system: System) -> dict[sp.Symbol, str]:
-    """Return the unit of each symbol that stands for a rate in the residual."""
+    """Return the unit of each symbol for a rate in the residual."""
     units = {q.name: f"{q.unit}/s" for q in system.states}
     unknown = next((name for name in system.rates if name not in units), None)
     if unknown:

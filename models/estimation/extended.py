@@ -132,14 +132,14 @@ class _Filter:
         return quantity.symbol
 
     def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
-        """Return an expression as it is, and for a number a parameter of the law, of which it is the default."""
+        """Return an expression unchanged; for a number, a parameter of the law with that default."""
         if isinstance(value, sp.Expr) and not value.is_number:
             return value
         self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
         return self.parameters[-1].symbol
 
     def stage(self, prefix: str) -> Define:
-        """Return what names the steps of a stage."""
+        """Return the function that names the steps of a stage."""
 
         def define(name: str, expr: Expr, title: str) -> Expr:
             if expr.is_Symbol or expr.is_number:

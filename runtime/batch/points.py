@@ -21,7 +21,7 @@ GivenDesign = Literal["grid"]
 
 
 def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
-    """Return lists of values as texts of dispersions; what is no list stays, and is read or refused later.
+    """Return lists of values as texts of dispersions; other values stay, and are checked later.
 
     Parameters
     ----------

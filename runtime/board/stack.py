@@ -140,7 +140,7 @@ class _Graph:
         return _Function(frame, frozenset(calls), False)
 
     def _owner(self, address: int, caller: str) -> str:
-        """Return the function at an address; the caller itself for a jump within it."""
+        """Return the function at an address; the calling function for a jump within it."""
         if any(a <= address < a + n for a, n in self._elf.functions[caller]):
             return caller
         if address in self._names:

@@ -119,7 +119,7 @@ def load_native() -> ctypes.CDLL:
 
 
 def begin_native() -> None:
-    """Compile or load the native loop beside what the caller does next; errors are those of `load_native`."""
+    """Compile or load the native loop in the background; `load_native` raises its errors."""
 
     def begin() -> None:
         with suppress(BuildError, InputError, OSError):

@@ -28,12 +28,12 @@ def project_models() -> dict[str, Path]:
 
 
 def known_models() -> dict[str, Path]:
-    """Return the folders of all models that have a name here; a project's own hides one that comes with mehvar."""
+    """Return the folders of all models by name; a project's model hides one of mehvar with the same name."""
     return shipped_models() | project_models()
 
 
 def list_models() -> list[str]:
-    """Return the names of all models: those that come with mehvar, and those of the project that one stands in."""
+    """Return the names of all models, of mehvar and of the current project."""
     return sorted(known_models())
 
 

@@ -22,8 +22,9 @@ _TOLERANCE = 1e-12
 """Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the missing
 digits, so half or twice this value costs or saves at most one step."""
 _STEADY = 1e-8
-"""Tolerance of a rate relative to the changes by its unknowns, each by its own size or by one. A steady state leaves
-rounding error, some 1e-16, and half of the digits at a double zero. Own value; a tenth or ten times changes nothing."""
+"""Tolerance of a rate, relative to its change when each unknown changes by its own size or by one. A steady state
+leaves rounding error, some 1e-16, and half of the digits at a double zero. Own value; a tenth or ten times changes
+nothing."""
 _ROUNDING = 1e-12
 """Bound for rates that no unknown changes: their rounding error."""
 _PROBE = 6e-6

@@ -303,7 +303,7 @@ def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: f
 
 
 def sampled_parameters(manifest: Manifest) -> dict[str, str]:
-    """Return the parameters that are a law's period and that sensor or actuator compute with, and which of them do."""
+    """Return the parameters that are a law's period and that sensor or actuator use, with these users."""
     periods = {law.period for law in manifest.controllers.values()}
     readers = {q.name: sorted(_AT_SAMPLES.intersection(q.readers)) for q in manifest.parameters if q.name in periods}
     return {name: " and ".join(functions) for name, functions in readers.items() if functions}

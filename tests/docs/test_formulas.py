@@ -40,6 +40,7 @@ def test_there_are_formulas_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=lambda path: path.name)
+@pytest.mark.share(3)
 def test_every_derived_equation_is_drawn(folder: Path) -> None:
     """By both roads: its own MathML, and LaTeX of broken lines handed over."""
     document = Document.read(folder)

@@ -47,6 +47,7 @@ def impacts(n, g=9.81, e=0.97, height=1.0):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.share(4)
 def test_fifty_bounces(folders, backend, method):
     """In free fall every method is exact, so that what is off is the location alone."""
     run = simulate(folders["bounce"], "fall", backend=backend, method=method)
@@ -125,6 +126,7 @@ def thrusters():
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.share(4)
 def test_a_thruster_with_hysteresis(folders, backend, method):
     names = ("fire_plus", "rest_plus", "fire_minus", "rest_minus")
     rate, guards = thrusters()

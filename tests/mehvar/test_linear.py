@@ -38,6 +38,7 @@ def close(exact, near):
 
 
 @pytest.mark.parametrize(("name", "law"), LAWS)
+@pytest.mark.share(3)
 def test_a_law_closes_the_loop(name, law):
     model = mehvar.load(name, backend="python")
     controller = model.manifest.controller(law)
@@ -113,6 +114,7 @@ def test_only_derivatives_have_matrices():
 
 @pytest.mark.parametrize("law", ["lyapunov-v1", "lyapunov-v2"])
 @pytest.mark.parametrize(("vy", "vz"), [(75.0, 25.0), (-75.0, 525.0), (775.0, 25.0), (5000.0, 0.0)])
+@pytest.mark.share(3)
 def test_a_loop_whose_gimbals_saturate_is_linearised(law, vy, vz):
     """The sine of a gimbal angle is clipped at 1, where its arc sine has no slope; the loop is smooth there."""
     model = mehvar.load("slosh", backend="python")

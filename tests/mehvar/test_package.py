@@ -25,7 +25,7 @@ def test_importing_stays_light(module):
 
 
 @pytest.mark.parametrize("kind", ["package", "module"])
-@pytest.mark.share(4)
+@pytest.mark.soak
 def test_a_users_own_folders_or_files_of_our_rooms_names(kind, tmp_path):
     """Neither is taken for the other: from the command line, in a script beside it, and in a process that it spawns."""
     rooms = ("models", "runtime", "codegen", "generated")

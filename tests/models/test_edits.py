@@ -25,7 +25,7 @@ def test_a_few_edits(base, tmp_path):
 
 
 @pytest.mark.parametrize("base", [cart, turner])
-@pytest.mark.share(2)
+@pytest.mark.soak
 def test_edited_systems_in_c_under_sanitizers(base, tmp_path):
     outcome = sanitized(base(), "2", 2, tmp_path)
     assert not outcome.findings, "\n".join(outcome.findings)

@@ -42,6 +42,7 @@ def loop():
 
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
 @pytest.mark.parametrize("method", ["dop853", "rk4", "rodas5p"])
+@pytest.mark.share(3)
 def test_a_compensator_is_integrated(folder, backend, method):
     run = simulate(folder, "lead", backend=backend, method=method, **({"step": 0.002} if method == "rk4" else {}))
     exact = np.array([expm(loop() * t) @ [PLACE, 0, PLACE, 0, 1] for t in run.t])

@@ -37,6 +37,7 @@ def random_matrix(n, symmetric, rng):
 
 @pytest.mark.parametrize("symmetric", [True, False])
 @pytest.mark.parametrize("n", [1, 2, 5, 8])
+@pytest.mark.share(2)
 def test_factors_solve(n, symmetric):
     rng = np.random.default_rng(n)
     numbers, right = random_matrix(n, symmetric, rng), rng.normal(size=n)

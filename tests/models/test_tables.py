@@ -113,6 +113,7 @@ TABLES = sorted((installed_tree().root / "models").glob("*/*.toml"))
 
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+@pytest.mark.share(3)
 def test_whatever_line_of_a_table_is_damaged_it_is_named(table, tmp_path):
     """A key that is not known in each line that holds an entry of its own, or that begins a table of entries."""
     lines = table.read_text(encoding="utf-8").splitlines()

@@ -63,6 +63,7 @@ def test_newton_and_momentum_routes_agree(masses: tuple[float, ...], momentum: f
 
 
 @pytest.mark.parametrize(("case", "law", "duration"), TABLE)
+@pytest.mark.share(2)
 def test_reference_loop_gives_the_expected_numbers(case: str, law: str, duration: float) -> None:
     run = reference.simulate(case, LAWS[law], duration)
     found = reference.metrics(run)

@@ -19,7 +19,7 @@ Form = dict[int, Fraction]
 Row = tuple[Form, bool]
 """A form that is positive or, where the flag is False, not negative."""
 Whole = tuple[dict[int, int], bool]
-"""A row times a number that makes its coefficients whole, which are added many times faster than fractions."""
+"""A row with whole coefficients, which are added many times faster than fractions."""
 _ONE = -1
 _MOST = 300
 """Limit on inequalities at once: their number may square with each unknown. Fewer prove less; more take longer where

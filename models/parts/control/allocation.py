@@ -81,7 +81,7 @@ def allocated(
     if all(pushes):
         inputs = _pushing(frame, name, inputs, named, normal)
     elif any(pushes):
-        raise ModelError(f"{name}: thrusters only push: allocate to them apart from other actuators")
+        raise ModelError(f"{name}: thrusters only push; command them and other actuators in separate calls")
     over = [sp.Abs(u) / limit for u, limit in zip(inputs, limits, strict=True) if limit is not None]
     if not over:
         return inputs

@@ -78,7 +78,7 @@ class Arm:
 
 
 def lump(p: Group, pendulums: Sequence[Pendulum], geared: bool, d: Derivation) -> tuple[Lump, tuple[Arm, ...]]:
-    """Lump the constant masses and define what only parameters, rates and inputs enter.
+    """Lump the constant masses and define the terms of parameters, rates and inputs only.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class Chunks(WrapperStore[LocalStore]):
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Read a record again at its next use: its block is written anew, and the end's digest of it is void."""
+        """Read a record again at its next use, as its block is rewritten; its digest in the end record is void."""
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 

@@ -39,7 +39,7 @@ class LinkMap:
     pieces: tuple[tuple[int, int, str], ...]
 
     def origin(self, address: int) -> str | None:
-        """Return the object file of what is at an address."""
+        """Return the object file at an address."""
         return next((file for first, size, file in self.pieces if first <= address < first + size), None)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instructions of an image, of a Cortex-M or of RISC-V: what they are called, change, and where they jump."""
+"""Instructions of an image for Cortex-M or RISC-V: names, changed registers, targets of jumps."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ _GCC_SMALL = (
 )  # fmt: skip
 """Each makes the image of a law smaller and no step slower."""
 _GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
-"""Option for a law with constant parameters: a core for which gcc uses vmla, as clang does above.
+"""Option for a law with constant parameters, with which gcc uses vmla, as clang does above.
 
 The bits stay the same, as vmla rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, but 313 more
 estimated cycles; the estimate counts fetching instructions as free."""

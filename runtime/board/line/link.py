@@ -76,7 +76,7 @@ class Port(Protocol):
 
 @dataclass(frozen=True)
 class Hello:
-    """A board's description of itself."""
+    """Description of a board, as its hello states it."""
 
     real_size: int
     hash: bytes

@@ -340,7 +340,7 @@ def _comes_with_python(value: object) -> bool:
 
 
 def _is_bound(value: object) -> TypeGuard[BuiltinFunctionType]:
-    """Return True for a method in C of an object, as ``{"soft": 1.0}.get``, which reads what the object holds."""
+    """Return True for a method in C of an object, such as ``{"soft": 1.0}.get``, which reads the object."""
     return isinstance(value, BuiltinFunctionType) and not isinstance(value.__self__, ModuleType | type(None))
 
 

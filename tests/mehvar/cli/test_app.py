@@ -196,6 +196,7 @@ def test_two_runs_writing_one_file_leave_one_whole_file(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
 
 
+@pytest.mark.soak
 def test_doctor_names_what_is_there():
     done = run("doctor")
     assert done.returncode == 0

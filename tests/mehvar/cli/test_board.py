@@ -52,7 +52,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
 
 
 @pytest.mark.parametrize("delay", [0, 1])
-@pytest.mark.share(2)
+@pytest.mark.soak
 def test_the_delay_that_is_given_is_the_one_of_the_run(delay):
     done = run(
         "board", "run", "satellite", "--controller", "pd", "--target", "sil", "--samples", "20",

@@ -29,7 +29,7 @@ LINES = {
 
 
 @pytest.mark.parametrize("line", LINES)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_completion(line):
     words = ["mehvar", *line.split(" ")]
     environment = {

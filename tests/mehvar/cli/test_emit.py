@@ -85,7 +85,7 @@ def checksum(path: Path, model: str, law: str) -> int:
     [*((kind, *CASES[0]) for kind in LINKED), *(("cmake", *case) for case in CASES[1:])],
     ids=str,
 )
-@pytest.mark.share(3)
+@pytest.mark.share(9)
 def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law, tunable):
     """With fused multiplication in reach, which gcc takes unless it is told not to."""
     folder = emitted(tmp_path, kind, model, law, tunable)

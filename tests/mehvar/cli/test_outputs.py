@@ -122,6 +122,7 @@ def test_what_a_command_did_not_make_is_not_replaced(
     assert own.read_bytes() == before
 
 
+@pytest.mark.soak
 def test_a_report_of_something_else_is_not_replaced_by_default(place: Path) -> None:
     (place / "report").mkdir()
     (place / "report" / "index.html").write_text("the papers'")

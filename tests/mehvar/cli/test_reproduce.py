@@ -386,7 +386,7 @@ EACH = pytest.mark.parametrize(
 EVERY = pytest.mark.parametrize(
     ("report", "name"),
     [
-        *((FEW, name) for name in ("index", *FEW)),
+        (FEW, "index"),
         *(pytest.param(SHOWN, name, marks=pytest.mark.soak) for name in ("index", *SHOWN)),
     ],
     indirect=["report"],

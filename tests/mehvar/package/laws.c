@@ -6,7 +6,8 @@
 extern uint32_t stack_top[];
 int main(void);
 static void put(char letter) { *(volatile uint32_t *)0x40004000u = (uint32_t)letter; }
-static void reset(void)
+void reset(void); /* which the linker looks for */
+void reset(void)
 {
     *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20; /* the floating point unit */
     *(volatile uint32_t *)0x40004008u = 1;           /* the transmitter of UART 0 */
@@ -46,11 +47,11 @@ int main(void)
 {
     static satellite_mrac_state one, other;
     static triangle_path_state path;
-    static slosh_lyapunov_v2_state lyapunov;
+    static third_state last;
     for (int k = 0; k < SAMPLES; k++) {
         STEP(one, satellite_mrac, SATELLITE_MRAC, k);
         STEP(path, triangle_path, TRIANGLE_PATH, k);
-        STEP(lyapunov, slosh_lyapunov_v2, SLOSH_LYAPUNOV_V2, k);
+        STEP(last, third, THIRD, k);
         STEP(other, satellite_mrac, SATELLITE_MRAC, k);
     }
     put('.');

@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mehvar
 from mehvar import runtime
 from mehvar.package.files import package
 from mehvar.package.law import law_facts, law_name
+from mehvar.parts import AttitudeFilter, Gyro, Hub, Spacecraft, StarTracker, Wheel
 from mehvar.runtime.board.image.build import Program, delay_of, program, write_sources
 from mehvar.runtime.board.line.packets import HostLaw
 from tests.mehvar.cli.test_app import refused
@@ -27,9 +29,9 @@ cmake_minimum_required(VERSION 3.16)
 project(three C)
 add_subdirectory(satellite)
 add_subdirectory(triangle)
-add_subdirectory(slosh)
+add_subdirectory(third)
 add_executable(three laws.c)
-target_link_libraries(three satellite_mrac triangle_path slosh_lyapunov_v2)
+target_link_libraries(three satellite_mrac triangle_path THIRD)
 """
 
 
@@ -38,7 +40,23 @@ def firmware(model: str, law: str) -> Program:
     return program(runtime.load(model, backend="c"), law)
 
 
-LAWS = (("satellite", "mrac"), ("triangle", "path"), ("slosh", "lyapunov-v2"))
+def with_filter() -> Program:
+    """Return the law of a craft with a Kalman filter of attitude and gyro bias."""
+    craft = Spacecraft("survey", "a craft with a filter", period=0.1)
+    craft.add(Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5)))
+    axes = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+    wheels = [craft.add(Wheel(f"wheel_{name}", axis=axis, inertia=0.01)) for name, axis in axes.items()]
+    gyro = craft.add(Gyro("gyro", noise=1e-5, walk=1e-7))
+    tracker = craft.add(StarTracker("tracker", sigma=(2e-5, 2e-5, 1e-4)))
+    craft.add(AttitudeFilter("filter", gyro=gyro, tracker=tracker, every=10))
+
+    def hold(law):
+        kp, kd = law.parameter("kp", 2.0, "N m"), law.parameter("kd", 3.0, "N m s")
+        (_, *q), rates = law.attitude, law.rates
+        return law.torque([-kp * a - kd * w for a, w in zip(q, rates, strict=True)], wheels)
+
+    craft.law("hold", hold, "to inertial axes")
+    return program(mehvar.build(craft), "hold")
 
 
 def closed_loop(subject: Program) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
@@ -63,14 +81,20 @@ def table(name: str, rows: list[np.ndarray]) -> str:
     return f"static const mv_real {name}[SAMPLES][{max(1, len(rows[0]))}] = {{\n{lines}}};\n".replace("{}", "{0}")
 
 
+Project = tuple[Path, list[list[str]]]
+
+
 @pytest.fixture(scope="module")
-def project(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[list[str]]]:
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    return composed(tmp_path_factory.mktemp("three"), firmware("slosh", "lyapunov-v2"))
+
+
+def composed(folder: Path, third: Program) -> Project:
     """Return a CMake project with the packages of three laws, and the lines that each sample must print."""
-    folder = tmp_path_factory.mktemp("three")
     header, expected = [f"enum {{ SAMPLES = {SAMPLES} }};\n"], []
-    for model, law in LAWS:
-        subject = firmware(model, law)
-        write_sources(folder / model, package(subject, "cmake"))
+    subjects = {"satellite": firmware("satellite", "mrac"), "triangle": firmware("triangle", "path"), "third": third}
+    for place, subject in subjects.items():
+        write_sources(folder / place, package(subject, "cmake"))
         columns = list(zip(*closed_loop(subject), strict=True))
         name = law_name(subject)
         header.insert(0, f'#include "{name}.h"\n')
@@ -80,8 +104,9 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[list[s
         ]
         expected.append([" ".join(f"{bits:08x}" for bits in row.astype("<f4").view("<u4")) for row in columns[3]])
     (folder / "samples.h").write_text("".join(header))
-    (folder / "laws.c").write_text((HERE / "laws.c").read_text())
-    (folder / "CMakeLists.txt").write_text(PROJECT)
+    name, text = law_name(third), (HERE / "laws.c").read_text()
+    (folder / "laws.c").write_text(text.replace("THIRD", name.upper()).replace("third", name))
+    (folder / "CMakeLists.txt").write_text(PROJECT.replace("THIRD", name))
     return folder, expected
 
 
@@ -102,18 +127,33 @@ def check_lines(text: str, expected: list[list[str]]) -> None:
     lines = [line.strip() for line in text.partition(".")[0].splitlines()]
     assert len(lines) == 4 * SAMPLES
     for k in range(SAMPLES):
-        mrac, path, lyapunov, again = lines[4 * k : 4 * k + 4]
-        for line, rows in zip((mrac, path, lyapunov), expected, strict=True):
+        mrac, path, third, again = lines[4 * k : 4 * k + 4]
+        for line, rows in zip((mrac, path, third), expected, strict=True):
             assert line == rows[k], k
         assert again == mrac
 
 
 @needs("cmake", "arm-none-eabi-gcc", "qemu-system-arm")
 def test_three_laws_in_a_bare_image_for_a_cortex_m4f(project):
-    folder, expected = project
+    check_on_a_cortex_m4f(*project)
+
+
+@needs("cmake", "arm-none-eabi-gcc", "qemu-system-arm", "riscv64-linux-gnu-gcc", "qemu-riscv64-static")
+@pytest.mark.soak
+def test_two_laws_and_an_estimator_on_two_processors(tmp_path):
+    folder, expected = composed(tmp_path, with_filter())
+    check_on_a_cortex_m4f(folder, expected)
+    image, _ = built(folder, "riscv64", "riscv64-linux-gnu-gcc", "-O2 -static")
+    done = subprocess.run(["qemu-riscv64-static", image], capture_output=True, text=True, check=True)
+    check_lines(done.stdout, expected)
+
+
+def check_on_a_cortex_m4f(folder, expected):
     link = f"-nostdlib -nostartfiles -T {HERE / 'laws.ld'}"
     image, said = built(folder, "arm", "arm-none-eabi-gcc", CORTEX, link, "Generic")
     assert said.count("(TOTALS)") == 3, "the build prints sizes"
+    undefined = subprocess.run(["arm-none-eabi-nm", "-u", image], capture_output=True, text=True, check=True).stdout
+    assert not undefined
     command = ["qemu-system-arm", "-M", "mps2-an386", "-kernel", image, "-display", "none", "-monitor", "none"]
     with subprocess.Popen(
         [*command, "-serial", "stdio"], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True

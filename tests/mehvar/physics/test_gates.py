@@ -89,6 +89,7 @@ def test_pendulum_damping_without_its_moment_arm():
 
 
 @pytest.mark.parametrize("inertia", ["paper", "hinge"])
+@pytest.mark.share(2)
 def test_a_force_in_the_place_of_a_moment_shows_in_the_units(inertia):
     subject = machine("slosh", ("pendulums", "1"), ("inertia", inertia))
     length = subject.system.parameters.l1

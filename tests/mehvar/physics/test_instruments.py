@@ -27,6 +27,7 @@ def test_every_sensor_has_a_gate(case):
 
 
 @pytest.mark.parametrize("case", SATELLITES, ids=title)
+@pytest.mark.share(2)
 def test_an_instrument_that_is_off_by_its_noise_is_noticed(case):
     """Each measured quantity in turn is off by the size of each noise, as it would be at one sigma all the time."""
     subject = subject_of(case)

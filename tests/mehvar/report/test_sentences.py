@@ -43,7 +43,7 @@ def said(dataset):
 
 
 @pytest.mark.parametrize("name", REPRODUCED)
-@pytest.mark.share(3)
+@pytest.mark.soak
 def test_no_sentence_about_a_run_stays_when_the_run_is_another(name):
     law, settings = OTHERWISE[name]
     plain, other = (said(mehvar.simulate(name, law, **given)) for given in ({}, settings))
@@ -106,7 +106,7 @@ def test_the_page_of_a_batch_names_what_it_has_otherwise(tmp_path):
          "(scenario paper, l1_0 = 0.21, l2_0 = 0.21, l3_0 = 0.31, theta_0 = 0.9, 2 more)"),
     ],
 )  # fmt: skip
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_titles_name_what_differs_from_the_scenario_and_nothing_else(given, text):
     run = mehvar.simulate("triangle", "path", **given)
     with style():

@@ -40,6 +40,7 @@ def test_a_page_about_a_run_shows_any_title(run: xr.Dataset, words: str) -> None
 
 
 @pytest.mark.parametrize("words", TEXTS)
+@pytest.mark.share(3)
 def test_a_picture_shows_any_text(words: str) -> None:
     figure = new_figure(3.0, 2.0)
     ax = figure.add_subplot(title=words, xlabel=words, ylabel=words)

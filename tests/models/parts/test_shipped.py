@@ -139,6 +139,7 @@ NAMES = {"roll": "att1", "pitch": "att2", "yaw": "att3"}
 RODS = {f"bob{k}_{a}{b}": f"{c}{k}{b}" for k in (1, 2) for a, c in (("e", "s"), ("u", "sigma")) for b in "xyz"}
 
 
+@pytest.mark.soak
 def test_the_plant_of_slosh_is_the_assembled_one():
     """It takes 1.71 times the operations: pendulums by angles are eliminated without what is special to a bob."""
     assembled, shipped = slosh(), system("slosh")

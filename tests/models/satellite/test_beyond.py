@@ -357,7 +357,7 @@ def test_the_safe_mode_turns_the_panels_to_the_sun_out_of_the_shadow():
     ("law", "wheels"),
     [("quaternion", "any"), ("sliding", "any"), ("b-dot", "any"), ("sun", "any"), ("quaternion", "unbalanced")],
 )
-@pytest.mark.share(6)
+@pytest.mark.soak
 def test_a_board_computes_the_same_bits(law, wheels):
     outcome = run_on_board(craft(wheels), BoardRequest(law, "sil", samples=200))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 200 * 7)

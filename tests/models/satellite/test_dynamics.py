@@ -139,6 +139,7 @@ def test_both_charts_describe_the_same_motion():
 
 
 @pytest.mark.parametrize("generated", [EULER, QUATERNION], ids=["euler", "quaternion"])
+@pytest.mark.share(2)
 def test_inertial_momentum_is_constant_without_external_torque(generated):
     p = plant(generated, omega0=0.0, wheel_friction=1e-6)
     x = random_states(1)[0]

@@ -81,7 +81,7 @@ def covariance(law, z, axis):
 
 @pytest.mark.parametrize("law", ["mrac", "mrac-literal", "pd"])
 @pytest.mark.parametrize("delay", [0, 1])
-@pytest.mark.share(2)
+@pytest.mark.share(6)
 def test_python_and_c_agree_sample_by_sample(law, delay):
     """Each sample from the same memory, and the same loop over 600 samples where it is not lost before."""
     samples = 60 if (law, delay) == ("mrac-literal", 1) else 600

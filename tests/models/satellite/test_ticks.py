@@ -42,6 +42,7 @@ def test_a_square_wave_turns_at_the_tick(Ts: Fraction, half_period: Fraction) ->
 
 
 @pytest.mark.parametrize(("Ts", "half_period"), PERIODS)
+@pytest.mark.share(2)
 def test_every_way_to_run_a_loop_sees_the_same_reference(Ts: str, half_period: str) -> None:
     n, values = 101, {"Ts": float(Ts), "half_period": float(half_period)}
     options = {"t_end": float(100 * Fraction(Ts)), "dt_out": float(Ts)}

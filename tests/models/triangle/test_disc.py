@@ -64,11 +64,13 @@ def check_pairs(model, law, n, seed, **options):
 
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
+@pytest.mark.share(2)
 def test_every_target_is_reached_from_every_start(model, law):
     check_pairs(model, law, 2000, 1)
 
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
+@pytest.mark.share(2)
 def test_targets_close_to_the_circle_are_reached(model, law):
     check_pairs(model, law, 1000, 2, nearest=0.63)
 

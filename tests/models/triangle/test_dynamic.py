@@ -263,7 +263,7 @@ def test_accelerations_are_mujocos(general, seed):
 
 @pytest.mark.parametrize("law", ["sliding", "path", "path-thrust"])
 @pytest.mark.parametrize("target", ["sil", pytest.param("unicorn", marks=needs("arm-none-eabi-gcc"))])
-@pytest.mark.share(3)
+@pytest.mark.soak
 def test_the_laws_have_the_same_bits_on_a_board(model, law, target):
     outcome = run_on_board(model, BoardRequest(law, target, samples=100))
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)

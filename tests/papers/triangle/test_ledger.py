@@ -132,7 +132,7 @@ def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
         (["f", "sigma", "x_tangent"], ["29", "31", "34", "37", "text before (47), tangency"], ["28", "33", "47"]),
     ],
 )
-@pytest.mark.share(3)
+@pytest.mark.soak
 def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     system: System, wrong: list[str], turned: list[str], unmoved: list[str]
 ) -> None:

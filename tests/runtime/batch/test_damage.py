@@ -73,6 +73,7 @@ def mend(store: Path) -> list[str]:
     return [str(warning.message) for warning in said]
 
 
+@pytest.mark.soak
 def test_every_file_is_held_against_a_record(store: Path, whole: Path) -> None:
     """No file of a store can be damaged in any of these ways without a word."""
     for number, (name, content) in enumerate(sorted(contents(whole).items())):

@@ -349,6 +349,7 @@ def test_a_stop_rule_ends_at_the_same_run_whatever_was_stored_before(triangle: r
         run_batch(triangle, campaign, broken, resume=True, success="final(rho) < 0.7")
 
 
+@pytest.mark.soak
 def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
     triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,7 +9,7 @@ import re
 import pytest
 
 from mehvar.base.manifest import METRIC_KINDS
-from mehvar.runtime.compiling.library import NATIVE, load_library, native_sources
+from mehvar.runtime.compiling.library import NATIVE, load_library, native_headers, native_sources
 from mehvar.runtime.compiling.structures import structures
 from mehvar.runtime.run.options import INTEGRATORS
 from mehvar.runtime.run.problem import STAGES, Status
@@ -36,7 +36,7 @@ def layout() -> ctypes.CDLL:
         for field, *_ in structure._fields_:
             numbers += [f"offsetof({name}, {field})", f"sizeof((({name} *)0)->{field})"]
         lines.append(f"const size_t layout_{name}[] = {{{', '.join(numbers)}}};")
-    sources = native_sources(*HEADERS) | {"layout.c": "\n".join([*lines, ""])}
+    sources = native_headers() | native_sources(*HEADERS) | {"layout.c": "\n".join([*lines, ""])}
     return load_library("layout", sources, ["layout.c"])
 
 

@@ -60,7 +60,7 @@ def draw(rng):
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("law", ["free", "steps"])
 @pytest.mark.parametrize("guard", GUARDS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_crossing_is_found_however_coarse_the_state_is(folders, guard, backend, law, method):
     """The instant is off by what some spacings of the largest number in the guard are in time."""
     rng = np.random.default_rng(11)

@@ -88,7 +88,7 @@ def roots(a, b, w, end=10.0):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("law", ["free", "steps"])
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_roots_are_found_once_and_in_their_direction(folder, backend, law, method):
     """Steps of half a second at most see what is a quarter of that apart."""
     rng = np.random.default_rng(7)

@@ -92,6 +92,7 @@ def test_every_command_that_reads_a_store_has_its_lines() -> None:
 
 
 @pytest.mark.parametrize(("seed", "block", "what"), [(1, 1, "of another batch"), (0, 0, "of another block")])
+@pytest.mark.share(4)
 def test_a_block_that_belongs_elsewhere_is_refused_by_every_reader(
     store: Path, whole: dict[int, Path], seed: int, block: int, what: str
 ) -> None:

@@ -16,6 +16,7 @@ from mehvar.base.names import identifier
 from .conftest import LONGEST, close, point
 
 
+@pytest.mark.share(4)
 def test_functions_are_those_of_the_c(model):
     laws = [identifier(law) for law in model.manifest.controllers]
     for name in ("rhs", "outputs", "initial", "jac_x", "jac_u", *laws):
