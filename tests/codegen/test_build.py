@@ -41,7 +41,8 @@ def gain(**changes):
 @pytest.mark.parametrize(
     "changes",
     [
-        gain(default=1.5), gain(description="another"), law(title="another"), law(command=(-2 * C.kp * X.angle - C.kd * X.rate,)),
+        gain(default=1.5), gain(description="another"), law(title="another"),
+        law(command=(-2 * C.kp * X.angle - C.kd * X.rate,)),
         law(memory=Group("z", (Quantity("kept", "rad", "kept"),)), start=(0,), update=(X.angle,)),
         {"scenarios": (replace(GO, duration=3.0),)}, {"metrics": (replace(PEAK, since=1.0),)}, {"initial": (2, 0)},
         {"parameters": Group("p", (replace(P.quantities[0], default=3.0), P.quantities[1]))}, {"title": "another"},
