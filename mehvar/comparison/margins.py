@@ -7,8 +7,10 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import LinearSystem
@@ -107,7 +109,7 @@ class _Loop:
             if np.all(np.abs(poles - place) > self._rounded(poles)):
                 yield self.at(w)
 
-    def _rounded(self, poles: FloatArray) -> float:
+    def _rounded(self, poles: NDArray[Any]) -> float:
         """Return the distance below which a pole counts as one of an integrator."""
         return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
 
