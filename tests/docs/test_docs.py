@@ -101,13 +101,14 @@ def _name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+def _takes_seconds(page: Path) -> bool:
+    """Tell the pages of the systems beyond the papers, whose claims `make run` decides, and of what others derive."""
+    return page.name.startswith("beyond-") or page.name in ("parts.md", "diff.md", "estimators.md")
+
+
 @pytest.mark.parametrize(
     "page",
-    [
-        # batches and runs of the systems beyond the papers, whose claims `make run` decides
-        pytest.param(page, id=_name(page), marks=pytest.mark.soak if page.name.startswith("beyond-") else ())
-        for page in PAGES
-    ],
+    [pytest.param(page, id=_name(page), marks=pytest.mark.soak if _takes_seconds(page) else ()) for page in PAGES],
 )
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run_page(page, tmp_path, monkeypatch)

@@ -13,6 +13,7 @@ import pytest
 import mehvar
 from mehvar.__main__ import _how_to_install
 from mehvar.base.errors import MehvarError
+from mehvar.formats.attitude import kernel
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.batch.workers import connect
 from mehvar.runtime.board.targets import SerialPort
@@ -32,6 +33,7 @@ USES: dict[str, tuple[str, Callable[[], object], str]] = {
     "jax": ("jax.numpy", lambda: mehvar.load("triangle").to_jax(), "pip install jax"),
     "numba": ("numba", lambda: mehvar.load("triangle").to_numba(), "pip install numba"),
     "cluster": ("distributed", lambda: connect("tcp://127.0.0.1:1"), 'pip install "mehvar[cluster]"'),
+    "spice": ("spiceypy", lambda: kernel(None), 'pip install "mehvar[spice]"'),
     "board": ("serial", lambda: SerialPort("nothing"), 'pip install "mehvar[board]"'),
 }
 """By extra: the module that is missing, a use of it, and what the message says."""

@@ -448,6 +448,7 @@ COMMIT = ["git", "-c", "user.name=Test", "-c", "user.email=test@example.org", "c
 
 
 @pytest.mark.parametrize("staged", ["models", "generated"])
+@pytest.mark.share(2)
 def test_the_hook_of_the_tutorial_refuses_what_is_staged_by_half(project, hook, command, staged):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     project.generate()

@@ -51,6 +51,7 @@ def project(structured, tmp_path):
     return Project(tmp_path / "tree")
 
 
+@pytest.mark.soak
 def test_a_change_that_other_structures_alone_show_is_undecided_until_they_are_compared(project):
     project.edit("force -= 3 * p.k", "force += 3 * p.k")
     result = project.json(status=1)
@@ -102,6 +103,7 @@ def test_a_choice_that_the_model_refuses_alone_comes_with_what_it_needs(project)
     assert [part["variant"] for part in result["structures"]] == ["kind=firm,wall=near"]
 
 
+@pytest.mark.soak
 def test_all_structures_decide_that_a_rearrangement_is_none(project):
     project.edit("force -= 3 * p.k * x", "force = force - x * 3 * p.k")
     assert project.json(status=1)["status"] == "undecided"

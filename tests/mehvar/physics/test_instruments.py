@@ -21,6 +21,7 @@ def subject_of(case):
 
 
 @pytest.mark.parametrize("case", CASES, ids=title)
+@pytest.mark.share(4)
 def test_every_sensor_has_a_gate(case):
     subject = subject_of(case)
     assert (subject.system.sensor is not None) == (MEASUREMENTS in {gate.name for gate in gates_of(subject)})

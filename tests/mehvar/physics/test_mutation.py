@@ -27,7 +27,7 @@ CASES = (
 
 
 @pytest.mark.parametrize("case", CASES, ids=title)
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_no_wrong_term_passes(case):
     model, structure = case
     subject = machine(model, *structure)

@@ -94,6 +94,7 @@ def stopped(whole, missing):
     return part
 
 
+@pytest.mark.soak
 def test_an_unfinished_design_has_no_sobol_indices():
     vary = {"theta_0": "uniform(0.8, 1.2)", "mass": "normal(1, 0.05)"}
     whole = mehvar.batch("triangle", "path", n=16, vary=vary, sampling="saltelli", t_end=2.0).load()

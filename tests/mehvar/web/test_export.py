@@ -105,6 +105,7 @@ def test_own_values_have_the_bits_of_this_machine_or_are_refused_there_too(model
     assert [result.get("checksum") for result in results] == [checksum_here(model, case, values) for values in own]
 
 
+@pytest.mark.share(4)
 def test_the_module_imports_nothing(model, page, node):
     wasm = gzip.decompress(base64.b64decode(data_of(page(model))["module"]))
     done = subprocess.run([node, "-e", IMPORTS], input=wasm, capture_output=True, check=True)

@@ -45,7 +45,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_operations_are_linear_in_the_number_of_parts_and_the_text_does_not_grow(kind):
     make, most = KINDS[kind]
     crafts = [rhs(*(make(k) for k in range(1, count + 1))) for count in (8, 9, 10)]

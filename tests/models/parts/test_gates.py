@@ -239,6 +239,7 @@ def test_a_locked_joint_is_a_composite_body(case):
 
 
 @pytest.mark.parametrize("case", ["hinge, prescribed", "slider, prescribed"])
+@pytest.mark.share(2)
 def test_a_prescribed_joint_at_rest_is_a_composite_body(case):
     part = PARTS[case]
     composite = assembled((HUB, PUSH, TURN, body_at(part, 0.7)))
@@ -250,6 +251,7 @@ def test_a_prescribed_joint_at_rest_is_a_composite_body(case):
 
 
 @pytest.mark.parametrize("case", ["hinge", "slider"])
+@pytest.mark.share(2)
 def test_a_prescribed_joint_moves_as_a_free_one_with_its_acceleration(case):
     free, held = craft(case), craft(f"{case}, prescribed")
     x, u = free.sample(np.random.default_rng(10))
@@ -273,6 +275,7 @@ def linear(balances: Balances, names: list[str]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", ["sprung mass", "hinge"])
+@pytest.mark.share(2)
 def test_small_motion_is_a_mode(kind):
     """Its frequency is sqrt(k/m), with a participation along the motion and about O."""
     if kind == "sprung mass":
@@ -307,6 +310,7 @@ def test_a_pendulum_by_two_angles_is_a_bob():
 
 
 @pytest.mark.parametrize(("joint", "case"), [("hinge", "hinge"), ("slider", "slider")])
+@pytest.mark.share(2)
 def test_a_chain_of_one_body_is_its_joint(joint, case):
     link = Link(**BODY, **JOINT, joint=joint, stiffness=3.0, damping=0.2, motor=True)
     chain = assembled((HUB, PUSH, TURN, Chain("a", [link])))
@@ -370,6 +374,7 @@ def joined(hub: str) -> Balances:
     return assembled((Hub(hub, mass=MASSES[hub], inertia=(1, 2, 2)), *bodies, cable))
 
 
+@pytest.mark.soak
 def test_three_masses_on_tethers_move_alike_whichever_is_the_hub():
     rng = np.random.default_rng(17)
     for _ in range(8):

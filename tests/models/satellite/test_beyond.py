@@ -364,6 +364,7 @@ def test_a_board_computes_the_same_bits(law, wheels):
 
 
 @needs("arm-none-eabi-gcc")
+@pytest.mark.soak
 def test_an_emulated_processor_computes_the_same_bits():
     request = BoardRequest("quaternion", "unicorn", "stm32f4", "gcc", samples=60, selftest=4, profiled=False)
     outcome = run_on_board(craft(), request)

@@ -134,6 +134,7 @@ def test_laws_agree_sample_by_sample_with_the_hand_written_ones(law, name, desig
     assert error[:samples] == pytest.approx(other.x[:, :3] - other.ym, abs=tolerance)
 
 
+@pytest.mark.soak
 def test_claims_of_the_paper():
     def rms(law, name):
         t, error, _, _ = measured(law, name)

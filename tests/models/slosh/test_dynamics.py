@@ -13,7 +13,7 @@ from tests.reference import reference_slosh as reference
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 @pytest.mark.parametrize("pendulums", ["1", "2", "6"])
-@pytest.mark.share(3)
+@pytest.mark.soak
 def test_evaluation_form_solves_the_derived_equations(inertia, pendulums):
     model, equations = slosh(pendulums, inertia), implicit(pendulums, inertia)
     rng = np.random.default_rng(1)
@@ -28,6 +28,7 @@ def test_evaluation_form_solves_the_derived_equations(inertia, pendulums):
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 @pytest.mark.parametrize("pendulums", ["1", "2", "6"])
+@pytest.mark.share(3)
 def test_evaluation_form_agrees_with_newton_and_euler(inertia, pendulums):
     model = slosh(pendulums, inertia)
     rng = np.random.default_rng(2)

@@ -157,6 +157,7 @@ def test_gimbal_limits_hold_in_a_run(folder):
         np.testing.assert_allclose(run[f"alpha{k}"][0], free[f"alpha{k}"][0], atol=1e-12)
 
 
+@pytest.mark.soak
 def test_a_tumble_over_the_top_keeps_energy_and_momentum(tmp_path):
     """On ball joints with a quaternion no chart is lost: free motion with pendulums that swing through phi = 0, 180."""
     folder = tmp_path / "slosh"

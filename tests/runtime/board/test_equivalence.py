@@ -29,6 +29,7 @@ LONG = 5000
 
 
 @pytest.mark.parametrize(("model", "law"), LAWS)
+@pytest.mark.share(3)
 def test_software_in_the_loop(model, law):
     outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=600))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, outcome.single.u_cmd.size)
@@ -75,6 +76,7 @@ def test_every_emulator_with_every_compiler(target, samples, compiler, expected_
 
 @needs("arm-none-eabi-gcc")
 @pytest.mark.parametrize("board", ["mps2-m3", "mps2-m7"])
+@pytest.mark.share(2)
 def test_other_processors(board):
     outcome = run_on_board(
         load("satellite"), BoardRequest("mrac", "unicorn", board, "gcc", samples=100, selftest=20, profiled=False)

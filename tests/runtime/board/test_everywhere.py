@@ -26,7 +26,7 @@ def checksums(place: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize(("law", "target"), [pytest.param(*c, id=f"{c[0]}, {c[1].title}") for c in short()])
-@pytest.mark.share(48)
+@pytest.mark.soak
 def test_a_law_has_the_same_bits_on_a_target(law: str, target: Target, place: Path, checksums: dict[str, str]) -> None:
     try:
         result = cell(law, target, SAMPLES, place)

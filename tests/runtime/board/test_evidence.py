@@ -67,6 +67,7 @@ def test_evidence_that_leaves_out_what_ran_is_refused(monkeypatch: pytest.Monkey
 
 @NEEDS_GCC
 @pytest.mark.parametrize(("model", "law"), LAWS)
+@pytest.mark.share(4)
 def test_every_law_is_bounded(model: str, law: str) -> None:
     image = build(program(load(model), law), board("stm32f4"), toolchain("gcc"))
     assert 100 < Flow(read_elf(image.path)).worst(STEP).instructions < 4000

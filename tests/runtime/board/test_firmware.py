@@ -244,6 +244,7 @@ def test_a_program_is_compiled_once():
 
 
 @pytest.mark.parametrize(("name", "interrupt"), [("stm32f4", 37), ("stm32f4-usart2", 38), ("mps2-m3", 0)])
+@pytest.mark.share(3)
 def test_the_line_wakes_the_board_by_the_interrupt_of_its_port(name, interrupt):
     """ARMv7-M manual, B3.4: a bit each to set enabled, 0x100, and to clear pending, 0x280; RM0090, table 62; AN385."""
     place, bit = 4 * (interrupt // 32), 1 << interrupt % 32

@@ -22,6 +22,7 @@ FAULT_AND_HANDLER = {"m3": 36 + 8, "m4f": 108 + 8}
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
 @pytest.mark.parametrize("name", ["stm32f4", "mps2-m3"])
+@pytest.mark.share(4)
 def test_what_is_used_is_within_the_bound(compiler, name):
     """And near it, less the fault that did not happen: a bound of everything would say nothing."""
     request = BoardRequest("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)

@@ -23,6 +23,7 @@ from tests.tools import needs
 
 
 @pytest.mark.parametrize("target", ["sil", "unicorn", pytest.param("qemu", marks=needs("qemu-system-arm"))])
+@pytest.mark.share(3)
 def test_a_tuned_run_and_its_journal_have_the_bits_of_this_machine(tmp_path, target):
     """Tuned at a checkpoint, between two, and at one sample twice."""
     model, journal = load("satellite"), tmp_path / "journal"

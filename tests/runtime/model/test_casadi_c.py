@@ -14,11 +14,14 @@ from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.simulate import simulate
+from tests.papers.shared import LIGHT
 
 LAWS = [(name, law) for name in known_models() for law in find_model(name).controllers]
 
 
-@pytest.mark.parametrize("name", known_models())
+@pytest.mark.parametrize(
+    "name", [name if name == LIGHT else pytest.param(name, marks=pytest.mark.soak) for name in known_models()]
+)
 def test_it_has_every_function_but_those_in_two_parts(name):
     ours, casadi = load(name, "c"), load(name, "casadi")
     assert casadi.backend == "casadi"
@@ -28,7 +31,9 @@ def test_it_has_every_function_but_those_in_two_parts(name):
     assert {"rhs", "jac_x", "jac_u", "jvp"} <= set(casadi.functions)
 
 
-@pytest.mark.parametrize("name", known_models())
+@pytest.mark.parametrize(
+    "name", [name if name == LIGHT else pytest.param(name, marks=pytest.mark.soak) for name in known_models()]
+)
 def test_its_functions_need_no_work_space(name):
     """The calls pass none: a graph of scalars has none."""
     model = load(name, "casadi")

@@ -32,6 +32,7 @@ def tree(tmp_path) -> Path:
 
 
 @pytest.mark.parametrize("model", ["triangle", "satellite", "slosh"])
+@pytest.mark.share(3)
 def test_python_has_every_derivative(model):
     """CasADi's C is compared with ours by tests/mehvar/report/test_backends.py."""
     ours, python = load(model, "c"), load(model, "python")
@@ -54,6 +55,7 @@ def test_a_copied_folder_takes_the_sources_of_the_installed_model(tmp_path):
     assert made == {holder(find_model("triangle"), FILES[0]).folder}, "one derivation for all files"
 
 
+@pytest.mark.soak
 def test_a_folder_of_another_structure_gets_files_of_that_structure(tree, tmp_path):
     shutil.rmtree(tree)
     options = ("--structure", "masses=general", "--out", str(tree))
