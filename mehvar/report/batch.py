@@ -85,9 +85,10 @@ def _varied(runs: Runs) -> Table:
     vary: dict[str, str] = json.loads(runs.dataset.attrs["campaign"])["vary"]
     rows = []
     for names, how in vary.items():
-        first = runs.dataset[names.split(",")[0].strip()].attrs if names.split(",")[0].strip() in runs.dataset else {}
-        meaning = str(first.get("long_name", "")).removesuffix(", drawn")
-        rows.append((names, how, pretty_unit(str(first.get("units", ""))), meaning))
+        each = [runs.dataset[name].attrs for name in map(str.strip, names.split(",")) if name in runs.dataset]
+        units, meanings = (dict.fromkeys(str(attrs.get(key, "")) for attrs in each) for key in ("units", "long_name"))
+        meaning = "; ".join(text.removesuffix(", drawn") for text in meanings)
+        rows.append((names, how, ", ".join(map(pretty_unit, units)), meaning))
     return Table("What was varied", ("name", "distribution", "unit", "meaning"), rows)
 
 
