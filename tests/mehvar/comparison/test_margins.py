@@ -20,7 +20,7 @@ def loop(A, b, c, period=None):
 
 
 def worst(A, b, c, factor, period):
-    """How far the closed loop with another gain is from instability; negative for a stable one."""
+    """Return the growth of the slowest mode of the loop with another gain; negative if it is stable."""
     eigenvalues = np.linalg.eigvals(np.asarray(A) + factor * np.outer(b, c))
     return np.max(eigenvalues.real) if period is None else np.max(np.abs(eigenvalues)) - 1
 
