@@ -10,6 +10,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from mehvar.base import cache
 from mehvar.base.errors import bad_value
 from mehvar.base.versions import installed
@@ -84,4 +86,6 @@ def _declaration(value: object) -> object:
         return [(_declaration(key), _declaration(entry)) for key, entry in value.items()]
     if isinstance(value, list | tuple):
         return [_declaration(entry) for entry in value]
+    if isinstance(value, np.ndarray):  # whose text leaves out the middle of a long one
+        return value.tolist()
     return sp.srepr(value) if isinstance(value, sp.Basic) else repr(value)

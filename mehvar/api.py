@@ -16,7 +16,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.points import count, grid, listed, table
-from mehvar.runtime.batch.repeat import SESSION_LAWS
+from mehvar.runtime.batch.repeat import SESSION_LAWS, keep_for_session
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.compiling.library import begin_native
 from mehvar.runtime.interrupts import KeptInterrupts
@@ -350,7 +350,7 @@ def stored_batch(
             save_every=save,
         )
     with KeptInterrupts(), _connected(scheduler) as client, cell_progress("batch") as advance:
-        return run_batch(
+        store = run_batch(
             source,
             campaign,
             out,
@@ -366,6 +366,9 @@ def stored_batch(
             own=own,
             origin=origin,
         )
+    if isinstance(source, Model):
+        keep_for_session(store, source)
+    return store
 
 
 def open_result(path: str | os.PathLike[str]) -> xr.Dataset:

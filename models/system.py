@@ -265,7 +265,8 @@ class Sensor(Located):
     measured : tuple of Expr
         The measurements, as a function of state, noise and p: a row for each state, or for each of `seen`.
     seen : Group
-        The measured quantities, if they are not the states; laws receive them in place of the state.
+        The measured quantities, if they are not the states; laws receive them in place of the state. Without it a
+        sampled law receives the measured states, and a continuous law the states themselves.
     """
 
     noise: Group

@@ -126,12 +126,10 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
 
 def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
     """Return the closed loops whose eigenvalues differ, and why they could not be compared."""
-    note = "one of the versions has no derivatives of its laws" if undifferentiated((before, after)) else ""
-    try:
-        closed = loops(before, after)
-    except InputError as error:  # a copied folder has no file of them and no sources to make it from
-        closed, note = (), str(error)
-    return closed, f"loops and margins not compared: {note}" if note else ""
+    closed, refused = loops(before, after)
+    if undifferentiated((before, after)):
+        refused = ("one of the versions has no derivatives of its laws", *refused)
+    return closed, f"loops and margins not compared: {'; '.join(refused)}" if refused else ""
 
 
 def _loaded(folder: Path) -> Model:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller
 from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray
@@ -88,20 +89,28 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
     return tuple(pair for pair in pairs if max(value.imag for value in pair) >= 0)
 
 
-def loops(before: Model, after: Model) -> tuple[Loop, ...]:
-    """Return the loops whose eigenvalues differ, for laws that both versions have with the same number of states."""
-    changed = []
+def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
+    """Return the loops whose eigenvalues differ, and why other loops have none.
+
+    Loops are compared for laws that both versions have with the same number of states.
+    """
+    changed: list[Loop] = []
+    refused: list[str] = []
     for name, law in after.manifest.controllers.items():
         former = before.manifest.controllers.get(name)
         if former is None or not (differentiable(before, former) and differentiable(after, law)):
             continue
-        old, new = _matrix(before, former), _matrix(after, law)
+        try:
+            old, new = _matrix(before, former), _matrix(after, law)
+        except InputError as error:
+            refused.append(f"{name}: {error}")
+            continue
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
             places = [q.name for q in after.manifest.parameters]
             period = float(after.parameters()[places.index(law.period)]) if law.period else None
             changed.append(Loop(name, period, named(before.state_names, start(before)), pairs))
-    return tuple(changed)
+    return tuple(changed), tuple(refused)
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import sympy as sp
 
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
 from .part import Aggregates, Coordinate, Mounted, Part
 from .values import Number, Parameters, Vector, scalar, vector
 
@@ -53,6 +53,10 @@ class Modes(Part):
     """
 
     modes: Sequence[Mode] = ()
+
+    def __post_init__(self) -> None:
+        if not self.modes:
+            raise ModelError(f"{self.name}.modes: must have one mode at least")
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:

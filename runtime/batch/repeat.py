@@ -69,6 +69,10 @@ SESSION_LAWS: dict[str, LawFunction] = {}
 """Laws in Python of the batches of this session, by their text: this session has run them, so a repeat may too."""
 
 
+SESSION_MODELS: dict[str, Model] = {}
+"""Models of the batches of this session, as `mehvar.build` makes them, by the digest of their code."""
+
+
 class TrustError(InputError):
     """Repeating a run would compile and run a model that only the store names."""
 
@@ -179,8 +183,15 @@ def is_model_of(store: Batch, model: Model) -> bool:
     return generated_digest(model.manifest) == _recorded_digest(store)
 
 
-def _trusted_model(store: Batch, trust: bool) -> str:
+def keep_for_session(store: Batch, model: Model) -> None:
+    """Let runs of a batch be repeated in this session, which has run the model already."""
+    SESSION_MODELS[_recorded_digest(store)] = model
+
+
+def _trusted_model(store: Batch, trust: bool) -> Model | str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
+    if known := SESSION_MODELS.get(_recorded_digest(store)):
+        return known
     for folder in filter(None, (models.get(name) for models in (shipped_models(), project_models()))):
         with suppress(InputError):  # a damaged or older folder is not the model of this store
             if generated_digest(find_model(folder)) == _recorded_digest(store):
@@ -203,8 +214,8 @@ def _way(source: str, there: bool) -> str:
     if not there:
         return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (
-        f"it names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model "
-        "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+        f"it names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model, in Python "
+        "model=PATH; or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
     )
 
 

@@ -11,11 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from mehvar.base.capabilities import Place, refuse
 from mehvar.base.display import heading, table
-from mehvar.base.errors import bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller, Manifest, Quantity
 from mehvar.base.names import identifier
 
 from .functions import FloatArray, Functions, GeneratedFunction
+
+_STEP = 1e-4
+"""Difference from which the slope of a sensor is taken: with numbers of size one, errors of 1e-12 in what is linear."""
+_SLOPE = 1e-6
+"""Allowed difference of that slope from one: far below any scale factor that a data sheet gives."""
+_COUNTER = "held_for"
+"""Memory of a law that commands at some samples only, from codegen; zero at a command."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,6 +112,7 @@ def linearize_loop(
     outputs: Sequence[str] | None,
 ) -> LinearSystem:
     """Return the system of the plant under a law, driven by the reference; see `Model.linearize`."""
+    _check_delays(manifest, controller, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
     period = _period(manifest, controller, p)
@@ -136,6 +144,7 @@ def cut_loop(
 
     Its inputs are those that act, its outputs those that the law answers with: A + B C is the closed loop.
     """
+    _check_delays(manifest, controller, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, *_ = _plant(manifest, functions, x, acting, p, r, None)
     period = _period(manifest, controller, p)
@@ -246,21 +255,60 @@ def _answer(
     """Return the input that acts under a law, its slopes and those of the law's next memory."""
     law, nu = identifier(controller.name), len(manifest.inputs)
     memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
-    seen, slope_seen = _seen(manifest, functions, x, p)
+    seen, slope_seen = _seen(manifest, functions, controller, x, p)
     arguments = (seen, r, *memory, p, c)
     results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
+    if controller.period and memory:
+        _check_every(controller, functions[law], arguments)
     if slope_seen is not None:
         slope["x"] = slope.pop("seen") @ slope_seen
     command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
     return *_acting(functions, x, command, p, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
 
 
-def _seen(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the vector that laws receive, without noise, and its slope in the state where the two differ."""
-    if not manifest.measured:
+def _seen(
+    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
+) -> tuple[ArrayLike, FloatArray | None]:
+    """Return the vector that a law receives, without noise, and its slope in the state where the two differ."""
+    if not manifest.measured and not (controller.period and "measure" in functions):
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
-    return functions["measure"](*point), slopes(functions["measure_jvp"], *point)["x"]
+    measured = functions["measure"](*point)
+    if manifest.measured:
+        return measured, slopes(functions["measure_jvp"], *point)["x"]
+    _check_sensor(manifest, functions, *point)
+    return measured, None
+
+
+def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: FloatArray, p: ArrayLike) -> None:
+    """Refuse a sensor of the states that does more than add to them: it is generated without derivatives."""
+    states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
+    step = _STEP * np.eye(len(manifest.states))
+    above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
+    if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
+        raise InputError(
+            f"{manifest.model} has a sensor that changes the states: name what it measures (seen) for a linear system"
+        )
+
+
+def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> None:
+    """Refuse inputs that act later than they are commanded."""
+    names = [q.name for q in manifest.parameters]
+    for given, name in manifest.delays.items() if controller.period else ():
+        if np.any(np.asarray(p, dtype=np.float64)[..., names.index(name)] > 0):
+            raise InputError(f"{given} acts {name} samples later: {name} must be 0 for a linear system")
+
+
+def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
+    """Refuse a law that commands at some samples only: after a command its counter of samples goes on."""
+    names = _names(controller.memory)
+    if _COUNTER not in names:
+        return
+    seen, r, before, z, *numbers = arguments
+    place, commanding = names.index(_COUNTER), np.array(z, dtype=np.float64)
+    commanding[..., place] = 0
+    if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
+        raise InputError(f"the law {controller.name} commands once in several samples: a linear system has each")
 
 
 def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:

@@ -3,10 +3,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from mehvar import Controller, Group, Metric, Parameter, Quantity, Scenario, System
+from mehvar import Controller, Group, Metric, Parameter, Quantity, Scenario, Sensor, System, batch, build, diff
+from mehvar.base.errors import InputError
 from mehvar.codegen.build import built_folder
+from mehvar.settings import required_law
 
 X = Group("x", (Quantity("angle", "rad", "angle"), Quantity("rate", "rad/s", "its rate")))
 U = Group("u", (Quantity("torque", "N m", "torque"),))
@@ -55,3 +58,49 @@ def test_a_declaration_that_differs_is_another_model(changes, monkeypatch):
     built_folder(made())
     built_folder(made(**changes))
     assert places[0] != places[1]
+
+
+LATE = {"parameters": Group("p", (*P.quantities, Parameter("lag", "1", "samples", default=2.0, bounds="[0, 9]")))}
+SCALED = Sensor(Group("e", ()), (3 * X.angle, 3 * X.rate))
+EVERY = Group("c", (*C.quantities, Parameter("often", "1", "samples", default=5.0, bounds="[1, 9]")))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"delays": {"torque": "lag"}, **LATE}, "torque acts lag samples later"),
+        (law(parameters=EVERY, every="often"), "pd commands once in several samples"),
+        ({"sensor": SCALED}, "a sensor that changes the states"),
+    ],
+    ids=("delay", "every", "sensor"),
+)
+def test_margins_that_would_leave_something_out_are_not_computed(changes, words):
+    """A loop that was linear without it had the margins of another one."""
+    with pytest.raises(InputError, match=words):
+        build(made(**changes)).linearize([0.0, 0.0], None, controller="pd")
+    heavier = Group("p", (replace(P.quantities[0], default=3.0), *changes.get("parameters", P).quantities[1:]))
+    text = str(diff(made(**changes), made(**{**changes, "parameters": heavier})))
+    assert "loops and margins not compared: pd: " in text
+    assert words in text
+    assert " deg" not in text
+
+
+def test_noise_and_a_command_at_each_sample_leave_a_loop_linear():
+    plain = build(made()).linearize([0.1, 0.0], None, controller="pd")
+    noise = Group("e", (Quantity("e_a", "1", "error"),))
+    noisy = build(made(sensor=Sensor(noise, (X.angle + 0.1 * noise.e_a, X.rate))))
+    np.testing.assert_array_equal(noisy.linearize([0.1, 0.0], None, controller="pd").A, plain.A)
+    always = Group("c", (*C.quantities, replace(EVERY.quantities[2], default=1.0)))
+    each = build(made(**law(parameters=always, every="often")))
+    loop = each.linearize([0.1, 0.0], None, controller="pd")
+    assert sorted(np.abs(loop.eigenvalues))[-2:] == pytest.approx(sorted(np.abs(plain.eigenvalues)))
+
+
+def test_a_run_of_a_batch_is_repeated_in_the_session_that_built_its_model():
+    runs = batch(build(made()), "pd", n=4, vary={"J": "uniform(1, 3)"})
+    assert float(runs.mehvar.again(2)["peak"]) == float(runs["peak"][2])
+
+
+def test_a_run_of_a_model_without_a_law_names_the_way():
+    with pytest.raises(InputError, match="made has no law: give --input"):
+        required_law(build(made(controllers=(), parameters=Group("p", P.quantities[:1]))).manifest, None)

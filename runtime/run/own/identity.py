@@ -53,18 +53,7 @@ _MOVING: tuple[object, ...] = (
     *(np.geterr, np.geterrcall, np.getbufsize, np.get_printoptions),
 )
 _MOVING_MODULES = {
-    "sys",
-    "time",
-    "datetime",
-    "random",
-    "_random",
-    "secrets",
-    "uuid",
-    "numpy.random",
-    "os",
-    "posix",
-    "nt",
-} | {
+    *("time", "datetime", "random", "_random", "secrets", "uuid", "numpy.random", "os", "posix", "nt", "sys"),
     *("io", "_io", "pathlib", "tempfile", "socket", "subprocess", "threading", "multiprocessing", "platform", "psutil"),
     *("decimal", "_decimal", "_pydecimal", "contextvars", "_contextvars", "locale", "_locale", "warnings", "signal"),
 }

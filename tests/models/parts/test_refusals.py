@@ -78,6 +78,7 @@ def assembled(*parts, **options):
         (lambda: Link(1.0, BALL, joint="ball", stiffness=1.0), "a ball joint has neither motor nor stiffness"),
         (lambda: Link(1.0, BALL, joint="screw", axis=(1, 0, 0)), "joint = 'screw': must be one of hinge"),
         (lambda: Chain("arm"), "arm.links: must have one link at least"),
+        (lambda: Modes("boom"), "boom.modes: must have one mode at least"),
         (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
         (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
