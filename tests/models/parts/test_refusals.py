@@ -19,6 +19,7 @@ from mehvar.models.parts import (
     Instrument,
     Joint,
     Link,
+    Modes,
     Part,
     Pendulum,
     Slider,
