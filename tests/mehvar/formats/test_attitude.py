@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import mehvar
 from mehvar.base.errors import InputError
+from mehvar.formats.attitude import Attitude, _spice
 from mehvar.formats.conversion import convert
 from tests.mehvar.cli.test_app import refused, run
 
@@ -143,3 +144,14 @@ def test_spice_reads_the_same_attitude(turning):
         np.testing.assert_allclose(matrix, turns[k].as_matrix().T, atol=1e-14)
         np.testing.assert_allclose(rate, rates[k], atol=1e-14)
     spice.kclear()
+
+
+def test_a_kernel_has_the_matrix_from_a_to_b_and_the_rate_in_a():
+    """By SPICE's own definition the quaternion (c, s n) stands for the matrix of that turn, from A to B."""
+    turns = Rotation.random(20, random_state=3)
+    rates = np.random.default_rng(3).normal(size=(20, 3))
+    spice, moved = _spice(Attitude(np.arange(20.0), turns.as_quat(), rates, {}))
+    scalar, *vector = np.transpose(spice)
+    matrices = Rotation.from_quat(np.transpose([*vector, scalar])).as_matrix()
+    np.testing.assert_allclose(matrices, turns.inv().as_matrix(), atol=1e-14)
+    np.testing.assert_allclose(moved, turns.apply(rates), atol=1e-14)
