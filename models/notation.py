@@ -116,7 +116,7 @@ class Names:
         """Return the expression of a derived name."""
         meaning = self.table[symbol].meaning
         if meaning is None:
-            raise ModelError(f"name {str(symbol)!r} is free: it has no derived meaning")
+            raise ModelError(f"name {str(symbol)!r} is defined nowhere: define it, or correct the name")
         return meaning
 
     def as_latex(self, side: Side) -> str:

@@ -352,7 +352,7 @@ class _Verdicts:
         )
 
     def _of_member(self, item: Item) -> str:
-        """Return the note that a row belongs to a member that the other side lacks; empty for other rows."""
+        """Return a note for a row of a member that the other side lacks; empty for other rows."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
 

@@ -801,7 +801,7 @@ class Cells:
         )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Walk line by line towards a point where nodes take wanted branches."""
+        """Search along one straight line after another for a point where nodes take wanted branches."""
         possible = [
             required
             for alternative in self._alternatives(ways) or []

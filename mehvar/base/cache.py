@@ -21,7 +21,7 @@ from mehvar.base.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022
-"""Mode of new entries; mode bits that let group or others write."""
+"""File mode of new entries, and the bits that let group or others write."""
 _OWN: list[Path] = []
 """The temporary folder of this process, once it exists."""
 _TRIES = 3

@@ -118,7 +118,7 @@ Debug = Annotated[
 
 
 def _debug_option() -> Any:
-    """Return the flag that every command has, as typer makes it of an argument."""
+    """Return the option that every command has, as typer declares it."""
 
     def flag(debug: Debug = False) -> None:
         pass

@@ -73,7 +73,7 @@ class Symmetry:
         return at.moved(**{k: self._sign(k) * at[swaps.get(k, k)] + shifts.get(k, 0.0) for k in names})
 
     def image(self, rate: Array, names: list[str]) -> Array:
-        """Return the image of a rate of the states."""
+        """Return what the map makes of a rate of the states."""
         places = [names.index((self.swaps or {}).get(k, k)) for k in names]
         return np.asarray(rate[:, places] * np.array([self._sign(k) for k in names]))
 

@@ -225,7 +225,7 @@ def _static(name: str, title: str, figure: Figure) -> Picture:
 
 
 def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
-    """Return an animation as the scripts take it."""
+    """Return an animation as the page's scripts read it."""
     runs = {title: dict(series) for title, series in scene.runs.items()}
     return {
         "drawn_by": drawn_by,

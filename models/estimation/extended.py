@@ -79,7 +79,8 @@ def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr |
         raise ModelError(f"{chosen.origin}: law {law!r}: must be sampled, in a system with a sensor, for estimates")
     for what, late in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
         if late:
-            raise ModelError(f"{chosen.origin}: law {law!r}: {what}: estimates need commands that act at once")
+            needed = "estimates need commands without delay, at each sample"
+            raise ModelError(f"{chosen.origin}: law {law!r}: {what}: {needed}")
     return _Filter(system, chosen, start, noise or {}).system()
 
 

@@ -109,7 +109,7 @@ class Spacecraft:
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
         if isinstance(part, Orbit):
-            raise ModelError(f"{self.name}: an orbit is given to the craft: write Spacecraft(..., orbit=Orbit())")
+            raise ModelError(f"{self.name}: an orbit is no part to add: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
