@@ -10,9 +10,9 @@ from mehvar import runtime
 from .interrupts import campaign, runs
 
 
-# pathlib may be interrupted between opening an iterator over a folder and its `with`; the collector closes it
+# pathlib may be interrupted between opening a file, or an iterator over a folder, and its `with`; the collector closes it
 @pytest.mark.filterwarnings(
-    "ignore:Exception ignored in. <posix.ScandirIterator:pytest.PytestUnraisableExceptionWarning"
+    "ignore:Exception ignored in. <(posix.ScandirIterator|_io.FileIO):pytest.PytestUnraisableExceptionWarning"
 )
 @pytest.mark.parametrize("kind", ["law", "memory", "inputs", "progress", "batch"])
 def test_no_interrupt_is_swallowed_or_changed(pendulum: runtime.Model, kind: str) -> None:
