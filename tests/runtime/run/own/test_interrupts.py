@@ -10,7 +10,7 @@ from mehvar import runtime
 from .interrupts import campaign, runs
 
 
-# pathlib may be interrupted between opening a file, or an iterator over a folder, and its `with`; the collector closes it
+# pathlib may be interrupted between opening a file or an iterator over a folder and its `with`
 @pytest.mark.filterwarnings(
     "ignore:Exception ignored in. <(posix.ScandirIterator|_io.FileIO):pytest.PytestUnraisableExceptionWarning"
 )
