@@ -18,7 +18,7 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..model.model import Model
-from ..model.parameters import Resolved, check_values, named_values, number, resolve
+from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import (
@@ -302,6 +302,12 @@ class Plan:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in (self.law.delay, self.law.period):
                 raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
+        units = {q.name: q.unit for q in all_parameters(self.model.manifest, self.law)}
+        units |= {q.name: q.unit for q in self.model.manifest.states}
+        for d in self.dispersions:
+            if d.of_vector and len({units[name] for name in d.names}) > 1:
+                listed = ", ".join(f"{name} in {units[name]}" for name in d.names)
+                raise bad_value(",".join(d.names), d.text, f"of components in one unit, not {listed}", self.origin)
 
     def _check_read(self) -> None:
         """Refuse parameters that no run reads."""

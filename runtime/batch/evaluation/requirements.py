@@ -258,7 +258,8 @@ class Verdict:
     reason : str
         Why it is undecided, or how the bounds were computed.
     worst : tuple of (int, float)
-        The runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no number.
+        The counted runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no
+        number.
         For a probability the first runs that do not fulfil the condition.
     """
 
@@ -314,17 +315,22 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
 def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
-    bad = worst(store, lambda block: requirement.badness(store, block), _WORST)
-    runs = tuple((run, _badness(store, requirement, run)) for run in bad)
     if design != "random":
         reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
-        return Verdict(requirement, "undecided", None, reason, runs)
+        return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
         fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
         facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
     else:
         facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+    runs = _worst(store, requirement, facts.runs or None)
     return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
+
+
+def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
+    """Return the worst of the runs that were counted, each with its number."""
+    bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
+    return tuple((run, _badness(store, requirement, run)) for run in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:

@@ -302,16 +302,20 @@ def drawn_names(store: Store) -> list[str]:
     return names
 
 
-def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[int]:
+def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
     """Return the runs with the largest values, largest first; runs without a value are omitted.
 
     Parameters
     ----------
     values : callable
         Returns one number for each run of a block.
+    before : int, optional
+        Only blocks that end with this run are read; default: all.
     """
     best: list[tuple[float, int]] = []
     for block in store.stored():
+        if before is not None and store.runs(block).stop > before:
+            break
         numbers = values(block)
         places = np.flatnonzero(~np.isnan(numbers))
         order = places[np.argsort(-numbers[places], kind="stable")[:most]]
