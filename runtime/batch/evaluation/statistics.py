@@ -32,7 +32,8 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
 """Bytes of a slab. Series of all runs are read in slabs of 64 MiB, and a quantile needs a few copies of one. Half as
 much means twice the passes over chunks that hold more samples than a slab."""
-_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+"""A name of one number per run that a summary of the run holds."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -150,7 +151,7 @@ def scalars(store: Store) -> dict[str, str]:
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return one number per stored run, by a name of `scalars`."""
-    match = _SUMMARY.match(name)
+    match = SUMMARY.match(name)
     if not match:
         return store.read(name, blocks)
     array, of = match.groups()
