@@ -224,7 +224,8 @@ def _one_line(error: BaseException, folder: Path) -> str:
             if error.name.startswith(own):
                 file = folder.joinpath(*error.name.removeprefix(own).split(".")).with_suffix(".py")
                 return f"imports {file}, which does not exist"
-    text = " ".join(str(error).split()).replace(package, folder.name)
+    notes = (f". {note}" for note in getattr(error, "__notes__", ()))
+    text = " ".join("".join((str(error), *notes)).split()).replace(package, folder.name)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

@@ -121,7 +121,28 @@ class Quantity:
         """The SymPy symbol of this quantity."""
         import sympy as sp  # tables of numbers are read without it
 
+        _advise()
         return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
+
+
+@functools.cache
+def _advise() -> None:
+    """Add the functions to use to SymPy's error where Python's `min`, `max` or `if` compares symbols.
+
+    `check.no_branching` refuses them with file and line while a model is derived; this is for all other places.
+    """
+    from sympy.core.relational import Relational
+
+    plain = Relational.__bool__
+
+    def truth(relation: Relational) -> bool:
+        try:
+            return bool(plain(relation))
+        except TypeError as error:
+            error.add_note("In a model, write sympy.Min, Max, Abs or Piecewise in place of min, max, abs and if.")
+            raise
+
+    Relational.__bool__ = truth
 
 
 @dataclass(frozen=True)

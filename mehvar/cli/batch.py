@@ -67,7 +67,7 @@ def command(
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
-    save: Annotated[str | None, typer.Option(metavar="every=DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
+    save: Annotated[str | None, typer.Option(metavar="DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue the store; damaged blocks are computed again.")
     ] = False,
@@ -173,10 +173,8 @@ def _dispersions(texts: Sequence[str]) -> dict[str, str]:
 def _save(text: str | None) -> Save | None:
     if text is None:
         return None
-    name, _, value = text.partition("=")
-    if name != "every" or not value:
-        raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value, "s", "every", "--save"), "--save"))
+    value = read_value(text.removeprefix("every="), "s", "save", "--save")
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(value, "--save"))
 
 
 def _client(scheduler: str | None) -> Any:

@@ -28,6 +28,8 @@ _MOST_NAMED = 12
 """Entries of a legend: more do not fit beside a panel of this height."""
 _FLAT = 30
 """A curve whose peak is below this share of its panel's looks like a line at zero: 2 mm of a panel."""
+_MARK, _MARKS = 0.12, 7
+"""Share of a panel's height that the name of a mark takes, and names below each other."""
 _REFERENCE = re.compile(r"^ref_|_ref$")
 """Prefix and suffix that turn the name of a state into that of its reference."""
 
@@ -126,11 +128,13 @@ def _entry(variable: str, quantity: Quantity) -> str:
 
 
 def _mark(ax: Axes, dataset: xr.Dataset, panel: Panel, manifest: Manifest) -> None:
-    """Draw a line at each settling time of the panel's variables."""
-    names = {variable for variable, _ in panel.variables}
+    """Draw a line at each settling time of the panel's variables; their names stand below each other."""
+    names, marks = {variable for variable, _ in panel.variables}, 0
     for name, metric in manifest.metrics.items():
         if metric.kind.startswith("settling") and names & set(metric.of) and name in dataset:
             at = float(dataset[name])
             if math.isfinite(at):
                 ax.axvline(at, color=GREY, lw=0.8, ls=(0, (4, 3)))
-                ax.annotate(name, (at, 0.98), xycoords=("data", "axes fraction"), fontsize=7, color=GREY, va="top")
+                place = (at, 0.98 - _MARK * (marks % _MARKS))
+                ax.annotate(name, place, xycoords=("data", "axes fraction"), fontsize=7, color=GREY, va="top")
+                marks += 1

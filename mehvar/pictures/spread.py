@@ -19,7 +19,7 @@ from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, i
 from mehvar.runtime.batch.store.layout import NOT_RUN
 from mehvar.runtime.run.problem import COMPLETE
 
-from .batch import BANDS, bin_edges
+from .batch import BANDS, MOST_STATES, bin_edges, histogram_title
 from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
@@ -75,6 +75,11 @@ class Runs:
         self.drawn: list[str] = json.loads(dataset.attrs["drawn"])
         self.series = [str(name) for name, variable in dataset.data_vars.items() if variable.dims == ("run", "t")]
 
+    @property
+    def summaries(self) -> list[str]:
+        """Names of the metrics; of a model without metrics, those of the first states at the end."""
+        return self.metrics or [f"final({name})" for name in self._places("final")[:MOST_STATES]]
+
     def column(self, name: str) -> FloatArray:
         """Return one number of each run: a metric, a drawn value, or as in "final(roll)".
 
@@ -96,7 +101,7 @@ class Runs:
 
     def axis(self, name: str) -> str:
         """Return a name with its unit, for an axis."""
-        unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else ""
+        unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else self._units().get(name, "")
         return f"{name} [{pretty_unit(unit)}]" if unit else name
 
     @cached_property
@@ -131,7 +136,7 @@ class Runs:
 
 def metrics_picture(runs: Runs, names: Sequence[str] = ()) -> Figure:
     """Draw each metric as a histogram, and each stored series as quantile bands over time."""
-    shown = list(names) or runs.metrics or runs.series or ["t_stop"]  # a model may have no metrics
+    shown = list(names) or runs.metrics or runs.series or runs.summaries
     for name in shown:
         if name not in runs.series:
             runs.column(name)
@@ -213,7 +218,7 @@ def _histogram(ax: Axes, runs: Runs, name: str) -> None:
     finite = np.isfinite(values)
     parts = [values[finite & runs.successful], values[finite & ~runs.successful]]
     ax.hist(parts, bins=list(bin_edges(values[finite])), stacked=True, color=(BLUE, VERMILLION))
-    ax.set_title(f"{_meaning(runs, name)}: {int(finite.sum())} of {values.size} runs", wrap=True)
+    ax.set_title(histogram_title(_meaning(runs, name), int(finite.sum()), values.size))
     ax.set_xlabel(runs.axis(name))
     ax.set_ylabel("runs")
 
@@ -237,4 +242,6 @@ def _bands(ax: Axes, runs: Runs, name: str) -> None:
 
 
 def _meaning(runs: Runs, name: str) -> str:
-    return str(runs.dataset[name].attrs.get("long_name", name)) if name in runs.dataset else name
+    if name in runs.dataset:
+        return str(runs.dataset[name].attrs.get("long_name", name))
+    return "where the run ended" if name.startswith("final(") else name

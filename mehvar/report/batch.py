@@ -16,10 +16,12 @@ from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
+    NO_METRICS,
     MetricStatistics,
     design_of,
     interval,
     metric_statistics,
+    summary_names,
 )
 from mehvar.runtime.batch.store.recorded import Recorded
 
@@ -57,7 +59,7 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
     return [
         Section("batch", "Batch", [_varied(runs), Text(_success(runs, design)), *_endings(runs)]),
         Section("sensitivities", "Sensitivities", list(_sensitivities(sensitivities(_store(runs))))),
-        Section("metrics", "Metrics", list(_metrics(rows))),
+        Section("metrics", "Metrics", list(_metrics(rows, bool(runs.metrics)))),
         Section("runs", "Runs to look at", list(_extremes(runs, rows, store))),
         Section("pictures", "Pictures", list(_pictures(runs, design))),
         *installed_derivation(str(about["model"]), str(about["model_hash"])),
@@ -70,9 +72,9 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
 
 
 def batch_metrics(runs: Runs) -> list[MetricStatistics]:
-    """Return the statistics of each metric."""
+    """Return the statistics of each metric; of a model without metrics, of each state at the end."""
     design = design_of(runs.dataset.attrs)
-    return [metric_statistics(_store(runs), name, [0], design) for name in runs.metrics]
+    return [metric_statistics(_store(runs), name, [0], design) for name in summary_names(_store(runs))]
 
 
 def _store(runs: Runs) -> Any:
@@ -120,11 +122,10 @@ def _sensitivities(items: Sequence[Sensitivity]) -> Iterator[Text | Table]:
         yield Table(title[0].upper() + title[1:], columns, rows)
 
 
-def _metrics(rows: Sequence[MetricStatistics]) -> Iterator[Text | Table]:
+def _metrics(rows: Sequence[MetricStatistics], declared: bool) -> Iterator[Text | Table]:
     """Yield quantiles with their 95 % intervals."""
-    if not rows:
-        yield Text("The model has no metrics.")
-        return
+    if not declared:
+        yield Text(f"{NO_METRICS[0].upper()}{NO_METRICS[1:]}: below are the states at the end.")
     columns = ("metric", "meaning", "unit", "finite", "mean", "5 %", "median", "95 %")
     yield Table(
         "Quantiles and their 95 % intervals, − where there are too few runs for an end",
@@ -175,7 +176,7 @@ def _again(run: int, store: str) -> str:
 
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:
-    groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.metrics)]
+    groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.summaries)]
     groups += [("bands", "Series of the runs", "Quantile bands over time.", runs.series)]
     with style():
         if 0 < int(runs.successful.sum()) < runs.successful.size:

@@ -182,9 +182,12 @@ class Plan:
         quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
         return tuple(quantities[name] for name in self.names)
 
-    def draw(self, first: int, count: int) -> Draw:
-        """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it."""
-        values = self._values(first, count)
+    def draw(self, first: int, count: int, points: FloatArray | None = None) -> Draw:
+        """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it.
+
+        `points` of the unit cube, shape (count, names), replace those of the campaign's design.
+        """
+        values = self._values(first, count, points)
         vectors = [np.tile(v, (count, 1)) for v in (self.nominal.p, self.nominal.c, self.nominal.s)]
         drawn = dict(zip(self.names, values.T, strict=True))
         for vector, columns in zip(vectors, self._columns, strict=True):
@@ -259,8 +262,8 @@ class Plan:
             if dispersion.listed and self.campaign.sampling == "saltelli":
                 raise bad_value("sampling", "saltelli", "another design: it mixes the values of runs", self.origin)
 
-    def _values(self, first: int, count: int) -> FloatArray:
-        points = self._sampler.points(first, count)
+    def _values(self, first: int, count: int, points: FloatArray | None = None) -> FloatArray:
+        points = self._sampler.points(first, count) if points is None else points
         values, place = np.empty_like(points), 0
         for dispersion in self.dispersions:
             columns = slice(place, place + len(dispersion.names))

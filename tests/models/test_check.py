@@ -152,8 +152,9 @@ def test_a_function_that_makes_a_system_branches_on_no_symbol():
 
     with pytest.raises(ModelError, match=r"test_check.py:\d+: a Python branch .* sympy.Min"):
         mehvar.build(wrong)
-    with pytest.raises(TypeError, match="truth value of Relational"):
+    with pytest.raises(TypeError, match="truth value of Relational") as caught:
         wrong()
+    assert ["sympy.Min" in note for note in caught.value.__notes__] == [True]
 
 
 def test_branches_on_symbols_are_refused():

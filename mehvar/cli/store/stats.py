@@ -15,7 +15,7 @@ import typer
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
 from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
-from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, Statistics, summarise
+from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, NO_METRICS, Statistics, metric_names, summarise
 from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.files import check_file
@@ -79,6 +79,8 @@ def print_statistics(store: Store, success: str | None = None) -> None:
         f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, "
         f"{_estimate(statistics)}\n"
     )
+    if not metric_names(store):
+        typer.echo(f"{NO_METRICS}: below are the states at the end\n")
     _print_metrics(statistics)
     _print_sensitivities(sensitivities(store))
     _print_refusals(store, statistics)
@@ -86,9 +88,6 @@ def print_statistics(store: Store, success: str | None = None) -> None:
 
 def _print_metrics(statistics: Statistics) -> None:
     """Print three tables that fit a page: moments and quantiles, intervals of these, extreme runs."""
-    if not statistics.rows:
-        typer.echo("no metrics")
-        return
     rows, quantiles = statistics.rows, {q: f"{100 * q:g} %" for q in (0.05, 0.5, 0.95)}
     incomplete = any(row.finite < statistics.stored for row in rows)
     print_table(

@@ -32,7 +32,8 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
 """Bytes of a slab. Series of all runs are read in slabs of 64 MiB, and a quantile needs a few copies of one. Half as
 much means twice the passes over chunks that hold more samples than a slab."""
-_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+"""A name of one number per run that a summary of the run holds."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -150,7 +151,7 @@ def scalars(store: Store) -> dict[str, str]:
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return one number per stored run, by a name of `scalars`."""
-    match = _SUMMARY.match(name)
+    match = SUMMARY.match(name)
     if not match:
         return store.read(name, blocks)
     array, of = match.groups()
@@ -199,7 +200,7 @@ class Statistics:
     design : str
         Design of the runs; those of `NO_INTERVAL` have NaN as every end of an interval.
     rows : list of MetricStatistics
-        One per metric of the model.
+        One per metric of the model; of a model without metrics, one per state at the end.
     """
 
     planned: int
@@ -252,7 +253,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         low=low,
         high=high,
         design=design,
-        rows=[metric_statistics(store, name, blocks, design) for name in metric_names(store)],
+        rows=[metric_statistics(store, name, blocks, design) for name in summary_names(store)],
     )
 
 
@@ -290,10 +291,18 @@ def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
     return {str(names[k]): counts[k] for k in sorted(counts) if counts[k][0]}
 
 
+NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metrics=...))"
+
+
 def metric_names(store: Store) -> list[str]:
     """Return the names of the model's metrics in a store, in the model's order."""
     names: list[str] = json.loads(store.attributes["metrics"])
     return names
+
+
+def summary_names(store: Store) -> list[str]:
+    """Return the names of the metrics; of a model without metrics, those of the states at the end."""
+    return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
 
 
 def drawn_names(store: Store) -> list[str]:
@@ -334,7 +343,9 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     """
     variable = store.variables().get(name)
     if variable is None or variable.dimension != "t":
-        raise InputError(f"{store.name} holds no series {name!r}; a batch stores series with --save every=DT")
+        raise InputError(
+            f"{store.name} holds no series {name!r}; a batch stores series with --save DT, or save=DT in Python"
+        )
     blocks = store.stored()
     runs = sum(len(store.runs(block)) for block in blocks)
     width = max(1, _SLAB_BYTES // (8 * runs))
@@ -349,12 +360,12 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
 
 
 def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
-    """Return the statistics of one metric over the runs of some blocks."""
-    attributes = store.variables()[name].attributes
+    """Return the statistics of one number of a run over the runs of some blocks, by a name of `scalars`."""
+    attributes = number_attributes(store, name)
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)
     for block in blocks:
-        values, first = store.read(name, [block]), store.runs(block).start
+        values, first = column(store, name, [block]), store.runs(block).start
         numbers = values[np.isfinite(values)]
         centre = float(numbers[0]) if numbers.size and not finite else centre
         finite += numbers.size
@@ -365,7 +376,7 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
                 smallest = (first + run, value)
             if not largest[1] >= value:
                 largest = (first + run, value)
-    quantiles, intervals = _quantiles(store.read(name, blocks))
+    quantiles, intervals = _quantiles(column(store, name, blocks))
     if design in NO_INTERVAL:
         intervals = dict.fromkeys(QUANTILES, (math.nan, math.nan))
     variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
@@ -382,6 +393,13 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
         smallest=smallest,
         largest=largest,
     )
+
+
+def number_attributes(store: Store, name: str) -> Mapping[str, Any]:
+    """Return unit, description and note of a number of a run."""
+    if name in (variables := store.variables()):
+        return variables[name].attributes
+    return {"units": scalars(store)[name], "long_name": "where the run ended"}
 
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:

@@ -63,6 +63,16 @@ class Recorded:
     def variables(self) -> Mapping[str, Variable]:
         """Return the variables by name."""
         return {
-            str(name): Variable(str(name), str(values.dtype), attributes=values.attrs)
+            str(name): Variable(
+                str(name), str(values.dtype), "".join(map(str, values.dims[1:])), attributes=values.attrs
+            )
             for name, values in self._dataset.data_vars.items()
         }
+
+    def coordinate(self, name: str) -> NDArray[Any]:
+        """Return a variable without the run dimension."""
+        return np.array(self._dataset[name])
+
+    def array_attributes(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return the attributes of each variable and coordinate."""
+        return {str(name): values.attrs for name, values in self._dataset.variables.items()}

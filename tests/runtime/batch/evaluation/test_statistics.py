@@ -131,7 +131,7 @@ def test_bands_are_quantiles_of_the_runs_that_are_still_going(rng: np.random.Gen
     result = bands(filled({"x": series}), "x", [0.05, 0.5])
     assert np.allclose(result[:, :4], np.nanquantile(series[:, :4], [0.05, 0.5], axis=0))
     assert np.isnan(result[:, 4]).all()
-    with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save every=DT"):
+    with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save DT"):
         bands(filled({}), "m", [0.5])
 
 
