@@ -69,7 +69,7 @@ def test_a_run_in_other_units_is_refused(pendulum: runtime.Model) -> None:
 
 def test_an_input_that_the_model_lacks_is_refused(pendulum: runtime.Model) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
-    with pytest.raises(InputError, match=r"unknown input of pendulum 'u_torqe' .*did you mean u_torque"):
+    with pytest.raises(InputError, match=r"unknown input 'u_torqe' of pendulum .*did you mean u_torque"):
         run(pendulum, before.assign(u_torqe=before["u_torque"]))
 
 
