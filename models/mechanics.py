@@ -75,6 +75,18 @@ def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
     return turn
 
 
+def direction(ascension: sp.Expr, declination: sp.Expr) -> sp.Matrix:
+    """Return an inertial direction."""
+    across = sp.cos(declination)
+    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])
+
+
+def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
+    """Return the matrix that multiplies by `vector` from the left as a cross product."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
 def reduce_sines(expr: sp.Expr) -> sp.Expr:
     """Expand and write even powers of sines by cosines, which brings a trigonometric polynomial to one normal form."""
 

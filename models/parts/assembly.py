@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..derivation import Expr
-from .frame import AXES, ZERO, Frame, cross_matrix, point_inertia
+from ..mechanics import cross_matrix
+from .frame import AXES, ZERO, Frame, point_inertia
 from .part import Contribution, Follower, Motion, Row, gyroscopic, transport
 
 MOST_PULLS = 5

@@ -11,6 +11,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..mechanics import (
     angle_rates,
+    cross_matrix,
     frame_turn,
     quaternion_of_turns,
     quaternion_rates,
@@ -18,7 +19,7 @@ from ..mechanics import (
 )
 from ..quantities import Quantity
 from ..system import Condition
-from .frame import Frame, cross_matrix
+from .frame import Frame
 
 ANGLES = ("roll", "pitch", "yaw")
 _NEAR = sp.Rational(1, 10**4)

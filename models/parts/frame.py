@@ -106,12 +106,6 @@ def symmetric(matrix: Sequence[Sequence[Expr]] | sp.Matrix) -> sp.Matrix:
     return sp.Matrix(3, 3, lambda i, j: given[max(i, j), min(i, j)])
 
 
-def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
-    """Return the matrix that multiplies by `vector` from the left as a cross product."""
-    x, y, z = vector
-    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-
-
 def point_inertia(mass: Expr, place: sp.Matrix) -> sp.Matrix:
     """Return the inertia of a point mass about O, kg m^2."""
     x, y, z = place

@@ -11,8 +11,9 @@ from typing import Annotated
 import sympy as sp
 
 from ..derivation import Expr
+from ..mechanics import cross_matrix
 from ..quantities import ModelError, Quantity
-from .frame import cross_matrix, point_inertia
+from .frame import point_inertia
 from .part import Aggregates, Coordinate, Mounted, Part
 from .values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
 

@@ -30,9 +30,10 @@ import sympy as sp
 from ..derivation import Expr
 from ..events import Event
 from ..geometry import Shape
+from ..mechanics import cross_matrix
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .frame import AXES, ZERO, Frame, cross_matrix
+from .frame import AXES, ZERO, Frame
 from .table import read_table
 from .values import Parameters, conditions, kinds
 

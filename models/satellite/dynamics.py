@@ -13,6 +13,7 @@ import sympy as sp
 
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ..system import Derivation, Expr, Group, Quantity
+from .naming import angular_acceleration, matrix, symmetric, vector
 from .orbit import Orbit
 from .wheels import Wheels, extra_energy, extra_momentum
 from .wheels import accelerations as shaken
@@ -81,29 +82,18 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
     quaternion = chart == "quaternion"
     states = QUATERNION if quaternion else ANGLES
     coordinates = tuple(q.symbol for q in states)
-    rotation = _named_rotation(quaternion_rotation(coordinates) if quaternion else euler_rotation(), d)
+    rotation = quaternion_rotation(coordinates) if quaternion else euler_rotation()
+    rotation = matrix("C", rotation, "orbit axes to body axes", "1", d, "(3)")
     if quaternion:
         _define_angles(rotation, d)
     omega = rates - rotation * turning
-    names = [
-        d.define(f"rate_{i}", omega[k], "(4)", f"rate relative to the orbit axes about {i}", "rad/s", rf"\Omega_{i}")
-        for k, i in enumerate("xyz")
-    ]
+    names = vector("rate_*", omega, "rate relative to the orbit axes about *", "rad/s", r"\Omega_*", d, "(4)")
     turning = angle_rates(euler_rotation(), angles, names)
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
         d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
     rate = quaternion_rates(coordinates, names) if quaternion else turning
     turns = coordinates if quaternion else quaternion_of_turns([(axis, angles[axis]) for axis in (2, 1, 0)])
-    return Chart(states, rotation, sp.Matrix(names), tuple(rate), tuple(turns))
-
-
-def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
-    title = "orbit axes to body axes"
-    return sp.Matrix(
-        3,
-        3,
-        lambda i, j: d.define(f"C{i + 1}{j + 1}", rotation[i, j], "(3)", title, "1", f"C_{{{i + 1}{j + 1}}}"),
-    )
+    return Chart(states, rotation, names, tuple(rate), tuple(turns))
 
 
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
@@ -144,19 +134,9 @@ def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
 def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
     """Define the gravity gradient; about principal axes each component has one product of the nadir's."""
     torque = gravity_gradient(rotation, inertia, pull)
-    return sp.Matrix(
-        [
-            d.define(
-                f"Tgg_{i}",
-                sp.factor(torque[k]) if inertia.is_diagonal() else torque[k],
-                "(8)-(10)",
-                f"gravity gradient about {i}",
-                "N m",
-                f"T_{{gg,{i}}}",
-            )
-            for k, i in enumerate("xyz")
-        ]
-    )
+    if inertia.is_diagonal():
+        torque = torque.applyfunc(sp.factor)
+    return vector("Tgg_*", torque, "gravity gradient about *", "N m", "T_{gg,*}", d, "(8)-(10)")
 
 
 def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
@@ -172,31 +152,16 @@ def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
         return _coupled_accelerations(inertia, torque, wheels, d)
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
     balance = torque_excess(inertia, rates, unknown, wheels.momentum) - torque
-    names = []
-    for k in range(3):
-        rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
-        names.append(_acceleration(k, -rest / coefficient, d))
-    return tuple(names)
+    solved = [-row.subs(x, 0) / row.coeff(x) for row, x in zip(balance, unknown, strict=True)]
+    return tuple(angular_acceleration(solved, d, "(1)"))
 
 
 def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Solve the balance of a full tensor; its inverse depends on parameters alone, and a batch has it once."""
-    inverse = inertia.inv(method="ADJ")
-    named = sp.zeros(3)
-    for i in range(3):
-        for j in range(i, 3):
-            title = "inverse of the inertia"
-            named[i, j] = named[j, i] = d.define(
-                f"K{i + 1}{j + 1}", inverse[i, j], "(1)", title, "1/kg/m^2", f"K_{{{i + 1}{j + 1}}}"
-            )
+    inverse = symmetric("K", inertia.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d, "(1)")
     net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
-    net = sp.Matrix(
-        [
-            d.define(f"N_{i}", net[k], "(1)", f"torque less w x H about {i}", "N m", f"N_{i}")
-            for k, i in enumerate("xyz")
-        ]
-    )
-    return tuple(_acceleration(k, (named * net)[k], d) for k in range(3))
+    net = vector("N_*", net, "torque less w x H about *", "N m", "N_*", d, "(1)")
+    return tuple(angular_acceleration(inverse * net, d, "(1)"))
 
 
 def motion_of_the_whole(
@@ -210,25 +175,12 @@ def motion_of_the_whole(
     return turned, tuple(-wheels.share * torque for torque in motors)
 
 
-def _acceleration(k: int, value: Expr, d: Derivation) -> Expr:
-    i = "xyz"[k]
-    return d.define(f"w{i}_rate", value, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
-
-
 def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
-    along = wheels.axes.T * rates
-    return tuple(
-        d.define(
-            f"wheel_{i}",
-            wheels.momenta[k] / wheels.inertia[k] - along[k],
-            "",
-            f"speed of wheel {i} relative to the body",
-            "rad/s",
-            rf"\Omega_{{w{i}}}",
-        )
-        for k, i in enumerate(wheels.labels)
-    )
+    turning = zip(wheels.momenta, wheels.inertia, wheels.axes.T * rates, strict=True)
+    speeds = [momentum / inertia - along for momentum, inertia, along in turning]
+    title = "speed of wheel * relative to the body"
+    return tuple(vector("wheel_*", speeds, title, "rad/s", r"\Omega_{w*}", d, labels=wheels.labels))
 
 
 def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..mechanics import angular_velocity, frame_turn
+from ..mechanics import angular_velocity, direction, frame_turn
 from ..system import TIME, Derivation, Expr, Group, Quantity
+from .naming import matrix, vector
 
 LATITUDE = Quantity("latitude", "rad", "argument of latitude, the satellite's place on its orbit", r"\nu")
 ANOMALY = Quantity("anomaly", "rad", "true anomaly, the angle from the perigee", r"\nu")
@@ -202,14 +203,15 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
     here = _place(plant, ANOMALY.symbol, PERIGEE.symbol, NODE.symbol, named)
     start = (s.anomaly_0, s.perigee_0, s.node_0)
     first = _place(plant, s.anomaly_0, s.perigee_0, s.node_0, lambda _name, expr, *_: expr)
-    axes = _vectors("O", here.axes, "inertial to orbit axes", d)
-    turning = _vector("orbit_rate", here.turning, "rate of the orbit axes about orbit", "rad/s", r"\omega_{o", d)
+    axes = matrix("O", here.axes, "inertial to orbit axes", "1", d)
+    title = "rate of the orbit axes about orbit *"
+    turning = vector("orbit_rate_*", here.turning, title, "rad/s", r"\omega_{o,*}", d)
     speed = named("speed", sp.sqrt(here.around**2 + here.outward**2), "speed on the orbit", "m/s", "v")
     height = here.radius - plant.semi_major_axis * (1 - plant.eccentricity)
     density = named(
         "density", plant.air_density * sp.exp(-height / plant.scale_height), "density of the air", "kg/m^3", r"\rho"
     )
-    sun = tuple(axes * _direction(plant.sun_ascension, plant.sun_declination))
+    sun = tuple(axes * direction(plant.sun_ascension, plant.sun_declination))
     beyond = sp.sqrt(sp.Max(0, 1 - sun[2] ** 2)) * here.radius  # distance from the line through Earth and Sun
     dark = sp.And(sun[2] > 0, beyond < plant.earth_radius)
     return Orbit(
@@ -232,26 +234,6 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
 def _field(plant: Group, radius: Expr, axes: sp.Matrix) -> tuple[Expr, ...]:
     """Return the field of a dipole: (mf/r^3) (m - 3 (m.n) n) for its axis m, towards north, and nadir n."""
     longitude = plant.pole_longitude + plant.earth_rate * TIME.symbol
-    pole = axes * _direction(longitude, sp.pi / 2 - plant.pole_tilt)
+    pole = axes * direction(longitude, sp.pi / 2 - plant.pole_tilt)
     nadir = sp.Matrix([0, 0, 1])
     return tuple(plant.field_moment / radius**3 * (pole - 3 * pole[2] * nadir))
-
-
-def _direction(ascension: Expr, declination: Expr) -> sp.Matrix:
-    """Return an inertial direction."""
-    across = sp.cos(declination)
-    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])
-
-
-def _vector(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    return sp.Matrix(
-        [d.define(f"{name}_{i}", values[k], "", f"{title} {i}", unit, f"{latex},{i}}}") for k, i in enumerate("xyz")]
-    )
-
-
-def _vectors(name: str, values: sp.Matrix, title: str, d: Derivation) -> sp.Matrix:
-    return sp.Matrix(
-        3,
-        3,
-        lambda i, j: d.define(f"{name}{i + 1}{j + 1}", values[i, j], "", title, "1", f"{name}_{{{i + 1}{j + 1}}}"),
-    )

@@ -13,7 +13,7 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...mechanics import frame_turn
+from ...mechanics import direction, frame_turn
 from ...quantities import ModelError, Quantity
 from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame
@@ -255,9 +255,3 @@ def sky(at: Mounted) -> Sky:
         if isinstance(part, Orbit):
             return Sky(mounted, part)
     raise ModelError(f"{at.name} needs an orbit: write Spacecraft(..., orbit=Orbit())")
-
-
-def direction(ascension: Expr, declination: Expr) -> sp.Matrix:
-    """Return an inertial direction."""
-    across = sp.cos(declination)
-    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])

@@ -20,10 +20,10 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...mechanics import quaternion_product, quaternion_rotation
+from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..frame import AXES, ZERO, cross_matrix, point_inertia
+from ..frame import AXES, ZERO, point_inertia
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 

@@ -11,6 +11,7 @@ import sympy as sp
 from ...mechanics import quaternion_of_turns, quaternion_product
 from ...system import Controller, Derivation, Expr, Group
 from ..drive import Drive
+from ..naming import vector
 from .gyro import Rate
 
 
@@ -105,7 +106,7 @@ def attitude_law(
     tag = name.replace("-", "_")
     off = error(motion.quaternion, motion.wanted, tag, d)
     demand = form(off, seen.omega, motion.rate - motion.omega, motion, law)
-    torque = [d.define(f"u_{i}_{tag}", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    torque = list(vector(f"u_*_{tag}", demand, "torque about *", "N m", "u(k)", d))
     return Controller(
         name,
         title,

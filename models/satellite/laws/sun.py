@@ -9,6 +9,7 @@ import sympy as sp
 
 from ...system import Controller, Derivation, Expr, Group
 from ..drive import Drive
+from ..naming import vector
 
 NORMAL = sp.Matrix([0, 0, -1])
 """Normal of the panels, in body axes: away from the Earth."""
@@ -48,5 +49,5 @@ def sun_pointing(
     )
     turn = law.sun_bandwidth**2 * share * across - 2 * law.sun_bandwidth * rates
     demand = inertia * turn
-    torque = [d.define(f"u_{i}_sun", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    torque = list(vector("u_*_sun", demand, "torque about *", "N m", "u(k)", d))
     return Controller("sun", "safe mode: panels to the Sun", law, drive.commands(torque, law), period="Ts")

@@ -22,7 +22,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...mechanics import cross_matrix
 from ...system import Derivation, Expr, Group, Quantity
+from .. import naming
+from ..naming import angular_acceleration, matrix, symmetric
 
 
 @dataclass(frozen=True)
@@ -135,22 +138,7 @@ def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.M
 
 def vector(name: str, value: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
     """Name the parts of a vector in body axes."""
-    return sp.Matrix(
-        [
-            d.define(f"{name}_{i}", value[k], "", f"{title}, along {i}", unit, f"{latex.replace('_', '_{')},{i}}}")
-            for k, i in enumerate("xyz")
-        ]
-    )
-
-
-def symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the elements of a symmetric matrix."""
-    named = sp.zeros(3)
-    for i in range(3):
-        for j in range(i, 3):
-            tag = f"{i + 1}{j + 1}"
-            named[i, j] = named[j, i] = d.define(f"{name}{tag}", values[i, j], "", title, unit, f"{latex}_{{{tag}}}")
-    return named
+    return naming.vector(f"{name}_*", value, f"{title}, along *", unit, f"{latex.replace('_', '_{')},*}}", d)
 
 
 def accelerations(
@@ -192,7 +180,7 @@ def accelerations(
         A += (
             2 * r.dot(q) * sp.eye(3) - q * r.T - r * q.T - a * lever.T - lever * a.T - answer * answer.T / rotor.inertia
         )
-        B -= _skew(q) + t * kappa.T
+        B -= cross_matrix(q) + t * kappa.T
         E -= t * t.T / rotor.inertia
         n += kappa * eta + r.cross(nu) + q.cross(rate.cross(rate.cross(r))) + _turning(rotor, rate)
         shaken += nu + t * eta / rotor.inertia
@@ -200,22 +188,13 @@ def accelerations(
     A = symmetric("A", A, "inertia at these angles of the wheels", "kg m^2", "A", d)
     E = symmetric("E", E, "mass less what the wheels take up", "kg", "E", d)
     inverse = symmetric("G", E.inv(method="ADJ"), "inverse of E", "1/kg", "G", d)
-    B = sp.Matrix(
-        3, 3, lambda i, j: d.define(f"B{i + 1}{j + 1}", B[i, j], "", "first moment", "kg m", f"B_{{{i + 1}{j + 1}}}")
-    )
+    B = matrix("B", B, "first moment", "kg m", d)
     n = vector("n", n, "moments that no acceleration makes", "N m", "n_", d)
     shaken = vector("nl", shaken, "forces that no acceleration of the body makes", "N", r"n_l", d)
     whole = symmetric("whole", A - B.T * inverse * B, "inertia about the centre of mass of all", "kg m^2", "S", d)
     inverted = symmetric("K", whole.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d)
     net = vector("N", torque - n + B.T * inverse * shaken, "torque less what rates make", "N m", "N_", d)
-    alpha = sp.Matrix(
-        [
-            d.define(
-                f"w{i}_rate", (inverted * net)[k], "", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'"
-            )
-            for k, i in enumerate("xyz")
-        ]
-    )
+    alpha = angular_acceleration(inverted * net, d)
     beta = vector("beta", -inverse * (B * alpha + shaken), "acceleration of O", "m/s^2", r"\beta_", d)
     return alpha, tuple(eta + answer.dot(alpha) - t.dot(beta) for eta, answer, t in answers)
 
@@ -238,12 +217,6 @@ def _turning(rotor: Rotor, rate: sp.Matrix) -> sp.Matrix:
     momentum = carried * rotor.momentum
     turned = (rate + spin * a).cross(phi) * rotor.momentum / rotor.inertia
     return momentum - turned - spin * rate.dot(a.cross(phi)) * a - rate.dot(phi) * carried
-
-
-def _skew(of: sp.Matrix) -> sp.Matrix:
-    """Return the matrix of the cross product of x from the left."""
-    x, y, z = of
-    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def extra_energy(rate: sp.Matrix, wheels: Imbalance) -> Expr:

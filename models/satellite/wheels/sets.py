@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...system import Condition, Derivation, Expr, Group, Quantity
-from .imbalance import Imbalance, imbalance, symmetric
+from ..naming import symmetric, vector
+from .imbalance import Imbalance, imbalance
 
 FEWEST = 3
 """Wheels about fewer axes leave the body free about one: no law here is made for that."""
@@ -90,10 +91,10 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
     directions, labels = plant.wheel_axes, [str(k + 1) for k in range(plant.wheel_axes.cols)]
     axes = sp.zeros(3, len(labels))
     for k, label in enumerate(labels):
-        length = sp.sqrt(sp.Add(*(entry**2 for entry in directions[:, k])))
-        for j, i in enumerate("xyz"):
-            title = f"axis of wheel {label} along {i}"
-            axes[j, k] = d.define(f"a{label}_{i}", directions[j, k] / length, "", title, "1", f"a_{{{label},{i}}}")
+        axis = directions[:, k]
+        length = sp.sqrt(sp.Add(*(entry**2 for entry in axis)))
+        title, latex = f"axis of wheel {label} along *", f"a_{{{label},*}}"
+        axes[:, k] = vector(f"a{label}_*", axis / length, title, "1", latex, d)
     gram = symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
     spread = symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
     inertia, pseudoinverse = tuple(plant.wheel_inertia), axes.T * spread
