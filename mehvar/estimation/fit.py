@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters and initial states from a recorded run, by nonlinear least squares."""
+"""Estimation of parameters and initial states from a recorded run by nonlinear least squares."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 _STEP = 3e-4
-"""Relative step of a central difference: the cube root of a run's relative error of some 1e-11, which balances it with
-the error of the difference; about 1e-7 of a derivative remain."""
+"""Relative step of a central difference: the cube root of a run's relative error, about 1e-11, balances both errors.
+A derivative then has an error of about 1e-7."""
 _UNSEEN = 1e-6
-"""A combination that acts on the data a millionth as strongly as the strongest one drowns in those 1e-7."""
+"""Bound on singular values relative to the largest one: a combination of parameters with a smaller effect on the
+data is lost in derivative errors of 1e-7."""
 _RUN_ERROR = 1e-11
-"""Relative error of a run with the default tolerances. Divided by the step it bounds the error of a derivative."""
+"""Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
 _FAR = 1e3
-"""Residual, in deviations, of a sample that a trial run did not reach."""
+"""Residual, in standard deviations, of a sample that a trial run did not reach."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +218,7 @@ class _Problem:
         return simulate(self._model, self._controller, self._scenario, parameters, initial, **self._options)
 
     def _residuals(self, relative: FloatArray) -> FloatArray:
-        """Return the residuals in deviations of the noise; large where a run did not come, or where none is allowed."""
+        """Return the residuals in standard deviations of the noise; large for runs that fail or are not allowed."""
         values = self._start + relative * self._scale
         try:
             run = self._run(dict(zip(self._free, map(float, values), strict=True)))
@@ -246,7 +247,7 @@ class _Problem:
         return np.stack(columns, axis=1)
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of the relative changes; open bounds are kept off by a step."""
+        """Return the bounds of the relative changes; an open bound is moved inwards by a step."""
         manifest = self._model.manifest
         law = manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
         rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
@@ -259,7 +260,7 @@ class _Problem:
         return np.minimum(low, 0), np.maximum(high, 0)
 
     def solve(self, start: FloatArray | None = None) -> FloatArray:
-        """Return the relative changes of the free values with the least residuals."""
+        """Return the relative changes of the free values that minimise the residuals."""
         from scipy.optimize import least_squares
 
         low, high = self._bounds()
@@ -283,7 +284,7 @@ class _Problem:
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
-        """Estimate the deviations of the noise from the residuals."""
+        """Estimate the standard deviations of the noise from the residuals."""
         rows = self._by_variable(self._residuals(relative))
         samples = int(np.count_nonzero(self._kept))
         share = samples / (samples - len(self._free))
@@ -301,7 +302,7 @@ class _Problem:
         return rows
 
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:
-        """Return the estimates with their covariance and the tests of the residuals."""
+        """Return estimates, covariance and tests of the residuals."""
         from scipy.stats import chi2, norm
 
         residuals, jacobian = self._residuals(relative), self._jacobian(relative)
@@ -351,7 +352,7 @@ def _names(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the options that make a run with the samples of the data."""
+    """Return the run options that reproduce the samples of the data."""
     for name in ("t_end", "dt_out", "inputs"):
         if name in options:
             raise bad_value(name, options[name], "left out: the data decide it")

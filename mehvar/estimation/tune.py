@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains by gradient, on common random numbers, against a cost over dispersions."""
+"""Gradient-based tuning of gains against a mean cost over dispersed runs with common random numbers."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from mehvar.runtime.run.problem import COMPLETE
 
 FloatArray = NDArray[np.float64]
 _STEP = 1e-4
-"""Relative step of a central difference: the same random numbers on both sides leave the error of the integration,
-some 1e-11, over a step whose square is the error of the difference."""
+"""Relative step of a central difference. Common random numbers leave only the integration error, about 1e-11, so the
+cube root balances both errors."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Tuning:
 
     @property
     def answer(self) -> Literal["better", "worse", "undecided"]:
-        """Verdict of the held-out runs on the new gains."""
+        """Verdict on the new gains from separate test runs."""
         return "better" if self.low > 0 else "worse" if self.high < 0 else "undecided"
 
     def __repr__(self) -> str:
@@ -87,7 +87,7 @@ def tune(
     parameters: Mapping[str, float] | None = None,
     **batch: Any,
 ) -> Tuning:
-    """Search gains with a small mean cost over dispersed runs.
+    """Search for gains with a small mean cost over dispersed runs.
 
     All trials have the same random numbers, so the mean is a smooth function of the gains where the cost of a run
     is. The search is SciPy's L-BFGS-B, which ends at a minimum near the start, not at the least of all. Gains that
@@ -179,14 +179,14 @@ def tune(
 
 
 def _costs(store: Store, number: Number) -> FloatArray:
-    """Return the cost of each run; infinite for one that did not reach its end or has no number."""
+    """Return the cost of each run; infinite for a run that ended early or has no value."""
     costs = number(lambda name: column(store, name))
     return np.where(np.isin(store.read(STATUS), COMPLETE) & np.isfinite(costs), costs, math.inf)
 
 
 @dataclass(frozen=True)
 class _Scales:
-    """Gains as functions of points of the search, which begins at zero."""
+    """Map from points of the search, which starts at zero, to gains."""
 
     start: FloatArray
     logarithmic: NDArray[np.bool_]
@@ -199,7 +199,7 @@ class _Scales:
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
 ) -> tuple[_Scales, list[float | None], list[float | None]]:
-    """Return the scales and bounds of the search; the bounds lie one difference step inside the gains' bounds."""
+    """Return scales and bounds of the search; its bounds lie one difference step inside those of the gains."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])

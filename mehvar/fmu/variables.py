@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Variables of an FMU: groups of variables in a sequence, whose positions are the value references."""
+"""Variables of an FMU: groups of variables in a fixed order, whose positions are the value references."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mehvar.runtime.run.calls import events_of, loop_calls
 
 Kind = Literal["plant", "loop", "sampled"]
 KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
-"""The plant by itself, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+"""Kinds of FMU: plant alone, continuous loop, sampled loop; numbered as in native/fmu/core.h."""
 NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
@@ -49,7 +49,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Subject:
-    """Contents of an FMU: a model, a law or none, and its variables by group.
+    """Contents of an FMU: a model, its law or None, and its variables by group.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Subject:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Events of the loop, a guard each."""
+        """Events of the loop, one guard each."""
         return events_of(self.model.manifest, self.law or NO_LAW, self.kind != "loop")
 
     @property
@@ -95,7 +95,7 @@ class Subject:
 
 
 def subject(model: Model, controller: str | None, scenario: str | None) -> Subject:
-    """Return the variables of a model under a law or none, with the start values of a scenario.
+    """Return the variables of a model with or without a law, with the start values of a scenario.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def _parameters(prefix: str, parameters: Sequence[Parameter], values: FloatArray
 
 
 def _rate(unit: str) -> str:
-    """Return the unit of a rate: "rad/s" to "rad/s^2"."""
+    """Return the unit of the rate of a quantity: "rad/s" becomes "rad/s^2"."""
     if unit == "1":
         return "1/s"
     return f"{unit.removesuffix('/s')}/s^2" if unit.endswith("/s") else f"{unit}/s"
