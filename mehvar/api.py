@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.model.functions import BackendName
     from mehvar.runtime.run.own.inputs import Interpolation
-    from mehvar.runtime.run.own.law import LawFunction
+    from mehvar.runtime.run.own.law import LawFunction, OwnLaw
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
@@ -324,30 +324,25 @@ def stored_batch(
         require = file.require if require is None else require
         confidence = file.confidence if confidence is None else confidence
     else:
-        dispersed = _points(vary or {}, points, design)
-        n = count(dispersed, "the call") if n is None else n
-        if (controller is None and inputs is None) or n is None:
-            raise InputError("a batch needs n, and controller or inputs")
         origin, source = "the call", model
-        manifest = model.manifest if isinstance(model, Model) else find_model(model)
-        shared, settings = split_settings(options, manifest.choices, "batch", origin)
-        case = manifest.scenario(scenario)
-        end = settings.get("t_end") or case.duration
-        law, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
-        if own is not None and own.text and callable(controller):
-            SESSION_LAWS[own.text] = controller
-        known = [q.name for q in all_parameters(manifest, law)]
-        campaign = Campaign(
-            controller=law.name,
-            n=n,
-            scenario=case.name,
-            seed=Campaign.seed if seed is None else seed,
-            vary=_in_units(dispersed, manifest, origin),
-            parameters=elements(merged(parameters or {}, shared, origin), known, origin),
-            initial=dict(initial or {}),
-            sampling=Campaign.sampling if sampling is None else sampling,
-            options=settings,
-            save_every=save,
+        campaign, own = posed_batch(
+            model,
+            controller,
+            n,
+            scenario,
+            parameters,
+            initial,
+            inputs=inputs,
+            interpolation=interpolation,
+            period=period,
+            memory=memory,
+            vary=vary,
+            points=points,
+            design=design,
+            seed=seed,
+            sampling=sampling,
+            save=save,
+            **options,
         )
     with KeptInterrupts(), _connected(scheduler) as client, cell_progress("batch") as advance:
         store = run_batch(
@@ -369,6 +364,57 @@ def stored_batch(
     if isinstance(source, Model):
         keep_for_session(store, source)
     return store
+
+
+def posed_batch(
+    model: Model | str | os.PathLike[str],
+    controller: str | LawFunction | None = None,
+    n: int | None = None,
+    scenario: str | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    initial: Mapping[str, float] | None = None,
+    *,
+    inputs: Mapping[str, Any] | xr.Dataset | None = None,
+    interpolation: Interpolation | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
+    vary: Mapping[str, str | Sequence[float]] | None = None,
+    points: pd.DataFrame | Mapping[str, ArrayLike] | str | os.PathLike[str] | None = None,
+    design: GivenDesign | None = None,
+    seed: int | None = None,
+    sampling: Design | None = None,
+    save: float | None = None,
+    **options: Any,
+) -> tuple[Campaign, OwnLaw | None]:
+    """Return the campaign of a batch, and its law in Python if it has one; see `batch`."""
+    origin = "the call"
+    check_arguments("text", origin, scenario=scenario)
+    check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)
+    dispersed = _points(vary or {}, points, design)
+    n = count(dispersed, origin) if n is None else n
+    if (controller is None and inputs is None) or n is None:
+        raise InputError("a batch needs n, and controller or inputs")
+    manifest = model.manifest if isinstance(model, Model) else find_model(model)
+    shared, settings = split_settings(options, manifest.choices, "batch", origin)
+    case = manifest.scenario(scenario)
+    end = settings.get("t_end") or case.duration
+    law, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
+    if own is not None and own.text and callable(controller):
+        SESSION_LAWS[own.text] = controller
+    known = [q.name for q in all_parameters(manifest, law)]
+    campaign = Campaign(
+        controller=law.name,
+        n=n,
+        scenario=case.name,
+        seed=Campaign.seed if seed is None else seed,
+        vary=_in_units(dispersed, manifest, origin),
+        parameters=elements(merged(parameters or {}, shared, origin), known, origin),
+        initial=dict(initial or {}),
+        sampling=Campaign.sampling if sampling is None else sampling,
+        options=settings,
+        save_every=save,
+    )
+    return campaign, own
 
 
 def open_result(path: str | os.PathLike[str]) -> xr.Dataset:

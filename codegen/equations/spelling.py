@@ -291,7 +291,7 @@ class MathML(Spelling):
         return f"<msup><mrow>{base}</mrow><mrow>{exponent}</mrow></msup>"
 
     def fenced(self, inside: str) -> str:
-        """Put a part in parentheses."""
+        """Return a part in parentheses."""
         return f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:

@@ -269,7 +269,8 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         yield from _first(f"  {r.name}'  {r.largest:.3g} {r.unit}  ({r.typical:.3g})" for r in follows.rates)
     elif follows.samples:
-        yield f"the plant without a law: rates equal at {follows.samples} random states, to rounding"
+        equal = f"rates equal at {follows.samples} random states with default parameters, to rounding"
+        yield f"the plant without a law: {equal}"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
         yield from _first(f"  {number(old)} -> {number(new)}  1/s" for old, new in follows.eigenvalues)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mehvar.api import simulate
 from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Controller
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.own.law import LawFunction
@@ -31,6 +32,8 @@ _UNSEEN = 1e-6
 data is lost in derivative errors of 1e-7."""
 _RUN_ERROR = 1e-11
 """Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
+_FLAT = 0.1
+"""Relative change that tells what the data do not see from what acts in steps, such as a time between two samples."""
 _FAR = 1e3
 """Residual, in standard deviations, of a sample that a trial run did not reach."""
 
@@ -167,12 +170,13 @@ class _Problem:
         options: Mapping[str, Any],
     ) -> None:
         self._model, self._controller, self._scenario = model, controller, scenario
-        self._parameters, self._initial = parameters, initial
+        self._free = _names(free)
+        starts = {name: options[name] for name in self._free if name in options and name not in parameters}
+        self._parameters, self._initial = {**parameters, **starts}, initial
         self._data = data
-        self._options = {**options, **_grid(data, options)}
+        self._options = {name: value for name, value in options.items() if name not in starts} | _grid(data, options)
         if controller is None:
             self._options["inputs"] = data
-        self._free = _names(free)
         manifest = model.manifest
         known = {q.name: q.unit for q in (*manifest.states, *manifest.outputs)}
         shown = {str(name) for name, array in data.data_vars.items() if array.dims == ("t",)} & known.keys()
@@ -196,6 +200,9 @@ class _Problem:
                 f"Set other values of {', '.join(self._free)} to start from, or shorten the data"
             )
         self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
+        if infinite := [name for name, m in self._measured.items() if np.isinf(m).any()]:
+            at = float(data.t[int(np.argmax(np.isinf(self._measured[infinite[0]])))])
+            raise bad_value("data", f"{infinite[0]} infinite at t = {at:g} s", "finite, or NaN for a missing sample")
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
         if empty := [name for name, m in self._measured.items() if not np.isfinite(m).any()]:
             raise bad_value("data", f"{empty[0]} without a sample", "without this variable, or name others in sigma")
@@ -207,9 +214,15 @@ class _Problem:
 
     def _known(self, run: xr.Dataset) -> None:
         names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}
+        law = self._law()
         for name in self._free:
             if name not in names:
                 raise unknown_name("parameter or state", name, names, "free")
+            if law is not None and name in (law.period, law.delay):
+                raise InputError(f"{name} cannot be fitted (from free): it decides when {law.name} samples")
+
+    def _law(self) -> Controller | None:
+        return self._model.manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
 
     def _run(self, values: Mapping[str, float]) -> xr.Dataset:
         states = set(self._model.state_names)
@@ -243,13 +256,14 @@ class _Problem:
                 point[k] = np.clip(point[k] + sign * _STEP, low[k], high[k])
                 ends.append((float(point[k]), self._residuals(point)))
             (above, plus), (below, minus) = ends
+            if np.all(plus == _FAR) and np.all(minus == _FAR):
+                raise InputError(f"{self._free[k]} cannot be fitted (from free): no value close to its own is allowed")
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the bounds of the relative changes; an open bound is moved inwards by a step."""
-        manifest = self._model.manifest
-        law = manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
+        manifest, law = self._model.manifest, self._law()
         rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
         rows |= {} if law is None else {q.name: q for q in law.parameters}
         low, high = np.full(len(self._free), -np.inf), np.full(len(self._free), np.inf)
@@ -301,6 +315,18 @@ class _Problem:
             first += count
         return rows
 
+    def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
+        """Refuse combinations without a slope whose larger changes do act on the data."""
+        for direction in directions:
+            for step in (_FLAT * direction, -_FLAT * direction):
+                moved = self._residuals(np.clip(relative + step, *self._bounds()))
+                if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
+                    name = self._free[int(np.argmax(np.abs(direction)))]
+                    raise InputError(
+                        f"{name} cannot be fitted (from free): small changes do not act on the data and larger ones "
+                        "do, as a time within a sample; leave it out, or start from another value"
+                    )
+
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:
         """Return estimates, covariance and tests of the residuals."""
         from scipy.stats import chi2, norm
@@ -309,6 +335,7 @@ class _Problem:
         _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
         size = math.sqrt(sum(float(np.nansum((m / self._sigma[k]) ** 2)) for k, m in self._measured.items()))
         seen = strengths > max(_UNSEEN * strengths[0], _RUN_ERROR / _STEP * size)
+        self._check_flat(relative, residuals, directions[~seen])
         inverse = (directions[seen].T / strengths[seen] ** 2) @ directions[seen]
         covariance = inverse * np.outer(self._scale, self._scale)
         for row in directions[~seen]:

@@ -9,19 +9,25 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mehvar.api import stored_batch
-from mehvar.base.errors import unknown_name
+from mehvar.api import posed_batch, stored_batch
+from mehvar.base.errors import bad_value, unknown_name
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.conditions import Number
-from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, decide, recorded
+from mehvar.runtime.batch.evaluation.rare import Progress, decide_rare
+from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, checked_confidence, decide, recorded
 from mehvar.runtime.batch.evaluation.statistics import column
+from mehvar.runtime.batch.fill import used_threads
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
-from mehvar.runtime.model.model import Model
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
 
+_SHOWN = 3
+"""Failures whose values are shown."""
 _KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
 """Colours of verdicts on a page."""
 
@@ -31,6 +37,7 @@ def require(
     requirements: Mapping[str, str] | None = None,
     *,
     confidence: float | None = None,
+    rare: bool = False,
     **batch: Any,
 ) -> Verdicts:
     """Decide requirements, from the runs of a store or from new runs until all are decided.
@@ -45,6 +52,9 @@ def require(
         conditions of success are about. Default: those of the store or of the campaign.
     confidence : float, optional
         Each bound errs with a probability of at most 1 - confidence; default: what the store has, or 0.95.
+    rare : bool
+        Seek the failures of quantiles by splitting, where one run in a thousand or fewer fails; n is then the largest
+        number of runs for each requirement. The runs are not kept.
     **batch
         Arguments of `mehvar.batch`. Its n is the largest number of runs.
 
@@ -59,12 +69,34 @@ def require(
         If nothing is required, a requirement cannot be read, or for anything that `mehvar.batch` refuses.
     """
     check_arguments("mapping", "the call", requirements=requirements)
+    check_arguments("truth", "the call", rare=rare)
     if not isinstance(runs, Model):
         check_arguments("path", "the call", runs=runs)
+    if rare:
+        return _rare(runs, requirements or {}, confidence, **batch)
     if not isinstance(runs, Model) and not batch and not str(runs).endswith(".toml"):
         return Verdicts(open_store(runs), requirements, confidence)
     batch.setdefault("until", DECIDED)
     return Verdicts(stored_batch(runs, require=requirements, confidence=confidence, **batch), None, None)
+
+
+def _rare(
+    runs: Model | str | os.PathLike[str],
+    requirements: Mapping[str, str],
+    confidence: float | None,
+    *,
+    threads: int | None = None,
+    report: Progress | None = None,
+    **batch: Any,
+) -> Verdicts:
+    """Decide by runs that seek the failures."""
+    if not isinstance(runs, Model) and str(runs).endswith(".toml"):
+        raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
+    for name in ("out", "resume", "success", "until", "strict", "scheduler"):
+        if name in batch:
+            raise bad_value(name, batch[name], "left out with rare: the runs are not kept", "the call")
+    campaign, own = posed_batch(runs, **batch)
+    return RareVerdicts(runs, campaign, requirements, confidence, threads, own, report)
 
 
 class Verdicts:
@@ -157,10 +189,7 @@ class Verdicts:
         facts = verdict.evidence
         if facts is None:
             return verdict.reason
-        return (
-            f"{facts.fulfilled} of {facts.runs} runs fulfil it; of all runs between {facts.low:.6g} and "
-            f"{facts.high:.6g} do, required {verdict.requirement.share:.6g} ({verdict.reason})"
-        )
+        return f"{facts.text(verdict.requirement.share)} ({verdict.reason})"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
         """Return the worst runs with the commands that repeat them; without commands for a store in memory."""
@@ -186,3 +215,37 @@ class Verdicts:
             return f", which ended as {STATUS_TEXT[status]!r}"
         value = float(Number(number, "the requirements")(lambda name: column(self._store, name, [block]))[row])
         return f", which has no {number}" if math.isnan(value) else f", {number} = {value:g}"
+
+
+class RareVerdicts(Verdicts):
+    """Verdicts by runs that seek failures; the arguments are those of `decide_rare`."""
+
+    def __init__(
+        self,
+        model: Model | str | os.PathLike[str],
+        campaign: Campaign,
+        requirements: Mapping[str, str],
+        confidence: float | None,
+        threads: int | None = None,
+        own: OwnLaw | None = None,
+        report: Progress | None = None,
+        origin: str = "the call",
+    ) -> None:
+        self.confidence = checked_confidence(confidence, origin)
+        loaded = model if isinstance(model, Model) else load(model, "c")
+        self._about = f"{loaded.name} {campaign.controller} {campaign.scenario}"
+        self._seed = campaign.seed
+        self._verdicts = decide_rare(
+            loaded, campaign, requirements, confidence, used_threads(threads, origin), own, report, origin
+        )
+
+    def _title(self) -> str:
+        return f"{self._about}: failures sought, seed {self._seed}"
+
+    def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
+        """Return the values of the worst failures."""
+        count = min(_SHOWN, *map(len, verdict.failures.values())) if verdict.failures else 0
+        return [
+            (", ".join(f"{name} = {values[k]:.6g}" for name, values in verdict.failures.items()) + " fails", "")
+            for k in range(count)
+        ]

@@ -166,6 +166,20 @@ def _check_noise(system: System) -> None:
         )
 
 
+def check_sensor(system: System) -> None:
+    """Refuse a continuous law that would receive the states where the sensor measures something else."""
+    sensor, continuous = system.sensor, [law.name for law in system.controllers if not law.period]
+    if sensor is None or system.seen is not system.states or not continuous:
+        return
+    quiet = dict.fromkeys(sensor.noise.symbols, 0)
+    for q, row in zip(system.states, sensor.measured, strict=True):
+        if sp.expand(sp.sympify(row).subs(quiet) - q.symbol) != 0:
+            raise ModelError(
+                f"{sensor.origin}: measured of the sensor: {q.name} is measured as {row}, and the continuous law "
+                f"{continuous[0]!r} would receive the state itself: give the measurements names (seen)"
+            )
+
+
 def _check_delays(system: System) -> None:
     """Refuse delays of anything but inputs, and delays that are not a number of samples."""
     parameters = {q.name: q for q in system.parameters}

@@ -53,7 +53,7 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
         _check_tuple(value, inner, where, origin)
     elif kind is not None and issubclass(kind, Mapping):
         if not isinstance(value, Mapping):
-            raise _wrong(value, "a mapping", where, origin)
+            raise _wrong(value, "mapping", where, origin)
         for key, entry in value.items():
             _check(key, inner[0], f"name {key!r} of {where}", origin)
             _check(entry, inner[1], f"{where}[{key!r}]", origin)

@@ -9,7 +9,7 @@ from ..forms import with_samples
 from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries
-from .features import check_features
+from .features import check_features, check_sensor
 from .kinds import check_kinds
 from .metrics import check_metrics
 from .names import check_names
@@ -42,4 +42,5 @@ def check(system: System, folder: Path | None = None) -> None:
     check_entries(system, listing)
     check_scenarios(system, listing, folder)
     check_dimensions(system, listing)
+    check_sensor(system)
     check_metrics(system, folder)

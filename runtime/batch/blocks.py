@@ -21,6 +21,7 @@ from ..run.ticks import rows_of
 from .kernel import compile_kernel
 from .numerics import Numerics, numerics_of, provenance
 from .plan import Plan
+from .sampling import FloatArray
 from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
 
 Values = Mapping[str, NDArray[Any]]
@@ -150,10 +151,15 @@ class Blocks:
         quantities |= {f"u_{q.name}": q for q in manifest.inputs} | {f"u_cmd_{q.name}": q for q in manifest.inputs}
         return {name: quantities[name] for name in self._kernel.variables}
 
-    def compute(self, first: int, count: int, stop: Callable[[], bool] | None = None) -> Values | None:
-        """Return the values of `count` runs from `first` on, by name; None if `stop` ended the computation."""
+    def compute(
+        self, first: int, count: int, stop: Callable[[], bool] | None = None, points: FloatArray | None = None
+    ) -> Values | None:
+        """Return the values of `count` runs from `first` on, by their names in a store; None when `stop` ended it.
+
+        `points` are as of `Plan.draw`.
+        """
         plan = self.plan
-        draw = plan.draw(first, count)
+        draw = plan.draw(first, count, points)
         bad = ~draw.possible
         for vectors, nominal in ((draw.p, plan.nominal.p), (draw.c, plan.nominal.c), (draw.s, plan.nominal.s)):
             vectors[bad] = nominal

@@ -145,7 +145,8 @@ def run_batch(
     check_arguments("path", origin, out=out)
     check_arguments("truth", origin, resume=resume, strict=strict)
     check_arguments("function", origin, report=report)
-    threads, chunk = _THREADS.check(threads, origin), _RUNS_PER_BLOCK.check(chunk, origin)
+    chunk = _RUNS_PER_BLOCK.check(chunk, origin)
+    used = used_threads(threads, origin)
     if client is not None and not hasattr(client, "submit"):
         raise bad_value("scheduler", client, "an address, or a distributed.Client", origin)
     if threads is not None and client is not None:
@@ -164,7 +165,7 @@ def run_batch(
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
     confidence = checked_confidence(confidence, origin)
-    blocks = Blocks(plan, threads or available_processors())
+    blocks = Blocks(plan, used)
     condition = Success(success)
     condition.check(blocks.scalars(), blocks.notes)
     requirements = read_requirements(require or {}, blocks.scalars(), blocks.notes, origin)
@@ -189,6 +190,11 @@ def run_batch(
         what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
         raise OutOfMemoryError(f"{what}: {allowed}") from error
     return store
+
+
+def used_threads(threads: int | None, origin: str) -> int:
+    """Return a checked number of threads; one per available processor for None."""
+    return int(_THREADS.check(threads, origin) or available_processors())
 
 
 def available_processors() -> int:

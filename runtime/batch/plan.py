@@ -18,7 +18,7 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..model.model import Model
-from ..model.parameters import Resolved, check_values, named_values, number, resolve
+from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import (
@@ -182,9 +182,12 @@ class Plan:
         quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
         return tuple(quantities[name] for name in self.names)
 
-    def draw(self, first: int, count: int) -> Draw:
-        """Return `count` runs from `first` on; each run is independent of the others drawn with it."""
-        values = self._values(first, count)
+    def draw(self, first: int, count: int, points: FloatArray | None = None) -> Draw:
+        """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it.
+
+        `points` of the unit cube, shape (count, names), replace those of the campaign's design.
+        """
+        values = self._values(first, count, points)
         vectors = [np.tile(v, (count, 1)) for v in (self.nominal.p, self.nominal.c, self.nominal.s)]
         drawn = dict(zip(self.names, values.T, strict=True))
         for vector, columns in zip(vectors, self._columns, strict=True):
@@ -259,8 +262,8 @@ class Plan:
             if dispersion.listed and self.campaign.sampling == "saltelli":
                 raise bad_value("sampling", "saltelli", "another design: it mixes the values of runs", self.origin)
 
-    def _values(self, first: int, count: int) -> FloatArray:
-        points = self._sampler.points(first, count)
+    def _values(self, first: int, count: int, points: FloatArray | None = None) -> FloatArray:
+        points = self._sampler.points(first, count) if points is None else points
         values, place = np.empty_like(points), 0
         for dispersion in self.dispersions:
             columns = slice(place, place + len(dispersion.names))
@@ -302,6 +305,12 @@ class Plan:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in (self.law.delay, self.law.period):
                 raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
+        units = {q.name: q.unit for q in all_parameters(self.model.manifest, self.law)}
+        units |= {q.name: q.unit for q in self.model.manifest.states}
+        for d in self.dispersions:
+            if d.of_vector and len({units[name] for name in d.names}) > 1:
+                listed = ", ".join(f"{name} in {units[name]}" for name in d.names)
+                raise bad_value(",".join(d.names), d.text, f"of components in one unit, not {listed}", self.origin)
 
     def _check_read(self) -> None:
         """Refuse parameters that no run reads."""

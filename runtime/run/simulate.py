@@ -257,6 +257,8 @@ def simulate(
         values.setdefault(controlled.delay, options.delay)
     names = (*OPTIONS, *manifest.choices)
     resolved = resolve(manifest, loaded.functions, controlled, case, values, origin, names)
+    if controlled.delay and controlled.delay not in given_values and "delay" not in settings:
+        resolved = replace(resolved, origins={**resolved.origins, controlled.delay: "default"})
     texts = advice(loaded.functions, controlled, resolved)
     for text in texts:
         warnings.warn(text, stacklevel=2)

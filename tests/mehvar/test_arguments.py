@@ -70,7 +70,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "require": (
         mehvar.require,
         {"runs": PENDULUM, "requirements": {"r": "quantile(0.5, peak) < 1"}, "confidence": 0.9, "controller": "pd",
-         "n": 1, "t_end": 0.05},
+         "n": 1, "t_end": 0.05, "rare": False},
     ),
     "fit": (
         mehvar.fit,

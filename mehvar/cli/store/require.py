@@ -10,7 +10,7 @@ import typer
 
 from mehvar.base.errors import InputError, bad_value
 from mehvar.campaign import read_campaign
-from mehvar.report.verdicts import Verdicts
+from mehvar.report.verdicts import RareVerdicts, Verdicts
 from mehvar.runtime.batch.evaluation.requirements import DECIDED, checked_confidence
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.store.store import open_store
@@ -34,6 +34,7 @@ def command(
     confidence: Annotated[
         float | None, typer.Option(metavar="C", help="Confidence of each bound; default: 0.95.")
     ] = None,
+    rare: Annotated[bool, typer.Option("--rare", help="Seek rare failures by splitting; needs a campaign.")] = False,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store of a campaign.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
     page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Save a page for a review.")] = None,
@@ -52,7 +53,9 @@ def command(
             raise bad_value("page", str(page), "a file name that ends in .html", "--page")
         check_file(page)
     requirements = _requirements(texts or ())
-    if path.suffix == ".toml":
+    if rare:
+        verdicts = _rare(path, requirements, confidence, out, resume)
+    elif path.suffix == ".toml":
         verdicts = _run(path, requirements, confidence, out, resume)
     elif out is not None or resume:
         raise InputError("--out and --resume need a campaign file: a store has its runs; leave them out")
@@ -98,3 +101,22 @@ def _run(
             origin=str(path),
         )
     return Verdicts(store, None, None)
+
+
+def _rare(
+    path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
+) -> Verdicts:
+    if path.suffix != ".toml":
+        raise InputError(f"--rare needs a campaign file: the runs of {path} are drawn already")
+    if out is not None or resume:
+        raise InputError("--rare keeps no runs: leave out --out and --resume")
+    file = read_campaign(path)
+    with progress(f"{path} seeks failures") as advance:
+        return RareVerdicts(
+            file.model,
+            file.campaign(str(path)),
+            requirements or file.require,
+            confidence or file.confidence,
+            report=lambda runs, total: advance(runs, total, f"{runs} runs"),
+            origin=str(path),
+        )

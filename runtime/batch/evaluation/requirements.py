@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -65,6 +65,8 @@ class Requirement:
         What a quantile is of; empty for a probability.
     largest : bool
         True where a large number is a bad one.
+    limit : float
+        The limit of a quantile.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Requirement:
     condition: str
     number: str = ""
     largest: bool = True
+    limit: float = math.nan
 
     def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
@@ -122,7 +125,7 @@ def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, st
             raise bad_value(name, text, allowed, origin)
         below = match["sign"].startswith("<")
         result = Requirement(
-            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below
+            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below, limit
         )
     elif match := _PROBABILITY.fullmatch(text):
         result = Requirement(name, text, _share(name, text, match["share"], origin), match["condition"].strip())
@@ -197,6 +200,46 @@ class Evidence:
         """Return the verdict of the bounds on a required share."""
         return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
 
+    def text(self, share: float) -> str:
+        """Return the evidence in words, beside a required share."""
+        return (
+            f"{self.fulfilled} of {self.runs} runs fulfil it; of all runs between {self.low:.6g} and "
+            f"{self.high:.6g} do, required {share:.6g}"
+        )
+
+
+@dataclass(frozen=True)
+class RareEvidence:
+    """Runs that were computed to find rare failures, and bounds of the share of all runs that fail."""
+
+    runs: int
+    least: float
+    most: float
+
+    @property
+    def low(self) -> float:
+        """Lower bound of the share that fulfils the condition."""
+        return 1 - self.most
+
+    @property
+    def high(self) -> float:
+        """Upper bound of the share that fulfils the condition."""
+        return 1 - self.least
+
+    @property
+    def fulfilled(self) -> None:
+        """No number: failing runs were sought, not counted."""
+
+    def answer(self, share: float) -> Answer:
+        """Return the verdict of the bounds on a required share."""
+        return "holds" if self.most <= 1 - share else "does not hold" if self.least > 1 - share else "undecided"
+
+    def text(self, share: float) -> str:
+        """Return the evidence in words, beside a required share."""
+        return (
+            f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
+        )
+
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
     """Return the bounds for counted runs; `fixed` is True if their number was chosen in advance."""
@@ -253,20 +296,24 @@ class Verdict:
         What is required.
     answer : str
         "holds", "does not hold" or "undecided".
-    evidence : Evidence or None
-        The counts and bounds; None where the runs are no independent sample.
+    evidence : Evidence, RareEvidence or None
+        The counts and bounds; None where the runs prove nothing.
     reason : str
         Why it is undecided, or how the bounds were computed.
     worst : tuple of (int, float)
-        The runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no number.
+        The counted runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no
+        number.
         For a probability the first runs that do not fulfil the condition.
+    failures : mapping of str to array
+        Values of runs that fail, worst first, where they were sought; `mehvar.batch` takes them as `points`.
     """
 
     requirement: Requirement
     answer: Answer
-    evidence: Evidence | None
+    evidence: Evidence | RareEvidence | None
     reason: str
     worst: tuple[tuple[int, float], ...]
+    failures: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def recorded(store: Store) -> tuple[dict[str, str], float]:
@@ -314,17 +361,22 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
 def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
-    bad = worst(store, lambda block: requirement.badness(store, block), _WORST)
-    runs = tuple((run, _badness(store, requirement, run)) for run in bad)
     if design != "random":
         reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
-        return Verdict(requirement, "undecided", None, reason, runs)
+        return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
         fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
         facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
     else:
         facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+    runs = _worst(store, requirement, facts.runs or None)
     return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
+
+
+def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
+    """Return the worst of the runs that were counted, each with its number."""
+    bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
+    return tuple((run, _badness(store, requirement, run)) for run in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:

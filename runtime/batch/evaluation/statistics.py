@@ -32,7 +32,8 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
 """Bytes of a slab of series that is read at once, 64 MiB; a quantile needs several copies. Half as much doubles the
 passes over chunks that hold more samples than a slab."""
-_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+"""A name of one number per run that a summary of the run holds."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -150,7 +151,7 @@ def scalars(store: Store) -> dict[str, str]:
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return a number of each stored run, by a name of `scalars`."""
-    match = _SUMMARY.match(name)
+    match = SUMMARY.match(name)
     if not match:
         return store.read(name, blocks)
     array, of = match.groups()
@@ -313,16 +314,20 @@ def drawn_names(store: Store) -> list[str]:
     return names
 
 
-def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[int]:
-    """Return the runs with the largest values, largest first, without runs that lack a value.
+def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
+    """Return the runs with the largest values, largest first; runs without a value are omitted.
 
     Parameters
     ----------
     values : callable
         Returns one number for each run of a block.
+    before : int, optional
+        Only blocks that end with this run are read; default: all.
     """
     best: list[tuple[float, int]] = []
     for block in store.stored():
+        if before is not None and store.runs(block).stop > before:
+            break
         numbers = values(block)
         places = np.flatnonzero(~np.isnan(numbers))
         order = places[np.argsort(-numbers[places], kind="stable")[:most]]

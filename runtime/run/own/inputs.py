@@ -203,6 +203,7 @@ def _recorded(
         raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
         raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to that or less")
+    _check_inputs(run, manifest, origin)
     columns = {}
     for q in manifest.inputs:
         name = next((name for name in (f"u_cmd_{q.name}", f"u_{q.name}") if name in run), None)
@@ -221,6 +222,17 @@ def _recorded(
             raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
         shift = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(shift), u[: len(u) - shift])) for name, u in columns.items()}, hold
+
+
+def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
+    """Refuse inputs that the model does not have: a result of a run has no others."""
+    laws = manifest.controllers.values()
+    groups = (manifest.states, manifest.outputs, *(group for law in laws for group in (law.memory, law.outputs)))
+    inputs = [f"{kind}{q.name}" for q in manifest.inputs for kind in ("u_", "u_cmd_")]
+    usual = {*inputs, *(q.name for group in groups for q in group)}
+    for variable in map(str, run.data_vars):
+        if variable.startswith("u_") and variable not in usual:
+            raise unknown_name(f"input of {manifest.model}", variable, inputs, f"inputs, {origin}")
 
 
 def _numbers(run: Any, name: str, origin: str) -> FloatArray:
