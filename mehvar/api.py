@@ -84,7 +84,7 @@ def simulate(
     memory: ArrayLike | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate one loop: closed by a law of the model, by a law of your own in Python, or open.
+    """Integrate one loop: closed by a law of the model or by your own law in Python, or open.
 
     Parameters
     ----------
@@ -437,7 +437,7 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
-    """Return the texts of all dispersions: distributions and lists, a grid of lists, and own points."""
+    """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
     own = {} if points is None else table(points, "the call")
@@ -447,7 +447,7 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions in the units of their variables; values that are not texts are refused later."""
+    """Return distributions converted to the units of their variables; values that are not texts are refused later."""
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
     return {
         names: distribution(names, text, units, origin) if isinstance(text, str) else text
@@ -456,7 +456,7 @@ def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[
 
 
 def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:
-    """Connect to an address; a client that is given stays open."""
+    """Connect to the address of a scheduler; a client that the caller passes stays open afterwards."""
     if not isinstance(scheduler, str):
         return nullcontext(scheduler)
     from mehvar.runtime.batch.workers import connect

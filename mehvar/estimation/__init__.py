@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of parameters from data, and gains from a cost."""
+"""Estimation of parameters from data, and tuning of gains."""

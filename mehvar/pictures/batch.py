@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
-"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; darker means more runs."""
+"""Quantiles and opacity of the bands: 98, 90 and 50 % of the runs. Darker means more runs."""
 _WORST = 3
 """Runs drawn individually: the number of line styles that can be distinguished."""
 MOST_STATES = 12
@@ -37,8 +37,7 @@ _ROUNDING, _TINY = 1e-9, 1e-300
 _TITLE = 62
 """Characters of a line of a panel's title; longer ones reach into the next panel."""
 BINS = 60
-"""Bars of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000
-runs."""
+"""Bars of a histogram, each two points wide. Half as many hide a second peak; twice as many show noise of 1000 runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An extended Kalman filter of any system: all that it needs is in the system.
+"""Extended Kalman filter of any system, built from its equations and noise.
 
 The prediction is a step of the midpoint rule of `rhs`, with its exact Jacobian; noise is that of the sensor, of random
 steps and of the diffusion. The covariance is kept as factors U D U'. The prediction is made with the
@@ -30,7 +30,7 @@ Start = Mapping[str, tuple[Expr | float, Expr | float]]
 
 
 def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr | float] | None = None) -> System:
-    """Let a sampled law compute with estimates of the state in place of the state.
+    """Return a system whose sampled law computes with state estimates in place of the state.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _finite(name: str, value: Expr) -> None:
 
 
 class _Filter:
-    """A filter while it is written into a law."""
+    """A filter under construction in a law."""
 
     def __init__(self, system: System, law: Controller, start: Start, noise: Mapping[str, Expr | float]) -> None:
         self.of, self.law, self.start, self.noise = system, law, start, noise
@@ -127,13 +127,13 @@ class _Filter:
         self.last = [self.keep(f"{q.name}_last", q.unit, f"{q.description}, of this sample") for q in system.inputs]
 
     def keep(self, name: str, unit: str, meaning: str, begin: Expr = sp.S.Zero) -> sp.Symbol:
-        """Add a number to the memory."""
+        """Add a number to the memory of the law."""
         quantity = Quantity(name, unit, meaning)
         self.memory[quantity] = begin, quantity.symbol
         return quantity.symbol
 
     def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
-        """Return an expression unchanged; for a number, a parameter of the law with that default."""
+        """Return an expression unchanged; convert a number to a law parameter with that default."""
         if isinstance(value, sp.Expr) and not value.is_number:
             return value
         self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
@@ -152,13 +152,13 @@ class _Filter:
     def at(
         self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY, inputs: Mapping[sp.Symbol, Expr] | None = None
     ) -> _Slopes:
-        """Return the evaluation at a state, without noise, with slopes by state and noise."""
+        """Return the system's value at a state without noise, with derivatives by state and noise."""
         values = dict(zip(self.of.states.symbols, x, strict=True)) | dict.fromkeys(noise.symbols, sp.S.Zero)
         values |= inputs or {}
         return _Slopes(self.stage(prefix), self.of.definitions, values)
 
     def system(self) -> System:
-        """Return the system with the law that computes with estimates."""
+        """Return the system with the law that uses estimates."""
         posterior, factors, nis = self.corrected()
         predicted, factors = self.predicted(posterior, factors)
         updates = (*predicted, *factors.entries, nis, *self.of.inputs.symbols)
@@ -186,7 +186,7 @@ class _Filter:
         return acting
 
     def corrected(self) -> tuple[list[Expr], Factors, Expr]:
-        """Return estimates and factors after the measurements, one after the other, and the NIS."""
+        """Return estimates and factors after each measurement in turn, and the normalised innovation squared."""
         sensor = self.of.sensor
         assert sensor is not None
         at = self.at("seen", self.prior, sensor.noise)
@@ -208,7 +208,7 @@ class _Filter:
         return [define(q.name, x + c, f"estimate of {q.name}") for q, x, c in pairs], factors, sp.Add(*terms)
 
     def _check(self, errors: sp.Matrix) -> None:
-        """Refuse measurements without noise, and with noise in common."""
+        """Refuse measurements without noise, and measurements with common noise."""
         for k, q in enumerate(self.of.seen):
             if errors.row(k).is_zero_matrix:
                 raise ModelError(f"{self.of.origin}: measurement {q.name!r} has no noise: an estimate needs it")
@@ -257,14 +257,14 @@ class _Filter:
         return following, factors.propagated(self.stage("noise"), transition, drive, [q for _, q in columns])
 
     def report(self) -> Output:
-        """Return the squared error of the estimates before the measurements over its covariance."""
+        """Report the normalised squared estimation error before the measurements."""
         errors = [s - e for s, e in zip(self.of.states.symbols, self.prior, strict=True)]
         quantity = Quantity("est_nees", "1", "squared error of the estimates over its covariance")
         return Output(quantity, self.factors.distance(self.stage("nees"), errors))
 
 
 class _Slopes:
-    """Expressions of a system at other values of some symbols, and their slopes, through its steps."""
+    """Expressions of a system, with derivatives, at other values of some symbols."""
 
     def __init__(self, define: Define, definitions: Mapping[sp.Symbol, Expr], values: Mapping[sp.Symbol, Expr]) -> None:
         self._define, self._definitions = define, definitions
@@ -278,13 +278,13 @@ class _Slopes:
         return [sp.sympify(e).xreplace(self._values) for e in exprs]
 
     def jacobian(self, exprs: Sequence[Expr], by: Sequence[sp.Symbol]) -> sp.Matrix:
-        """Return the slopes of expressions by some of the symbols."""
+        """Return the derivatives of expressions by some of the symbols."""
         self._reach(exprs)
         slopes = [self._slope(sp.sympify(e)) for e in exprs]
         return sp.Matrix(len(exprs), len(by), lambda i, j: slopes[i].get(by[j], sp.S.Zero))
 
     def _reach(self, exprs: Iterable[Expr]) -> None:
-        """Take over the steps that expressions use, in their order."""
+        """Copy the steps that expressions use, in their order."""
         stack, reached = [s for e in exprs for s in sp.sympify(e).free_symbols], set[sp.Symbol]()
         while stack:
             symbol = stack.pop()
@@ -314,6 +314,6 @@ def _product(one: Dimension, other: Dimension, power: int) -> str:
 
 
 def _smooth(slope: Expr) -> Expr:
-    """Return a slope with the steps of `Min` and `Max` as cases, and none of jumps."""
+    """Return a derivative with the steps of `Min` and `Max` as cases, and zero for jumps."""
     slope = slope.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
     return slope.replace(sp.Heaviside, lambda at, *_: sp.Piecewise((1, at > 0), (0, True)))

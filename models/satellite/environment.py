@@ -24,7 +24,7 @@ NOISE = Group(
 
 
 def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torques of the Earth's field on a dipole, of the air and of sunlight; zero by default.
+    """Define the torques of magnetic field, air and sunlight; zero by default.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def _air_force(orbit: Orbit, plant: Group, d: Derivation) -> Expr:
 
 
 def _sun(orbit: Orbit, d: Derivation) -> sp.Matrix:
-    """Name the direction of the Sun in orbit axes."""
+    """Name the direction to the Sun in orbit axes."""
     return sp.Matrix(
         [
             d.define(f"sun_{i}", part, "", f"direction of the Sun along orbit {i}", "1", f"s_{i}")
@@ -94,7 +94,7 @@ def _sun(orbit: Orbit, d: Derivation) -> sp.Matrix:
 
 
 def wheel_torque(speeds: tuple[Expr, ...], wheels: Wheels, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torque of each wheel's motor and bearing friction on the body."""
+    """Define the torque of each wheel on the body: motor and bearing friction."""
     return sp.Matrix(
         [
             d.define(

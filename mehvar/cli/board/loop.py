@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop that the commands build, run and report: its arguments, the request, the outcome."""
+"""Closed loop with a law on a board: arguments, request and result that several commands share."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Tunable = Annotated[
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that can still be set when the others are constants; None when no parameter is.
+    """Return the parameters that stay tunable if all others are compiled in; None if none is.
 
     Raises
     ------
@@ -63,19 +63,19 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
 
 
 def compiled(model: str) -> Model:
-    """Return a model on the C backend, so that a board and its reference run the same C."""
+    """Return a model with compiled C functions, so that board and reference run the same C."""
     return load(model, backend="c")
 
 
 def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
-    """Return the request with the settings of `--set` in it."""
+    """Add the values of `--set` to the request."""
     values = read_values(settings, model.manifest)
     parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
     return replace(request, parameters=parameters, options=options)
 
 
 def outcome_of(model: Model, request: BoardRequest) -> BoardRun:
-    """Run a closed loop on a board.
+    """Run a closed loop with its law on a board.
 
     Raises
     ------

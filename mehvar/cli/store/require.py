@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar require`: whether requirements hold, by the runs of a store or of a campaign."""
+"""`mehvar require`: verdicts on requirements from a store or a campaign."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def command(
     page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Save a page for a review.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Decide, print; return 0 where every requirement holds and 1 otherwise.
+    """Decide requirements and print the verdicts; return 0 if all hold, else 1.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law of a spacecraft in symbols: measurements by name, parameters, memory, and commands to parts."""
+"""Symbolic law of a spacecraft: measurements by name, parameters, memory, commands to parts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Commands = Mapping[str, Expr | Sequence[Expr]]
 
 
 class Law:
-    """A law while it is written: `craft.law("pd", write)` calls `write` with one.
+    """A law under construction: `craft.law("pd", write)` calls `write` with it.
 
     Parameters
     ----------
@@ -50,14 +50,14 @@ class Law:
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
-        """Coordinates of the attitude: of a filter, else of a star tracker, where the craft has sensors."""
+        """Attitude coordinates: of the filter, else of a star tracker if the craft has sensors, else of the state."""
         if self._estimate:
             return self._estimate.attitude
         return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rate of the hub, rad/s: of a filter, else of a gyro, where the craft has sensors."""
+        """Rate of the hub, rad/s: of the filter, else of a gyro if the craft has sensors, else of the state."""
         if self._estimate:
             return self._estimate.rates
         return self._seen(Gyro, self._rates, "the rates: add a Gyro")
@@ -100,13 +100,13 @@ class Law:
         return self._own.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
     def keep(self, name: str, unit: str = "1", meaning: str = "", start: Expr | float = 0) -> sp.Symbol:
-        """Declare a number that the law keeps from sample to sample and return its symbol; `update` changes it."""
+        """Declare a number in the law's memory and return its symbol; `update` sets its next value."""
         quantity = Quantity(name, unit, meaning or name)
         self._memory[quantity] = sp.sympify(start), quantity.symbol
         return quantity.symbol
 
     def update(self, kept: sp.Symbol, value: Expr) -> None:
-        """Say what a number that is kept becomes after a sample."""
+        """Set the value of a stored number after the sample."""
         for quantity, (begin, _) in self._memory.items():
             if quantity.symbol == kept:
                 self._memory[quantity] = begin, sp.sympify(value)
@@ -114,12 +114,12 @@ class Law:
         raise ModelError(f"law {self.name}: {kept} is not kept; declare it by keep()")
 
     def update_all(self, kept: Iterable[sp.Symbol], values: Iterable[Expr]) -> None:
-        """Say what several numbers that are kept become after a sample."""
+        """Set the values of several stored numbers after the sample."""
         for symbol, value in zip(kept, values, strict=True):
             self.update(symbol, value)
 
     def report(self, output: Output) -> None:
-        """Let a run show a quantity, a function of the state and of what the law keeps."""
+        """Add an output to the run: a function of the state and the law's memory."""
         self._outputs.append(output)
 
     @property
@@ -128,7 +128,7 @@ class Law:
         return self._craft.period
 
     def torque(self, wanted: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
-        """Share a torque on the hub among actuators, within their limits.
+        """Distribute a torque on the hub to actuators, within their limits.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Law:
         return self._shared("torque", wanted, by, [3, 4, 5])
 
     def wrench(self, force: Sequence[Expr], torque: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
-        """Share a force, N, and a torque about the centre of mass, N m, among actuators, as `torque` does."""
+        """Distribute a force, N, and a torque about the centre of mass, N m, to actuators, as `torque` does."""
         return self._shared("wrench", [*force, *torque], by, list(range(6)))
 
     def _shared(
@@ -171,7 +171,7 @@ class Law:
         return {part.name: tuple(next(values) for _ in part.inputs()) for part, _ in pairs}
 
     def _numbers(self, matrix: sp.Matrix) -> dict[sp.Symbol, float]:
-        """Return the symbols of a matrix of parameters at the defaults."""
+        """Return the numbers of a matrix of parameters at their defaults."""
         definitions = self._craft.frame.derivation.definitions
         known = {q.symbol: float(q.default) for q in self._plant.values()}
         for symbol, expr in definitions.items():
@@ -180,7 +180,7 @@ class Law:
         return known
 
     def _centre(self) -> sp.Matrix:
-        """Return the centre of mass of the parts that are fixed in the hub."""
+        """Return the centre of mass of the parts that are fixed to the hub."""
         frame = self._craft.frame
         each = [part.aggregates(at) for part, at in self._craft.parts]
         still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]
@@ -188,7 +188,7 @@ class Law:
         return sum((of.first for of in still), ZERO) / mass
 
     def controller(self, title: str, commands: Commands, inputs: Mapping[str, int], sampled: bool) -> Controller:
-        """Return the law with commands to parts by their names; the others are commanded zero."""
+        """Return the law with commands to parts by name; other commands are zero."""
         given = {name: value if isinstance(value, tuple | list) else (value,) for name, value in commands.items()}
         for name, values in given.items():
             if name not in inputs:
@@ -218,7 +218,7 @@ LawText = Callable[[Law], Commands]
 
 
 def _limit(values: object) -> Expr | None:
-    """Return the limit of an actuator, under the name that it has there."""
+    """Return the limit of an actuator as a parameter of the law."""
     for name in ("torque_limit", "limit"):
         limit: Expr | None = getattr(values, name, None)
         if limit is not None:

@@ -33,7 +33,7 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True)
 class Instrument(Part):
-    """A sensor with the measurements `seen` and their `errors`: standard normal numbers times a size.
+    """A sensor: measured quantities `seen`, with standard deviations `errors` of their normal errors.
 
     Parameters
     ----------
@@ -95,37 +95,37 @@ class Instrument(Part):
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the measured quantities, for a law."""
+        """Symbols of the measured quantities, for laws."""
         return tuple(q.symbol for q in self.seen())
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        """Return the standard deviation of each error in a sample; zero for none."""
+        """Return the standard deviation of each error at a sample; zero for none."""
         return (sp.S.Zero,) * len(AXES)
 
     @abstractmethod
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
-        """Return the measured quantities with errors."""
+        """Return the measured quantities with their errors."""
 
     def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
-        """Return states that walk at random, each with the standard deviation of its change in a sample."""
+        """Return the states with random walk, each with the standard deviation of its change per sample."""
         return ()
 
 
 @dataclass(frozen=True)
 class _Triad(Instrument):
-    """A sensor of the three components of a vector in the axes of the hub."""
+    """A sensor of a vector's three components in hub axes."""
 
     def seen(self) -> tuple[Quantity, ...]:
         return tuple(Quantity(f"{self.name}_{axis}", *self._kind(axis)) for axis in AXES)
 
     @abstractmethod
     def _kind(self, axis: str) -> tuple[str, str]:
-        """Return unit and meaning of the component along an axis."""
+        """Return unit and description of the component along an axis."""
 
 
 @dataclass(frozen=True)
 class Gyro(_Triad):
-    """Gyros along the axes of the hub.
+    """Three gyros along the hub axes.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class StarTracker(Instrument):
 
 @dataclass(frozen=True)
 class SunSensor(_Triad):
-    """A Sun sensor: it measures the direction to the Sun in the axes of the hub, zero in the shadow of the Earth.
+    """A Sun sensor: it measures the direction to the Sun in hub axes, and zero in the Earth's shadow.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ class SunSensor(_Triad):
 
 @dataclass(frozen=True)
 class Magnetometer(_Triad):
-    """A magnetometer: it measures the Earth's field in the axes of the hub.
+    """A magnetometer: it measures the Earth's field in hub axes.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ class Magnetometer(_Triad):
 
 @dataclass(frozen=True)
 class Tachometer(Instrument):
-    """A tachometer: it measures the speed of a wheel, or of another part of one degree of freedom.
+    """A tachometer: it measures the speed of a wheel, or of another part with one degree of freedom.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ class Tachometer(Instrument):
 
 
 def _density(density: Expr | None, at: Mounted) -> Sequence[Expr]:
-    """Return the standard deviation of a sample of white noise along each axis."""
+    """Return the standard deviation of a white noise sample along each axis."""
     every = sp.S.One if at.values.every is None else at.values.every
     size = sp.S.Zero if density is None else density / sp.sqrt(every * at.craft.period)
     return (size,) * len(AXES)

@@ -16,7 +16,7 @@ from .instruments import HALF, Instrument
 
 
 def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
-    """Return the measurements of laws; None for a craft without sensors, whose laws measure the state."""
+    """Return what laws measure; None for a craft without sensors, whose laws receive the state."""
     noise: list[Quantity] = []
     measured: list[Expr] = []
     seen: list[Quantity] = []
@@ -40,7 +40,7 @@ def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
 
 
 def drifting(parts: Sequence[tuple[Part, Mounted]], states: Sequence[State]) -> RandomStep | None:
-    """Return the random walk of the sensors' biases; None where none walks."""
+    """Return the random walk of the sensors' biases; None if no bias walks."""
     walks = [w for part, at in parts if isinstance(part, Instrument) for w in part.drifts(at)]
     noise = {q.symbol: Quantity(f"{q.name}_e", "1", f"change of the {q.description}") for q, _ in walks}
     sizes = {q.symbol: size for q, size in walks}
@@ -50,7 +50,7 @@ def drifting(parts: Sequence[tuple[Part, Mounted]], states: Sequence[State]) -> 
 
 
 def watching(sensor: Sensor, parts: Sequence[Part], inputs: int, period: str) -> Controller:
-    """Return the law that commands nothing, and keeps what the sensors last measured."""
+    """Return the law without commands that stores the sensors' last measurements."""
     count = Quantity("samples", "1", "samples so far")
     flags = {q: part.new for part in parts if isinstance(part, Instrument) and not part.steady for q in part.seen()}
     kept = Group("z", (*(replace(q, name=f"{q.name}_shown") for q in sensor.seen), count))

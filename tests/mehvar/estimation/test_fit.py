@@ -35,6 +35,16 @@ def test_a_run_without_noise_gives_its_values_back(truth: xr.Dataset) -> None:
     assert float(abs(fit.run.wx - truth.wx).max()) < 1e-11
 
 
+def test_a_free_value_starts_where_an_argument_sets_it(truth: xr.Dataset) -> None:
+    starts = [
+        mehvar.fit("satellite", truth, ["I_x"], "pd", sigma={"wx": NOISE}, **given)
+        for given in ({"I_x": 2.45}, {"parameters": {"I_x": 2.45}})
+    ]
+    assert starts[0]["I_x"] == starts[1]["I_x"] == pytest.approx(2.3, rel=1e-9)
+    with pytest.raises(InputError, match="I_x is given twice"):
+        mehvar.fit("satellite", truth, ["I_x"], "pd", parameters={"I_x": 2.45}, I_x=2.5)
+
+
 def test_estimate_and_covariance_are_those_of_curve_fit(truth: xr.Dataset) -> None:
     data = noisy(truth, np.random.default_rng(1))
     data["roll"][7:9] = np.nan  # missing samples
@@ -94,6 +104,8 @@ def test_a_combination_that_the_data_do_not_see_is_named() -> None:
         ({"sigma": {"roll": 0.0}}, "roll = 0"),
         ({"t_end": 3.0}, "t_end"),
         ({"data": 3}, "data"),
+        ({"free": ["Ts"]}, "Ts cannot be fitted .*decides when pd samples"),
+        ({"free": ["half_period"], "sigma": {"roll": NOISE}, "half_period": 45.25}, "half_period cannot be fitted"),
     ],
 )
 def test_what_cannot_be_fitted_is_refused(truth: xr.Dataset, change: dict, part: str) -> None:
@@ -113,6 +125,7 @@ def in_unit(data: xr.Dataset, name: str, unit: str) -> xr.Dataset:
         (lambda data: data.assign_coords(t=data["t"].assign_attrs(units="ms")), "unit of t = 'ms' .*must be s"),
         (lambda data: data.assign_coords(t=data["t"].values.astype("timedelta64[s]")), "values of t .*numbers in s"),
         (lambda data: data.assign(roll=np.nan * data["roll"]), "roll without a sample"),
+        (lambda data: data.where(data["t"] != 7, np.inf), "roll infinite at t = 7 s"),
     ],
 )
 def test_data_in_another_unit_or_without_samples_are_refused(truth: xr.Dataset, change, message: str) -> None:

@@ -67,6 +67,12 @@ def test_a_run_in_other_units_is_refused(pendulum: runtime.Model) -> None:
         run(pendulum, before.assign_coords(t=(before["t"].values * 1e9).astype("timedelta64[ns]")))
 
 
+def test_an_input_that_the_model_lacks_is_refused(pendulum: runtime.Model) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
+    with pytest.raises(InputError, match=r"unknown input of pendulum 'u_torqe' .*did you mean u_torque"):
+        run(pendulum, before.assign(u_torqe=before["u_torque"]))
+
+
 def test_a_run_without_numbers_is_refused(pendulum: runtime.Model) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
     words = ("t", ["a"] * before.sizes["t"])
