@@ -205,7 +205,9 @@ class Spacecraft:
         craft = mounted[0].craft
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
         if sensor:
-            controllers += (watching(sensor, sum(len(part.inputs()) for part in self.parts), self.period.name),)
+            controllers += (
+                watching(sensor, self.parts, sum(len(part.inputs()) for part in self.parts), self.period.name),
+            )
         periods = {law.period for law in controllers}
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)

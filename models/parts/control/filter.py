@@ -88,7 +88,7 @@ class AttitudeFilter(Part):
     tracker : StarTracker
         With sigma.
     every : number
-        Samples from one measurement of the tracker to the next.
+        Samples from one measurement of the tracker to the next, of a tracker without `every` of its own.
     attitude, bias : number
         Standard deviations before the first measurement, of each angle, rad, and of each bias, rad/s.
     gate : number
@@ -109,6 +109,12 @@ class AttitudeFilter(Part):
         for field, of in (("noise", self.gyro), ("walk", self.gyro), ("sigma", self.tracker)):
             if getattr(of, field) is None:
                 raise ModelError(f"{self.name}: {of.name}.{field} = None: must be given for a filter")
+        if not self.gyro.steady:
+            raise ModelError(f"{self.name}: {self.gyro.name} must measure at each sample, without every and dropout")
+        if not self.tracker.steady and self.every != 1:
+            raise ModelError(
+                f"{self.name}.every = {self.every!r}: must be left out, {self.tracker.name} has its own rate"
+            )
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         message = f"{self.tracker.name}.sigma must be above zero for {self.name}"
@@ -149,6 +155,8 @@ class _Sample:
         self.count = self._keep("count", "1", "samples since the last measurement; -1 before the first", -1)
         self.nis = self._keep("nis", "1", "squared innovation of the last measurement over its variance")
         self.rejected = self._keep("rejected", "1", "measurements rejected in a row")
+        tracker = of.tracker
+        self.due: sp.Rel = self.count < HALF if tracker.steady else tracker.new.symbol > HALF
 
     def _keep(self, name: str, unit: str, meaning: str, begin: Expr | float = 0) -> sp.Symbol:
         return self.law.keep(f"{self.of.name}_{name}", unit, f"{self.of.name}: {meaning}", begin)
@@ -204,15 +212,16 @@ class _Sample:
 
     def estimate(self) -> Estimate:
         """Define the filter step and return the estimates."""
-        measured, seen = sp.Matrix(self.of.gyro.symbols), self.of.tracker.symbols
+        measured = sp.Matrix(self.of.gyro.symbols)
         rate = self.vector("rate", measured - self.bias, "rate without the bias")
         now = self.unit("now", self.turned("to", self.q, rate, self.half), "quaternion before the measurement")
-        choice = [sp.Piecewise((s, self.count < -HALF), (q, True)) for s, q in zip(seen, now, strict=True)]
+        seen, first = self.seen(now), self.count < -HALF
+        choice = [sp.Piecewise((s, first), (q, True)) for s, q in zip(seen, now, strict=True)]
         now = self.vector("before", choice, "quaternion before the measurement, or the first one")
         turn, transition = self.transition("turn", now)
         white, walk = self.noise()
         prior = self.factors.moved(self.stage("to"), transition).widened(self.stage("white"), (*white, 0, 0, 0))
-        correction, factors = self.corrected(now, turn, prior, white[0] / 2)
+        correction, factors = self.corrected(now, seen, turn, prior, white[0] / 2)
         attitude = self.unit("after", quaternion_product((1, *(correction[:3, 0] / 2)), list(now)), "quaternion")
         bias = self.vector("bias", self.bias + correction[3:, 0], "bias of the gyro")
         rate = self.vector("rate_after", measured - bias, "rate without the bias, after the measurement")
@@ -224,15 +233,25 @@ class _Sample:
         self.report()
         return Estimate(tuple(attitude), tuple(rate))
 
+    def seen(self, now: sp.Matrix) -> Sequence[Expr]:
+        """Return the quaternion of the tracker; the expected one where it has not measured."""
+        symbols: tuple[sp.Symbol, ...] = self.of.tracker.symbols
+        if self.of.tracker.steady:
+            return symbols
+        entries = [sp.Piecewise((s, self.due), (q, True)) for s, q in zip(symbols, now, strict=True)]
+        return list(self.vector("seen", entries, "measured quaternion, or the expected one"))
+
     def noise(self) -> tuple[list[Expr], list[Expr]]:
         """Return the gyro's contribution to the variances: of angles in half a period, of biases in a whole one."""
         white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
         walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
         return [white] * 3, [walk] * 3
 
-    def corrected(self, now: sp.Matrix, turn: sp.Matrix, prior: Factors, less: Expr) -> tuple[sp.Matrix, Factors]:
+    def corrected(
+        self, now: sp.Matrix, seen: Sequence[Expr], turn: sp.Matrix, prior: Factors, less: Expr
+    ) -> tuple[sp.Matrix, Factors]:
         """Return correction and factors after a measurement of three angles in turn, unless it is rejected."""
-        scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), self.of.tracker.symbols)
+        scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
         correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
         for k, axis in enumerate(AXES):
@@ -246,7 +265,7 @@ class _Sample:
             correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")
             terms.append(innovation * share)
         nis = self.define("nis_now", sp.Add(*terms), "squared innovation over its variance")
-        due = self.count < HALF
+        due = self.due
         flag = sp.Piecewise((1, sp.And(due, nis <= self.at.values.gate)), (0, True))
         taken = self.define("taken", flag, "1 where there is a measurement that is not rejected") > HALF
         self.count_on(due, taken, nis)
@@ -256,7 +275,10 @@ class _Sample:
     def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
         """Update the counters of samples and of rejected measurements, and the stored NIS."""
         since, update = sp.Max(self.count, 0), self.law.update
-        update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
+        if self.of.tracker.steady:
+            update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
+        else:
+            update(self.count, sp.Piecewise((0, due), (self.count, self.count < -HALF), (self.count + 1, True)))
         update(self.nis, sp.Piecewise((nis, due), (self.nis, True)))
         rejected = sp.Piecewise((0, taken), (self.rejected + 1, due), (self.rejected, True))
         update(self.rejected, rejected)

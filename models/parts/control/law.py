@@ -46,6 +46,7 @@ class Law:
         self._own = Parameters()
         self._memory: dict[Quantity, tuple[Expr, Expr]] = {}
         self._outputs: list[Output] = []
+        self._last: dict[str, tuple[Expr, ...]] = {}
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
@@ -75,8 +76,21 @@ class Law:
             return tuple(state)
         for part in sensors:
             if isinstance(part, kind):
-                return part.symbols
+                return self.measured(part)
         raise ModelError(f"law {self.name}: no sensor measures {words}")
+
+    def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
+        """Return the last measurement of a sensor, which the law keeps where the sensor does not measure each time."""
+        if sensor.steady:
+            return sensor.symbols
+        if sensor.name not in self._last:
+            new = sensor.new.symbol > sp.Rational(1, 2)
+            pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
+            kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
+            last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
+            self.update_all(kept, last)
+            self._last[sensor.name] = tuple(last)
+        return self._last[sensor.name]
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
@@ -189,6 +203,9 @@ class Law:
             raise ModelError(
                 f"law {self.name} is continuous, but a filter needs a sampled law: leave out sampled=False"
             )
+        if self._last and not sampled:
+            names = ", ".join(self._last)
+            raise ModelError(f"law {self.name} is continuous, but {names} needs a sampled law: leave out sampled=False")
         command = [sp.sympify(u) for name, count in inputs.items() for u in given.get(name, (0,) * count)]
         memory = Group("z", tuple(self._memory))
         return Controller(
