@@ -176,8 +176,8 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
-            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: its answer may change; "
-            "put it into a file beside the model"
+            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: its result may change; "
+            "store it in a file of the model's folder"
         )
 
 

@@ -165,7 +165,7 @@ def load_model(tree: Tree, model: str) -> ModuleType:
         package = importlib.import_module(f"mehvar.models.{model}")
     if not Path(package.__file__ or "").resolve().is_relative_to(tree.root.resolve()):
         raise GenerateError(
-            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
+            f"mehvar.models is already imported from {Path(package.__file__ or '').parents[2]}; start a new process"
         )
     return package
 
@@ -184,7 +184,7 @@ def load_paper(tree: Tree, model: str, part: str) -> ModuleType:
     with own_text(folder):
         package = _load_by_path(folder, name)
         if not Path(package.__file__ or "").resolve().is_relative_to(folder.resolve()):
-            raise GenerateError(f"{name} is already imported from {package.__file__}; use a new process")
+            raise GenerateError(f"{name} is already imported from {package.__file__}; start a new process")
         return importlib.import_module(f"{name}.{part}")
 
 

@@ -120,7 +120,7 @@ def end_time(text: str | None) -> dict[str, Any]:
 def required_law(manifest: Manifest, controller: str | None) -> str:
     """Return the given law, or raise InputError with the names of all laws."""
     if controller is None and not manifest.controllers:
-        raise InputError(f"{manifest.model} has no law: give --input NAME=VALUE, or run a law of your own from Python")
+        raise InputError(f"{manifest.model} has no law: give --input NAME=VALUE, or run your own law from Python")
     if controller is None:
         raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
     return controller

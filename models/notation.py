@@ -116,7 +116,7 @@ class Names:
         """Return the meaning of a derived name."""
         meaning = self.table[symbol].meaning
         if meaning is None:
-            raise ModelError(f"name {str(symbol)!r} is defined nowhere: define it, or correct the name")
+            raise ModelError(f"name {str(symbol)!r} is not defined: define it, or correct the name")
         return meaning
 
     def as_latex(self, side: Side) -> str:
@@ -131,7 +131,7 @@ class Names:
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
-            raise ModelError(f"name {str(name.symbol)!r} is in the table of names twice")
+            raise ModelError(f"name {str(name.symbol)!r} is twice in the table of names")
         self.table[name.symbol] = name
         return name.symbol
 

@@ -307,11 +307,11 @@ class Paper:
         twice = sorted({number for number in entered if entered.count(number) > 1})
         beyond = [number for number in numbers if not 1 <= int(number) <= self.numbers]
         if missing or twice or beyond:
-            raise ModelError(f"equation numbers missing {missing}, entered twice {twice}, not in the paper {beyond}")
+            raise ModelError(f"equation numbers: missing {missing}; entered twice {twice}; not in the paper {beyond}")
         for entry in self.entries:
             if sum(reading.used for reading in entry.readings) != 1:
                 used = [reading.used for reading in entry.readings]
-                raise ModelError(f"entry {entry.number}: exactly one reading is used, not {used}")
+                raise ModelError(f"entry {entry.number}: must use exactly one reading, not {used}")
         for name in self.names.table.values():
             if name.meaning is not None:
                 self._refuse_unnamed((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
@@ -341,4 +341,4 @@ class Paper:
             if meaning is not None:
                 waiting.extend(symbols_of(meaning))
             elif name is not None and name.member and not members:
-                raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family: add a case that names it")
+                raise ModelError(f"{where} uses {str(symbol)!r}, an indexed name: add a case that defines it")

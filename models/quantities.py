@@ -183,9 +183,9 @@ class Interval:
         try:
             interval = cls(float(lower), float(upper), left == "(", right == ")")
         except ValueError:
-            raise ValueError(f"bounds {text!r} hold something that is not a number") from None
+            raise ValueError(f"bounds {text!r} contain something that is not a number") from None
         if not interval.lower < interval.upper:
-            raise ValueError(f"bounds {text!r} are empty")
+            raise ValueError(f"bounds {text!r} contain no number")
         return interval
 
 

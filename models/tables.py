@@ -119,7 +119,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
     for group, rows in _read_toml(path).items():
         if not isinstance(rows, dict):
             raise ModelError(
-                f"{place_in(path, group)}: {group!r} stands outside a group; write it under a group: [plant.{group}]"
+                f"{place_in(path, group)}: {group!r} is outside of a group; write it into one, as in [plant.{group}]"
             )
         quantities = tuple(q for name, row in rows.items() for q in _parameters(path, group, name, row))
         groups[group] = Group(group, quantities)
@@ -154,7 +154,7 @@ def check_scenario_numbers(scenario: Scenario, where: str) -> None:
     """Refuse times that are not positive, and expected values that are not numbers."""
     for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
         if not 0 < seconds < math.inf:
-            raise ModelError(f"{where}: {what} = {seconds}: must be above zero, and finite")
+            raise ModelError(f"{where}: {what} = {seconds}: must be finite and above zero")
     for law, values in scenario.expect.items():
         for name, value in values.items():
             if math.isnan(value):  # infinite is a settling time that never comes

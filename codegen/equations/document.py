@@ -175,7 +175,7 @@ class Document:
     def _check(self, where: str) -> None:
         for number, (_, *operands) in enumerate(self.nodes):
             if any(isinstance(o, int) and o >= number for o in operands):
-                raise DocumentError(f"{where}: node {number} refers to a node that does not come before it")
+                raise DocumentError(f"{where}: node {number} refers to a later node")
         defined: set[str] = set()
         for row in self.rows:
             if not 0 <= row.node < len(self.nodes):

@@ -436,7 +436,7 @@ def _refuse_ambiguous(rows: Iterable[Mapping[str, Any]]) -> None:
     signs: dict[str, str] = {}
     for row in rows:
         if signs.setdefault(row["name"], row["sign"]) != row["sign"]:
-            raise EquationsError(f"{row['name']} is positive in one role and real in another: give it two names")
+            raise EquationsError(f"{row['name']} is declared positive in one role and real in another: use two names")
 
 
 def _refuse_undeclared(document: Mapping[str, Any]) -> None:

@@ -150,7 +150,7 @@ class _Converter:
         if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
             value = self._memo[self._children(node)[0]]
             if value.is_constant() and not math.isfinite(float(value)):
-                raise LoweringError(f"definition {node} is {value} whatever the values are, as it divides by zero")
+                raise LoweringError(f"definition {node} is always {value}, since it divides by zero")
             return value
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)

@@ -131,7 +131,7 @@ class InCase:
             if not here:
                 return side
             side = side.xreplace(here)
-        raise ValueError(f"the meanings of {sorted(map(str, here))} refer to each other in a circle")
+        raise ValueError(f"the meanings of {sorted(map(str, here))} are circular")
 
     def _target(self, name: str) -> Expression | None:
         """Return the meaning of a name in this case, or that of the table if the case has none."""

@@ -53,7 +53,8 @@ def messages() -> Iterator[str]:
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
             words = ast.unparse(node.exc.args[0])
             if re.match(r"f?['\"]", words) and len(words.split()) > 3:
-                yield words.removeprefix("f").strip("'\"")
+                composed = "unknown {} NAME: known: NAMES" if ast.unparse(node.exc.func) == "unknown_name" else "{}"
+                yield composed.format(words.removeprefix("f").strip("'\""))
 
 
 def sample(seed: int, number: int = 40) -> Iterator[str]:

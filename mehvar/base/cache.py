@@ -124,7 +124,7 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
                 raise
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
-    raise BuildError(f"the folder {place.parent} vanished each of {_TRIES} times that {name} was made")
+    raise BuildError(f"the folder {place.parent} disappeared {_TRIES} times while {name} was written")
 
 
 def _moved(scratch: Path, place: Path) -> Path:

@@ -306,7 +306,7 @@ def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
             convert(value)
         except SchemaError as error:
             return SchemaError(error.problem, place + error.place)
-    raise AssertionError("what could not be read can now be read")
+    raise AssertionError("the data changed while it was read")
 
 
 def _rows(kind: Any) -> list[tuple[str, str, Any]]:

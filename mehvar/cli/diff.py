@@ -68,7 +68,7 @@ def command(
             check_file(path)
     if paper:
         if old is not None:
-            raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
+            raise InputError(f"--paper compares the current models/ with the paper: leave {old!r} out")
         if structures:
             raise bad_value("--structures", " ".join(structures), "left out with --paper, which compares papers")
         if plot is not None or chosen == "markdown":

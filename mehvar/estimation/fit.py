@@ -257,7 +257,9 @@ class _Problem:
                 ends.append((float(point[k]), self._residuals(point)))
             (above, plus), (below, minus) = ends
             if np.all(plus == _FAR) and np.all(minus == _FAR):
-                raise InputError(f"{self._free[k]} cannot be fitted (from free): no value close to its own is allowed")
+                raise InputError(
+                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is allowed"
+                )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
 
@@ -323,8 +325,8 @@ class _Problem:
                 if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
-                        f"{name} cannot be fitted (from free): small changes do not act on the data and larger ones "
-                        "do, as a time within a sample; leave it out, or start from another value"
+                        f"{name} cannot be fitted (from free): small changes have no effect on the data and larger "
+                        "ones do (as for a time within a sample). Leave it out, or start from another value"
                     )
 
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:

@@ -141,7 +141,9 @@ def tune(
         raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
     if (design := design_of(store.attributes)) != "random":
-        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by: use random")
+        raise InputError(
+            f"vary, sampling: a {design} design has no independent runs for a verdict: use sampling = random"
+        )
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
     for name in free:

@@ -95,7 +95,7 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
         if name not in (*needed, "rates"):
             raise unknown_name("name of an attitude", name, [*needed, "rates"], ORIGIN)
     if missing := [f"{name} ({text})" for name, text in needed.items() if not about.get(name)]:
-        raise InputError(f"{to} needs to be told {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
+        raise InputError(f"{to} needs {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
     if not _EPOCH.fullmatch(about["epoch"]):
         raise bad_value("epoch", about["epoch"], "as 2026-03-21T12:00:00, with nine decimals at most", ORIGIN)
     quaternion = _columns(run, "quaternion", about["quaternion"], 4, {"1": 1.0})
@@ -104,7 +104,7 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
         rates = _columns(run, "rates", about["rates"], 3, {"rad/s": 1.0, "deg/s": np.pi / 180})
     t = run["t"].values
     if len(t) < 2 or not (np.diff(t) > 0).all():
-        raise InputError("an attitude needs two samples or more, at times that increase")
+        raise InputError("an attitude needs at least two samples at increasing times")
     norms = np.linalg.norm(quaternion, axis=1)
     worst = int(np.abs(norms - 1).argmax())
     if not np.abs(norms - 1).max() < _DIGITS:

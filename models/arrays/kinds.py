@@ -109,7 +109,7 @@ def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outs
 def _shape(numbers: list[Any], where: str) -> tuple[int, ...]:
     rows = [len(row) for row in numbers if isinstance(row, list)]
     if not numbers or 0 in rows or len(set(rows)) > 1:
-        raise ModelError(f"{where}: default = {numbers}: must be numbers, or rows of numbers that are equally long")
+        raise ModelError(f"{where}: default = {numbers}: must be numbers, or rows of numbers of equal length")
     return (len(numbers), *rows[:1])
 
 
@@ -127,12 +127,12 @@ def _table(name: str, shape: tuple[int, ...], form: str, over: tuple[str, ...], 
 
 def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: str, where: str) -> None:
     if shape[0] != shape[1]:
-        raise ModelError(f"{where}: form = {form!r}: must be left out, as default has the shape {shape}")
+        raise ModelError(f"{where}: form = {form!r}: leave it out, since default has the shape {shape}")
     for i, j in itertools.combinations(range(shape[0]), 2):
         if numbers[i][j] != numbers[j][i]:
             raise ModelError(
                 f"{where}: default has {numbers[i][j]:g} in row {i + 1}, column {j + 1} and {numbers[j][i]:g} "
-                f"opposite: must be equal, for form = {form!r}"
+                f"in the mirrored place: must be equal for form = {form!r}"
             )
     if form == SYMMETRIC[1] and not _is_positive_definite(numbers):
         raise ModelError(f"{where}: default = {numbers}: must be positive definite")

@@ -211,7 +211,7 @@ class Dimensions:
         if value is not None and value != dimension(step.unit):
             raise MisfitError(
                 f"definition {step.symbol.name!r} at {step.origin}: {short(step.expr)} has the unit "
-                f"{unit_text(value)}, but declares {step.unit}"
+                f"{unit_text(value)}, and declares {step.unit}: correct one of them"
             )
         return dimension(step.unit)
 
@@ -240,7 +240,8 @@ class Dimensions:
         if not node.exp.is_Rational:
             self._number(node.exp, "an exponent is a number")
             raise MisfitError(
-                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: must be a fixed number"
+                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: an exponent "
+                "of a quantity with a unit must be a number"
             )
         return product((base, Fraction(int(node.exp.p), int(node.exp.q))))
 

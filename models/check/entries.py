@@ -29,7 +29,9 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
             _check_constants(nodes.of(entry), vector.row(k))
             _check_symbols(nodes, entry, received, system, vector, vector.row(k))
             if vector.margin and next(nodes.ends(entry, received), None) is None:
-                raise ModelError(f"{vector.row(k)}: {entry} depends on nothing: it always holds, or never")
+                raise ModelError(
+                    f"{vector.row(k)}: {entry} does not depend on any symbol, so that it holds always or never"
+                )
     for step in system.definitions_in_order:
         _check_constants(nodes.of(step.expr), f"{step.origin}: definition {step.symbol.name!r}")
 
@@ -79,7 +81,7 @@ def _check_length(vector: Vector) -> None:
         names = ", ".join(q.name for q in vector.rows) or "none"
         raise ModelError(
             f"{vector.origin}: {vector.what} has {len(vector.entries)} entries for {len(vector.rows)} {vector.group} "
-            f"({names}): there must be one for each, in their order"
+            f"({names}): give one for each, in this order"
         )
 
 

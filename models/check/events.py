@@ -26,7 +26,10 @@ def check_events(system: System) -> None:
             if law.period:
                 raise ModelError(f"{where} would be ignored: a sampled law switches only at its samples")
             if event.reset or event.ends:
-                raise ModelError(f"{where}: a law's event is a surface: resets and ends belong to the system's events")
+                raise ModelError(
+                    f"{where}: an event of a law can neither reset states nor end the run; "
+                    "declare it among the system's events"
+                )
         _check_distinct((*system.events, *law.events))
     _check_distinct(system.events)
 

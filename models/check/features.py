@@ -67,7 +67,7 @@ def _check_beside(system: System) -> None:
     for one, other, reason in capabilities.EXCLUSIONS:
         if one in present and other in present:
             origin, words = present[one]
-            raise ModelError(f"{origin}: {words} cannot stand beside {other.name}: {reason}")
+            raise ModelError(f"{origin}: {words} cannot be combined with {other.name}: {reason}")
 
 
 def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
@@ -220,9 +220,7 @@ def _check_choices(system: System) -> None:
     check_distinct(present, f"{system.origin}: variant")
     missing = [values for values in wanted if values not in present]
     if missing:
-        raise ModelError(
-            f"{system.origin}: variants lacks {missing[0]}: there must be one for each choice but the first"
-        )
+        raise ModelError(f"{system.origin}: variants lacks {missing[0]}: give one for each choice except the first")
 
 
 def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str, ...]]) -> None:
@@ -255,7 +253,7 @@ def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequenc
     for condition in conditions:
         where = f"{condition.origin}: message of {what}"
         if condition.shown and not shows:
-            raise ModelError(f"{where}: shown would be ignored: only the warnings of a law show values")
+            raise ModelError(f"{where}: shown would be ignored: only warnings of a law print values")
         values = [str(k) for k in range(len(condition.shown))]
         try:
             places = [place for _, place, _, _ in string.Formatter().parse(condition.message) if place is not None]

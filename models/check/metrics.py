@@ -42,7 +42,9 @@ def _check_events(metric: Metric, system: System, where: str) -> None:
     check_distinct(metric.of, f"{where}: event")
     check_names(metric.of, [event.name for event in system.events], f"{where}: event")
     if not metric.of or metric.unit != "1":
-        raise ModelError(f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be one event or more, in 1")
+        raise ModelError(
+            f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be at least one event, with unit 1"
+        )
     if metric.since or math.isfinite(metric.until):
         raise ModelError(f"{where}: since and until would be ignored: events are counted over the whole run")
 
@@ -73,7 +75,7 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     one = sorted(present)[0]
     other = next((unit for unit in sorted(present) if dimension(unit) != dimension(one)), None)
     if other is not None:
-        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} do not go together")
+        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} cannot be combined")
     unit = "s" if metric.kind in OF_SECONDS else "1" if metric.kind in OF_COUNTS else one
     with placed(where):
         own = dimension(metric.unit)

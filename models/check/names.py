@@ -77,12 +77,13 @@ def _check_words(system: System) -> None:
     """Refuse models and laws named like a word of the command line in the same position."""
     if system.name == WORK:
         raise ModelError(
-            f"{system.origin}: the model is called {WORK!r}, the word of `mehvar diff` for present sources: rename it"
+            f"{system.origin}: the model is called {WORK!r}, which stands for the current "
+            "sources in `mehvar diff`: rename it"
         )
     for law in system.controllers:
         if law.name == OPEN_LOOP:
             raise ModelError(
-                f"{law.origin}: the law is called {OPEN_LOOP!r}, the word for a run without a law: rename it"
+                f"{law.origin}: the law is called {OPEN_LOOP!r}, which stands for a run without a law: rename it"
             )
 
 
@@ -199,7 +200,9 @@ def _check_callables(system: System) -> None:
             _check_word(word, f"{system.origin}: choice {choice.name!r}")
     for law in system.controllers:
         if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
-            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, neither twice in a row")
+            raise ModelError(
+                f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, but no two of these signs in a row"
+            )
     for function in system.functions:
         where = f"{function.origin}: function {function.name!r}"
         names = [group.name for group in function.arguments]

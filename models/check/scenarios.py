@@ -104,7 +104,7 @@ def _check_scenarios(system: System, folder: Path | None) -> None:
         place = place_of(folder, "scenarios", scenario.name, system.origin)
         where = f"{place}: scenario {scenario.name!r} of {system.name}"
         if not _NAME.fullmatch(scenario.name):
-            raise ModelError(f"{where}: the name must be letters, digits and any of '_', '-', '.', without blanks")
+            raise ModelError(f"{where}: the name must be letters, digits and any of '_', '-', '.', without spaces")
         check_scenario_numbers(scenario, where)
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):

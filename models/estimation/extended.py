@@ -76,7 +76,7 @@ def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr |
         raise ModelError(f"start = {dict(start)}: must have mean and deviation of {', '.join(missing)} too")
     chosen = next(one for one in system.controllers if one.name == law)
     if not chosen.period or system.sensor is None:
-        raise ModelError(f"{chosen.origin}: law {law!r}: must be sampled, in a system with a sensor, for estimates")
+        raise ModelError(f"{chosen.origin}: law {law!r}: estimates need a sampled law and a system with a sensor")
     for what, late in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
         if late:
             needed = "estimates need commands without delay, at each sample"
@@ -215,7 +215,9 @@ class _Filter:
         for j in range(errors.cols):
             rows = [q.name for k, q in enumerate(self.of.seen) if errors[k, j] != 0]
             if len(rows) > 1:
-                raise ModelError(f"{self.of.origin}: measurements {' and '.join(rows)} have noise in common")
+                raise ModelError(
+                    f"{self.of.origin}: measurements {' and '.join(rows)} share a noise: each needs its own"
+                )
 
     def predicted(self, x: Sequence[Expr], factors: Factors) -> tuple[list[Expr], Factors]:
         """Return estimates and factors for the next sample."""

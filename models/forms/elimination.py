@@ -94,7 +94,7 @@ def _order(full: set[Place], size: int) -> tuple[Place, ...]:
         places = sorted((i, j) for i, j in full if i in rows and j in columns)
         places = [place for place in places if place[0] == place[1]] or places
         if not places:
-            raise SingularError("its zeros leave no pivot")
+            raise SingularError("no pivot is left, because too many of its entries are zero")
         below = {j: [i for i in rows if (i, j) in full] for j in columns}
         beside = {i: [j for j in columns if (i, j) in full] for i in rows}
         row, column = min(places, key=lambda at: (len(beside[at[0]]) - 1) * (len(below[at[1]]) - 1))

@@ -110,7 +110,7 @@ class Spacecraft:
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
         if isinstance(part, Orbit):
-            raise ModelError(f"{self.name}: an orbit is no part to add: write Spacecraft(..., orbit=Orbit())")
+            raise ModelError(f"{self.name}: an orbit cannot be added as a part: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
@@ -242,7 +242,7 @@ class Spacecraft:
             if idle := [q.name for q in part.inputs() if q.symbol not in used]:
                 where = f"{self.name}: {', '.join(idle)} of the {type(part).__name__} {part.name!r}"
                 raise ModelError(
-                    f"{where} would move nothing in a craft with motion = {self.motion!r}; use parts with one "
+                    f"{where} would have no effect in a craft with motion = {self.motion!r}; use parts with one "
                     "direction, such as Thruster and Wheel"
                 )
 

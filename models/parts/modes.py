@@ -56,7 +56,7 @@ class Modes(Part):
 
     def __post_init__(self) -> None:
         if not self.modes:
-            raise ModelError(f"{self.name}.modes: must have one mode at least")
+            raise ModelError(f"{self.name}.modes: must have at least one mode")
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:

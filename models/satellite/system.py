@@ -142,7 +142,7 @@ def system(
     if sensors == "instruments" and (torquers, laws) != ("three", "more"):
         raise ModelError(
             f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: needs torquers = 'three', "
-            "which read the magnetometer, and laws = 'more', which estimate the gyro's bias"
+            "which use the magnetometer, and laws = 'more', which estimate the gyro's bias"
         )
     choices = {
         "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,

@@ -263,8 +263,8 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
         if name == "numerics":
             differences = other_numerics(stored, value)
             raise InputError(
-                f"{store} was made with other numerics: {differences}; "
-                "continue it where it was made, or begin another store"
+                f"{store} was made with other numerics: {differences}. "
+                "Continue it on the machine that made it, or start another store"
             )
         if name == "law":
             stored, value = _other_lines(stored, value)

@@ -168,13 +168,13 @@ def _own(
     if controller is None and inputs is None:
         return None
     if not store.attributes["law"]:
-        raise InputError(f"{store.name} does not record the source of {campaign.controller}")
+        raise InputError(f"{store.name} does not contain the source of the law {campaign.controller}")
     text, hold = str(store.attributes["law"]), float(campaign.options["hold"])
     end = float(campaign.options.get("t_end") or model.manifest.scenario(campaign.scenario).duration)
     memory = None if controller is None else recorded_memory(text)
     _, own = law_of(model.manifest, controller, inputs, interpolation, hold, memory, end, "the call")
     if own is None or own.text != text:
-        raise InputError(f"{store.name} was run under another version of {campaign.controller}:\n{text}")
+        raise InputError(f"{store.name} was run under another version of the law {campaign.controller}:\n{text}")
     return own
 
 

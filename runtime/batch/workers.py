@@ -175,7 +175,7 @@ def _examine(client: Client) -> None:
         raise InputError("the scheduler has no worker: start some with `dask worker ADDRESS`")
     for worker, answer in answers.items():
         if isinstance(answer, BaseException):
-            raise InputError(f"the worker {worker} cannot take part: {answer}")
+            raise InputError(f"the worker {worker} cannot be used: {answer}")
 
 
 def _compiler() -> str:
@@ -246,9 +246,9 @@ def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance
             blocks = _blocks(bundle.key(), bundle)
         values = blocks.compute(first, count)
     except InputError as error:
-        raise WorkerError(f"the worker {get_worker().address} cannot take part: {error}") from error
+        raise WorkerError(f"the worker {get_worker().address} cannot be used: {error}") from error
     if values is None:
-        raise RuntimeError("a block was given up")
+        raise RuntimeError("a block failed on every worker that tried it")
     return values, blocks.provenance
 
 

@@ -190,7 +190,9 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
     if request.samples < 2:
         raise InputError(f"samples = {request.samples}: must be a whole number >= 2")
     if request.raw and (request.parameters or request.journal):
-        raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
+        raise InputError(
+            "raw: a bare link can neither set parameters nor keep a journal; leave --set and --journal out"
+        )
     read_options(request.options or {}, "board", "--set")
     single = _simulate(model, request, real="float")
     check_float(single.parameters)  # those that are not compiled in are set over the line

@@ -173,7 +173,7 @@ def _descent(name: str, at: int, mnemonic: str, operands: str) -> int:
 
 
 def _refuse(name: str, at: int, mnemonic: str, operands: str) -> NoReturn:
-    raise UnboundedError(f"{name} has a frame of variable size: {mnemonic} {operands} at {at:#010x}")
+    raise UnboundedError(f"{name} has a stack frame of variable size: {mnemonic} {operands} at {at:#010x}")
 
 
 def _through_register(mnemonic: str, operands: str) -> bool:

@@ -81,7 +81,7 @@ def _root(manifest: Manifest, name: str) -> Path:
             _check_unchanged(manifest, root, name)
             return root
     raise InputError(
-        f"{own} lacks {name}, and models/{model} is not beside it to derive it. "
+        f"{own} lacks {name}, and models/{model}, from which it could be derived, is missing. "
         f"Write every file with: mehvar generate {model} --out DIR (--emit casadi for CasADi's C)"
     )
 

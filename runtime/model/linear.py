@@ -287,7 +287,7 @@ def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: Flo
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
     if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
         raise InputError(
-            f"{manifest.model} has a sensor that changes the states: name what it measures (seen) for a linear system"
+            f"{manifest.model} has a sensor whose measurements have no names: declare them (seen) for a linear system"
         )
 
 
@@ -296,7 +296,7 @@ def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> N
     names = [q.name for q in manifest.parameters]
     for given, name in manifest.delays.items() if controller.period else ():
         if np.any(np.asarray(p, dtype=np.float64)[..., names.index(name)] > 0):
-            raise InputError(f"{given} acts {name} samples later: {name} must be 0 for a linear system")
+            raise InputError(f"the input {given} is delayed by {name} samples: set {name} = 0 for a linear system")
 
 
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
@@ -308,7 +308,9 @@ def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequ
     place, commanding = names.index(_COUNTER), np.array(z, dtype=np.float64)
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
-        raise InputError(f"the law {controller.name} commands once in several samples: a linear system has each")
+        raise InputError(
+            f"the law {controller.name} commands only at some samples; a linear system needs a command at each"
+        )
 
 
 def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:

@@ -107,7 +107,7 @@ def _rare(
     path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
 ) -> Verdicts:
     if path.suffix != ".toml":
-        raise InputError(f"--rare needs a campaign file: the runs of {path} are drawn already")
+        raise InputError(f"--rare draws new runs, and {path} is a finished batch: give a campaign file")
     if out is not None or resume:
         raise InputError("--rare keeps no runs: leave out --out and --resume")
     file = read_campaign(path)

@@ -47,7 +47,7 @@ def command(
         checked_suffix(plot)
         check_file(plot)
     elif of:
-        raise InputError("--of names what --plot draws: add --plot FILE.png")
+        raise InputError("--of selects variables for the picture: add --plot FILE.png")
     store = open_store(path)
     if as_json:
         print_json(asdict(summarise(store, success)) | {"sensitivities": [asdict(s) for s in sensitivities(store)]})

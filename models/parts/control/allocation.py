@@ -119,7 +119,7 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
         one = sp.ones(matrix.cols, 1)
         idle = one - numbers.T * ((numbers * numbers.T).inv() * (numbers * one))
         if min(idle) <= _DEPENDENT:
-            raise ModelError(f"{name}: {names} push to one side; add thrusters that balance them")
+            raise ModelError(f"{name}: {names} can only push to one side; add thrusters for the other side")
 
 
 _DEPENDENT = 1e-9

@@ -67,7 +67,7 @@ class Law:
         filters = [(part, at) for part, at in self._craft.parts if isinstance(part, AttitudeFilter)]
         if len(filters) > 1:
             names = ", ".join(part.name for part, _ in filters)
-            raise ModelError(f"law {self.name}: the craft has the filters {names}: must have one at most")
+            raise ModelError(f"law {self.name}: the craft has several filters ({names}): only one is allowed")
         return filters[0][0].estimate(filters[0][1], self) if filters else None
 
     def _seen(self, kind: type[Instrument], state: Sequence[Expr], words: str) -> tuple[Expr, ...]:
@@ -111,7 +111,7 @@ class Law:
             if quantity.symbol == kept:
                 self._memory[quantity] = begin, sp.sympify(value)
                 return
-        raise ModelError(f"law {self.name}: {kept} is not kept; declare it by keep()")
+        raise ModelError(f"law {self.name}: {kept} is not in the memory; declare it by keep()")
 
     def update_all(self, kept: Iterable[sp.Symbol], values: Iterable[Expr]) -> None:
         """Set the values of several stored numbers after the sample."""
@@ -164,7 +164,9 @@ class Law:
         definitions = frame.derivation.definitions
         fixed = free_symbols(list(matrix), definitions) <= {q.symbol for q in self._plant.values()}
         if not fixed:
-            raise ModelError(f"{where}: what {', '.join(names)} do depends on the state")
+            raise ModelError(
+                f"{where}: the effect of {', '.join(names)} depends on the state, so they cannot share a torque"
+            )
         check_effects(where, matrix, [part for part, _ in pairs], self._numbers(matrix))
         limits = [_limit(at.values) for part, at in pairs for _ in part.inputs()]
         values = iter(allocated(frame, f"{self.name}_{what}", wanted, pairs, matrix, limits))
@@ -198,10 +200,12 @@ class Law:
             if len(values) != inputs[name]:
                 raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, and {len(values)} commands")
         if self.__dict__.get("_estimate") and not sampled:
-            raise ModelError(f"law {self.name} is continuous, and a filter is sampled: leave out sampled=False")
+            raise ModelError(
+                f"law {self.name} is continuous, but a filter needs a sampled law: leave out sampled=False"
+            )
         if self._last and not sampled:
             names = ", ".join(self._last)
-            raise ModelError(f"law {self.name} is continuous, and {names} measures at samples: leave out sampled=False")
+            raise ModelError(f"law {self.name} is continuous, but {names} needs a sampled law: leave out sampled=False")
         command = [sp.sympify(u) for name, count in inputs.items() for u in given.get(name, (0,) * count)]
         memory = Group("z", tuple(self._memory))
         return Controller(

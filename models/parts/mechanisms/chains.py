@@ -68,9 +68,9 @@ class Link:
         if self.joint not in JOINTS:
             raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
         if (self.axis is None) != (self.joint == "ball"):
-            raise ModelError(f"axis = {self.axis!r}: a hinge and a slider have one, a ball joint has none")
+            raise ModelError(f"axis = {self.axis!r}: a hinge or slider needs an axis, a ball joint has none")
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
-            raise ModelError("a ball joint has neither motor nor stiffness")
+            raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Chain(Part):
 
     def __post_init__(self) -> None:
         if not self.links:
-            raise ModelError(f"{self.name}.links: must have one link at least")
+            raise ModelError(f"{self.name}.links: must have at least one link")
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         links = []

@@ -77,9 +77,9 @@ class Tank(Part):
 
     def __post_init__(self) -> None:
         if (self.thrust is None) != (self.exhaust is None):
-            raise ModelError(f"{self.name}: a force has thrust and exhaust; give both, or none")
+            raise ModelError(f"{self.name}: an engine force needs both thrust and exhaust; give both, or neither")
         if (self.share is None) != (self.length is None):
-            raise ModelError(f"{self.name}: a bob has share and length; give both, or none")
+            raise ModelError(f"{self.name}: a bob needs both share and length; give both, or neither")
         if self.share is None and self.damping is not None:
             raise ModelError(f"{self.name}.damping needs a bob: give share and length")
         self._bob  # its own checks  # noqa: B018

@@ -110,7 +110,7 @@ def galilean(left: sp.Matrix) -> sp.Matrix:
     """Expand the left sides of the equations of motion, and check that they do not contain the velocity of O."""
     expanded = left.applyfunc(sp.expand)
     if expanded.free_symbols.intersection(velocity):
-        raise ModelError("the velocity of O stays in the equations of motion: they are not Galilean")
+        raise ModelError("the equations of motion contain the velocity of O, so they are not Galilean")
     return expanded
 
 

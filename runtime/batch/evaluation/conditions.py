@@ -87,7 +87,7 @@ class Criterion:
         self._tree = tree
         self._truth = self._condition(tree)
         if not self.names:
-            raise self._refused(f"{_USAGE}: it names no number of a run")
+            raise self._refused(f"{_USAGE}: it does not contain a number of a run")
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
         """Return True for runs that fulfil the condition; `values` contains every name of `names`.

@@ -98,7 +98,7 @@ class StopRule:
         if not 0 < self._width < 1:
             raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1, or 'decided'")
         if design == "listed":
-            raise InputError(f"until = {text!r} needs drawn values: values(...) is not a random sample")
+            raise InputError(f"until = {text!r} needs random draws: values(...) lists are not random")
         if design not in OPEN_DESIGNS:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
 

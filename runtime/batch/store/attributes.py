@@ -122,7 +122,8 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     """
     if attributes.get("mehvar_batch") != FORMAT:
         raise SchemaError(
-            f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the version that we read", NAMES[0]
+            f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the only version that this mehvar reads",
+            NAMES[0],
         )
     about = read(Attributes, attributes, any_age=True)
     texts = _texts(about)
@@ -182,7 +183,9 @@ def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own
     """
     drawn, metrics = parse(attributes["drawn"]), parse(attributes["metrics"])
     if sorted([*drawn, *metrics]) != sorted(set(numbers) - set(_OWN)):
-        raise SchemaError(f" = {attributes['metrics']!r}: with what is drawn, must be the numbers of a run", "metrics")
+        raise SchemaError(
+            f" = {attributes['metrics']!r}: together with the drawn values, must be the numbers of a run", "metrics"
+        )
     for name, values in own.items():
         place = f"{name}.attributes"
         if unknown := sorted(values.keys() - _KINDS.keys()):

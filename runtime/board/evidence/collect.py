@@ -140,10 +140,12 @@ def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
     """Refuse evidence without an executed function, or without the longest step of the closed loop."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
-        raise EvidenceError(f"a step runs {', '.join(missing)}, which no call with a known target reaches")
+        raise EvidenceError(f"a step runs {', '.join(missing)}, but no call to it was found in the code")
     most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
     if seen < most:
-        raise EvidenceError(f"a step has {seen} instructions in the campaign, fewer than the {most} of the closed loop")
+        raise EvidenceError(
+            f"the longest step of the campaign has {seen} instructions, fewer than the {most} in the closed loop"
+        )
 
 
 def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:

@@ -288,4 +288,4 @@ def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
     )  # fmt: skip
     if done.returncode != 0:
         report = f"exit status {done.returncode}\n$ {shlex.join(command)}\n{done.stderr or done.stdout}".rstrip()
-        raise BuildError(f"{toolchain.version} failed on the firmware: {report}")
+        raise BuildError(f"{toolchain.version} could not compile the firmware: {report}")

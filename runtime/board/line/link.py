@@ -197,7 +197,7 @@ class Link:
             name = (flag.name or "").lower()
             self.counters.flags[name] = self.counters.flags.get(name, 0) + 1
         if flags & Flags.FRESH:
-            raise RestartError(f"{self._port.name}: the board lost the memory of the law and cannot go on")
+            raise RestartError(f"{self._port.name}: the board lost the law's memory, so the run cannot continue")
         u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
         return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
 
@@ -242,7 +242,7 @@ class Link:
         count, crc, ticks = struct.unpack_from("<3I", payload)
         if count != samples:
             done = f"after {count} of {samples} samples"
-            raise LinkError(f"{self._port.name}: a byte on the line ended the self-test {done}")
+            raise LinkError(f"{self._port.name}: the self-test was interrupted by a byte on the line {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
@@ -298,7 +298,7 @@ class Link:
         expected = self._layout
         if hello.real_size != 4:
             raise InputError(
-                f"{self._port.name}: the board has numbers of {hello.real_size} bytes, and must have 4 (float): "
+                f"{self._port.name}: the board has numbers of {hello.real_size} bytes, but 4 (float) are needed: "
                 "build and flash it again"
             )
         if hello.hash == expected.hash and hello.sizes != expected.sizes:

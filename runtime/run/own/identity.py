@@ -97,12 +97,12 @@ def source(function: Callable[..., Any]) -> str:
     except (OSError, TypeError) as error:
         raise UnidentifiedError(f"the source of {function.__name__} was not found") from error
     if function.__name__ == "<lambda>":
-        raise UnidentifiedError("a lambda has no source of its own: define the law with def")
+        raise UnidentifiedError("a lambda cannot be recorded: define the law with def")
     walk = _Walk()
     try:
         walk.value(function.__name__, function)
     except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value
-        raise UnidentifiedError(f"what {function.__name__} reads cannot be followed: {error}") from error
+        raise UnidentifiedError(f"the values that {function.__name__} reads cannot be found: {error}") from error
     return "\n".join([text.rstrip("\n"), *walk.lines()])
 
 
@@ -123,7 +123,7 @@ class _Walk:
                 f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME"
             )
         if any(value is open_ for open_ in _OPEN):
-            raise UnidentifiedError(f"{name} is read as a whole: name the values that the law needs")
+            raise UnidentifiedError(f"{name} is read as a whole: read the values that the law needs by name")
         _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
@@ -230,7 +230,7 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UnidentifiedError(f"{name} differs between times or processes: use t and x")
+        raise UnidentifiedError(f"{name} has another value at another time or in another process: use t and x")
 
 
 def _is_moving(module: str) -> bool:
@@ -254,7 +254,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
         raise UnidentifiedError(
-            f"{code.co_name} reads {min(hidden)}, which can reach any object: name the values that the law needs"
+            f"{code.co_name} reads {min(hidden)}, through which it can reach any object: read the values by name"
         )
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
@@ -264,9 +264,11 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
         if path:
             yield path
         if step.opname == "IMPORT_NAME" and not _imports_installed(str(step.argval)):
-            raise UnidentifiedError(f"{code.co_name} imports {step.argval} while it runs: import it outside of it")
+            raise UnidentifiedError(
+                f"{code.co_name} imports {step.argval} during a run: import it at the top of the file"
+            )
         if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
-            raise UnidentifiedError(f"{code.co_name} sets the global {step.argval}: a law keeps numbers in its memory")
+            raise UnidentifiedError(f"{code.co_name} sets the global {step.argval}: keep numbers in the law's memory")
         path = (str(step.argval),) if step.opname in _LOADS else ()
     if path:
         yield path

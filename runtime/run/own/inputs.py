@@ -202,7 +202,7 @@ def _recorded(
     if t[0] != 0:
         raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
-        raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to that or less")
+        raise InputError(f"inputs (from {origin}): the given run ends at {t[-1]:g} s: set t_end to at most that")
     _check_inputs(run, manifest, origin)
     columns = {}
     for q in manifest.inputs:

@@ -181,7 +181,9 @@ class _Caller:
         if self._memory is None:
             return self._checked(t, "u", result, (len(self._inputs), *runs)), z
         if not isinstance(result, tuple) or len(result) != 2:
-            raise LawError(f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), as it has a memory")
+            raise LawError(
+                f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), since the law has a memory"
+            )
         u, z_next = result
         return (
             self._checked(t, "u", u, (len(self._inputs), *runs)),

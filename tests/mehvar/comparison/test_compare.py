@@ -247,7 +247,7 @@ def test_a_new_model_and_a_lost_one(project):
         (("--model", "cat"), "unknown model 'cat' (from --model): did you mean cart?"),
         (("--format", "xml"), "--format = 'xml': must be text or json or html"),
         (("--paper",), "no published equations"),
-        (("HEAD", "--paper"), "--paper compares what models/ derives now"),
+        (("HEAD", "--paper"), "--paper compares the current models/ with the paper"),
         (("--out", "missing/page.html"), "'missing/page.html': must be in a folder that exists"),
     ],
 )

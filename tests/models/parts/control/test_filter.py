@@ -226,8 +226,11 @@ def continuous(craft):
         (lambda: craft_of(tracker=own_rate(), every=5), "filter.every = 5: must be left out, tracker has its own rate"),
         (lambda: AttitudeFilter("f", gyro=1, tracker=2), "f.gyro = 1: must be a Gyro"),
         (lambda: craft_of(bias=0.0).system(), r"filter_bias = 0.0: must be a number in \(0, inf\)"),
-        (lambda: second(craft_of()), "the craft has the filters filter, other: must have one at most"),
-        (lambda: continuous(craft_of()), "law own is continuous, and a filter is sampled: leave out sampled=False"),
+        (lambda: second(craft_of()), r"the craft has several filters \(filter, other\): only one is allowed"),
+        (
+            lambda: continuous(craft_of()),
+            "law own is continuous, but a filter needs a sampled law: leave out sampled=False",
+        ),
     ],
 )
 def test_wrong_filters_are_refused(make, words):

@@ -200,7 +200,7 @@ def continuous():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (continuous, "law own is continuous, and tracker measures at samples: leave out sampled=False"),
+        (continuous, "law own is continuous, but tracker needs a sampled law: leave out sampled=False"),
         (lambda: craft_of(Gyro("gyro", every=0)).system(), r"gyro_every = 0: must be a number in \[1, inf\)"),
         (lambda: craft_of(Gyro("gyro", dropout=1.0)).system(), r"gyro_dropout = 1.0: must be a number in \[0, 1\)"),
         (
