@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.estimation.fit import Fit as Fit
     from mehvar.estimation.fit import fit as fit
+    from mehvar.estimation.steer import Steering as Steering
+    from mehvar.estimation.steer import SteeringError as SteeringError
+    from mehvar.estimation.steer import steer as steer
     from mehvar.estimation.tune import Tuning as Tuning
     from mehvar.estimation.tune import tune as tune
     from mehvar.fmu.export import export_fmu as export_fmu
@@ -74,6 +77,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.base.errors": ("InputError", "MehvarError", "MissingError"),
     "mehvar.estimation.fit": ("Fit", "fit"),
+    "mehvar.estimation.steer": ("Steering", "SteeringError", "steer"),
     "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),
     "mehvar.report.verdicts": ("require",),
