@@ -478,9 +478,9 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
         if name not in before:
             yield name, "is new"
         elif name not in now:
-            yield name, "is gone"
+            yield name, "was removed"
         elif before[name] != now[name] and ABSENT in (before[name], now[name]):
-            yield name, "is gone" if before[name] else "is new"
+            yield name, "was removed" if before[name] else "is new"
         elif before[name] != now[name]:
             yield name, "changed"
 

@@ -386,7 +386,7 @@ def posed_batch(
     save: float | None = None,
     **options: Any,
 ) -> tuple[Campaign, OwnLaw | None]:
-    """Return the campaign of a batch, and its law in Python if it has one; see `batch`."""
+    """Return the campaign of a batch, and its Python law if it has one; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)

@@ -127,7 +127,7 @@ class Quantity:
 
 @functools.cache
 def _advise() -> None:
-    """Add the functions to use to SymPy's error where Python's `min`, `max` or `if` compares symbols.
+    """Extend SymPy's error about `min`, `max` or `if` on symbols by the functions to use.
 
     `check.no_branching` refuses them with file and line while a model is derived; this is for all other places.
     """

@@ -25,7 +25,7 @@ from .tape import Tape, arranged, tape
 
 Signature = tuple[tuple[str, int | None], ...]
 Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
-"""For each vector, the family member of each element, and the element's name within a member."""
+"""For each vector: the equal part, such as a pendulum, that each element belongs to, and its name there."""
 _TEMPLATES = Path(__file__).parent / "templates"
 _TITLES: dict[Part, str] = {
     "": "",
@@ -89,7 +89,7 @@ class PrintedFunction:
 
     @cached_property
     def tags(self) -> Tags:
-        """Elements of arguments, with their family members."""
+        """Elements of arguments, with the equal parts that they belong to."""
         return tags_of(self.arguments, self.families)
 
     @property
@@ -136,7 +136,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
     def result_families(self, result: int) -> tuple[tuple[Hashable, int], ...]:
-        """Return family kind and member of each element of a result."""
+        """Return kind and number of the equal part, such as a pendulum, for each element of a result."""
         found = members(self.tape, self.tags)
         if found is None:
             return ()
@@ -162,14 +162,14 @@ def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
 
 
 def _tape(f: FunctionGraph) -> Tape:
-    """Read a graph; order sums over a long family by member, so that a loop can compute them."""
+    """Read a graph; order sums over many equal parts, such as pendulums, so that a loop can compute them."""
     plain, tags = tape(f.graph, f.parameters, f.derivation), tags_of(f.arguments, f.families)
     ordered = in_order(plain, tags, f.parameters)
     return plain if ordered is plain else arranged(ordered, f.derivation)
 
 
 def tags_of(arguments: Signature, families: Families) -> Tags:
-    """Return the elements of arguments that belong to family members."""
+    """Return the elements of arguments that belong to equal parts, such as pendulums."""
     return {
         (place, k): tag
         for place, (name, _) in enumerate(arguments)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over family members, for equal instructions of each member, and the statements between them."""
+"""Loops over equal parts, such as pendulums, with equal instructions, and the statements between loops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .tape import Tape
 
 @dataclass(frozen=True)
 class Sum:
-    """A sum over the members; each iteration adds the terms of one member.
+    """A sum over equal parts; each turn of the loop adds the terms of one part.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class Store:
-    """Elements of a result that are values of members.
+    """Elements of a result that a loop computes.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Loops:
 
 
 def loops(tape: Tape, tags: Tags) -> Loops | None:
-    """Return the loops of a list of instructions; None if no family is long enough."""
+    """Return the loops of a list of instructions; None if there are too few equal parts."""
     found = members(tape, tags)
     if found is None:
         return None
@@ -167,7 +167,7 @@ def _sums(tape: Tape, found: Members) -> tuple[dict[int, Sum], set[int]]:
 
 
 def _phases(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int]) -> list[int]:
-    """Return the block of each value; for a sum over the members, the block after the loop."""
+    """Return the block of each value; for a sum over equal parts, the block after the loop."""
     phase: list[int] = []
     for k, i in enumerate(tape.instructions):
         if k in sums:
@@ -187,7 +187,7 @@ def _made(tape: Tape, k: int) -> bool:
 
 
 def _used(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int], phase: Sequence[int]) -> set[int]:
-    """Return the members' values that a statement or another loop uses."""
+    """Return the loop's values that a statement or another loop uses."""
     used = set[int]()
     for k, i in enumerate(tape.instructions):
         if k in sums:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Printer of instructions as C with loops over family members."""
+"""Printer of instructions as C with loops over equal parts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
 
 
 class _Rolled(Printer):
-    """Printer with separate texts inside loops, where names of the first member stand for all members."""
+    """Printer with separate texts inside loops, where names of the first part stand for all parts."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}
@@ -61,7 +61,7 @@ class _Rolled(Printer):
         return [*self._lines, *self._declared, *lines]
 
     def _strides(self) -> None:
-        """Write the members' inputs as elements indexed by the loop."""
+        """Write the inputs of equal parts as elements indexed by the loop."""
         for values in self._loops.members.kinds.values():
             if self._tape.instructions[values[0]].op == "input":
                 elements = [self._tape.instructions[k].args[1] for k in values]
@@ -130,7 +130,7 @@ class _Rolled(Printer):
         self._add(f"mv_sincos({self._text[instruction.args[0]]}, &{sine}, &{cosine});")
 
     def _keep(self, k: int, kind: str) -> None:
-        """Store a member's value in an array."""
+        """Store a value of an equal part in an array."""
         values = self._loops.members.kinds[self._loops.members.kind[k]]
         self._declared.append(f"{kind} {self._names[k]}[{len(values)}];")
         self._text[k] = self._within[k] = f"{self._names[k]}[{_INDEX}]"

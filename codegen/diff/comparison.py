@@ -216,7 +216,7 @@ class _Verdicts:
                     self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
 
     def _extensions(self) -> set[Key]:
-        """Return the changed rows that differ only by terms of members on one side."""
+        """Return the rows that changed only by terms of added or removed equal parts, such as pendulums."""
         if self.extension is None:
             return set()
         extended, partner = Extended(self.versions, self.extension), self.versions.partner
@@ -255,7 +255,7 @@ class _Verdicts:
             explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
             self.stories.append(_story("follows", self.explainer.words(cause.says), [cause.source, *cause.followers]))
         if solved:
-            says = "the form that is solved for the rates follows the equations of motion, as generate makes sure"
+            says = "the form that is solved for the rates follows the equations of motion, as generation ensures"
             self.stories.append(_story("solved", says, solved))
         return {**explained, **dict.fromkeys((item.key for item in solved), MOTION)}
 
@@ -352,7 +352,7 @@ class _Verdicts:
         )
 
     def _of_member(self, item: Item) -> str:
-        """Return a note for a row of a member that the other side lacks; empty for other rows."""
+        """Return a note for a row of an equal part, such as a pendulum, that the other side lacks; else empty."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
 

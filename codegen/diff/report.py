@@ -18,7 +18,7 @@ Path = tuple[int, ...]
 
 EXTENDED = "the same text with terms of the other members of a family, by its form"
 MEMBER = "of a member of a family that the other side lacks"
-"""Reason for a change that follows from a family's length."""
+"""Reason for a change that only follows from another number of equal parts, such as pendulums."""
 
 
 class ModelStatus(StrEnum):
@@ -165,7 +165,7 @@ class EquationChange:
 
     @property
     def extended(self) -> bool:
-        """True if a family's length explains the change."""
+        """True if another number of equal parts explains the change."""
         return self.how in (EXTENDED, MEMBER)
 
 
@@ -258,7 +258,7 @@ class Comparison:
     new_latex: tuple[tuple[str, str], ...] = ()
 
     def extended(self) -> frozenset[str]:
-        """Return the names of the family members that one side lacks."""
+        """Return the names of the equal parts that one side lacks."""
         return frozenset(name for group in self.groups if group.kind == "extended" for name in group.names)
 
     @property

@@ -410,7 +410,7 @@ def quantity_latex(quantity: Quantity) -> str:
 
 
 def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Mark definitions that exist once per family member, such as once per pendulum.
+    """Mark definitions that exist once per equal part, such as once per pendulum.
 
     A definition belongs to member i if the indexed quantities it reaches all have the index i and its name carries it.
     """

@@ -172,7 +172,7 @@ class _Sheet:
 
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
-        """Return True for an equation without its own card; a family shares the card of its first equation."""
+        """Return True for an equation without its own card; equal parts, such as pendulums, share a card."""
         return equation not in apart and (
             equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
@@ -193,7 +193,7 @@ class _Sheet:
         )
 
     def _is_by_length(self, equation: EquationChange) -> bool:
-        """Return True if only a longer family explains the change; its formulas are too long to show twice."""
+        """Return True if only the number of equal parts changed; their formulas are too long to show twice."""
         longer = bool(self._comparison.extended())
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 

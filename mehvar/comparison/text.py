@@ -86,7 +86,7 @@ def counted(comparison: Comparison) -> str:
 
 
 def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
-    """Return the name of an equation or family with number and title."""
+    """Return the name of an equation, or of those of equal parts, with number and title."""
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
@@ -95,17 +95,17 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
 
 
 def families(comparison: Comparison) -> dict[str, Story]:
-    """Return the family of each equation whose members have the same edit."""
+    """Return the group of equal parts for each equation whose parts have the same edit."""
     return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return the reports that cover several equations, except families and consequences."""
+    """Return the reports that cover several equations, except equal parts and consequences."""
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
-    """Yield the equations with separate reports; a family is represented by its first member."""
+    """Yield the equations with separate reports; the first stands for all equal parts."""
     family = families(comparison)
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
         group = family.get(equation.name)
@@ -165,7 +165,7 @@ def is_complete(edit: Edit) -> bool:
 
 
 def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the reported names and numbers; a family is represented by its first member."""
+    """Return the reported names and numbers; the first stands for all equal parts."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 

@@ -33,7 +33,8 @@ data is lost in derivative errors of 1e-7."""
 _RUN_ERROR = 1e-11
 """Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
 _FLAT = 0.1
-"""Relative change that tells what the data do not see from what acts in steps, such as a time between two samples."""
+"""Relative change that separates parameters without any effect from those that act in steps, such as a time between
+two samples."""
 _FAR = 1e3
 """Residual, in standard deviations, of a sample that a trial run did not reach."""
 
@@ -318,7 +319,7 @@ class _Problem:
         return rows
 
     def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
-        """Refuse combinations without a slope whose larger changes do act on the data."""
+        """Refuse combinations of parameters with zero slope whose larger changes affect the data."""
         for direction in directions:
             for step in (_FLAT * direction, -_FLAT * direction):
                 moved = self._residuals(np.clip(relative + step, *self._bounds()))

@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _INTERVALS = Option("count", "Intervals with a constant input each", least=2, below=100_001, name="n")
 _TURN = 0.5
-"""Step of the fourth order times the largest eigenvalue at the start: an error of some 1e-4 a radian of that motion.
-Half as much costs twice the time; `miss` tells whether it is needed."""
+"""Product of a fourth-order step and the largest eigenvalue at the start: an error of about 1e-4 per radian of that
+motion. Half as much doubles the time; `miss` shows if it is needed."""
 _MOST = 64
-"""Steps in an interval: beyond, the motion is too fast for the intervals."""
+"""Largest number of steps in an interval; a motion that needs more is too fast for the intervals."""
 
 
 class SteeringError(MehvarError):
-    """No inputs were found that lead to the final state."""
+    """No inputs to the final state were found."""
 
     exit_status = 3
 
@@ -74,7 +74,7 @@ class Steering:
 
     @property
     def law(self) -> Callable[[float, Any], FloatArray]:
-        """Law in Python that flies the plan with a linear regulator; its period is `period`."""
+        """Python law that flies the plan with a linear regulator, sampled at `period`."""
         states, inputs = self._names
         x = np.stack([self.plan[name].values for name in states])
         u = np.stack([self.plan[f"u_{name}"].values for name in inputs])
@@ -151,7 +151,7 @@ def steer(
 
 
 def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -> None:
-    """Refuse unknown names, numbers that are none, and models that jump or have algebraic states."""
+    """Refuse unknown names, values that are not numbers, and models with jumps or algebraic states."""
     manifest = model.manifest
     if not to:
         raise bad_value("to", dict(to), "final values of states by name, one at least", "the call")
@@ -184,7 +184,7 @@ def _step(model: Model, start: xr.Dataset, t_end: float, n: int) -> float:
 
 
 class _Problem:
-    """Multiple shooting over the intervals."""
+    """Optimal control problem by multiple shooting over the intervals."""
 
     def __init__(
         self, casadi: ModuleType, model: Model, start: xr.Dataset, to: Mapping[str, float], n: int, t_end: float,
@@ -201,7 +201,7 @@ class _Problem:
         self._end = self._interval()
 
     def _steps(self) -> int:
-        """Return the steps in an interval that the fastest motion at the start needs."""
+        """Return the number of steps per interval that the fastest motion at the start needs."""
         slopes = self._model.jac_x(self._x0, np.zeros(len(self.limits)), self._p)
         fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
         steps: int = max(1, math.ceil(self._step * fastest / _TURN))
@@ -224,7 +224,7 @@ class _Problem:
         return ca.Function("interval", [x, u], [y])
 
     def solve(self) -> tuple[FloatArray, FloatArray, int]:
-        """Return states at the ends of the intervals, inputs, and iterations."""
+        """Return the states at interval ends, the inputs, and the number of iterations."""
         opti = self._casadi.Opti()
         x, u = opti.variable(len(self._x0), self._n + 1), opti.variable(len(self.limits), self._n)
         opti.minimize(self._casadi.sumsqr(u))
@@ -285,7 +285,7 @@ class _Problem:
         return gains
 
     def _weights(self, travel: FloatArray) -> FloatArray:
-        """Return weights of the states; one that hardly moves counts as a tenth of the others with its unit."""
+        """Return the weights of the states; one that hardly moves gets a tenth of those with its unit."""
         units = [q.unit for q in self._model.manifest.states]
         largest = np.array([travel[[unit == other for other in units]].max() for unit in units])
         scale = np.where(largest > 0, np.maximum(travel, 0.1 * largest), 1.0)

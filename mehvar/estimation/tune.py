@@ -31,7 +31,7 @@ _STEP = 1e-4
 """Relative step of a central difference. Common random numbers leave only the integration error, about 1e-11, so the
 cube root balances both errors."""
 _WITHOUT_EFFECT = {"success", "until", "require", "confidence", "save", "out", "resume"}
-"""Arguments of a batch that decide what is kept or told of it."""
+"""Arguments of a batch that only affect what is stored or reported."""
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ class _Scales:
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
 ) -> tuple[_Scales, FloatArray, FloatArray]:
-    """Return the scales and bounds of the search; it keeps a difference step off an end that is excluded."""
+    """Return scales and bounds of the search; it stays a difference step away from an excluded end."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])

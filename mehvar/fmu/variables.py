@@ -22,7 +22,7 @@ KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
 """Kinds of FMU: plant alone, continuous loop, sampled loop; numbered as in native/fmu/core.h."""
 _IDLE = " (without effect in this FMU)"
 _STATES = 64
-"""Random states, of which few miss a branch of a sensor."""
+"""Number of random states, enough to reach nearly all branches of a sensor."""
 NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
@@ -177,7 +177,7 @@ def _parameters(
 
 
 def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatArray) -> frozenset[str]:
-    """Return the names of parameters with an effect: an FMU has no noise, no delay and, alone, no actuator."""
+    """Return the parameters with an effect: an FMU has no noise or delay, and a plant alone has no actuator."""
     manifest = model.manifest
     calls = {identifier(f.name) for f in loop_calls(manifest, law, "", kind != "loop").values()} - {"reference"}
     calls -= {"actuate", "measure"} if law is NO_LAW else set()
@@ -188,7 +188,7 @@ def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatAr
 
 
 def _measures(model: Model, name: str, x: FloatArray, p: FloatArray) -> bool:
-    """Return True if a parameter acts on measurements without noise, at states about some x."""
+    """Return True if a parameter affects measurements without noise, at states around some x."""
     place = [q.name for q in model.manifest.parameters].index(name)
     row = model.manifest.parameters[place]
     states = x + np.random.default_rng(0).normal(0, 1, (_STATES, len(x)))

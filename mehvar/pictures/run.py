@@ -29,7 +29,7 @@ _MOST_NAMED = 12
 _FLAT = 30
 """Ratio of peaks above which the smaller curve gets its own panel: below 2 mm it looks like zero."""
 _MARK, _MARKS = 0.12, 7
-"""Share of a panel's height that the name of a mark takes, and names below each other."""
+"""Height of a mark's name relative to its panel, and number of names below each other."""
 _REFERENCE = re.compile(r"^ref_|_ref$")
 """Pattern of the prefix or suffix that distinguishes the name of a reference from that of its state."""
 
@@ -128,7 +128,7 @@ def _entry(variable: str, quantity: Quantity) -> str:
 
 
 def _mark(ax: Axes, dataset: xr.Dataset, panel: Panel, manifest: Manifest) -> None:
-    """Draw a line at each settling time of the panel's variables; their names stand below each other."""
+    """Draw a line at each settling time of the panel's variables, with names below each other."""
     names, marks = {variable for variable, _ in panel.variables}, 0
     for name, metric in manifest.metrics.items():
         if metric.kind.startswith("settling") and names & set(metric.of) and name in dataset:

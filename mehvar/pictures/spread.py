@@ -77,7 +77,7 @@ class Runs:
 
     @property
     def summaries(self) -> list[str]:
-        """Names of the metrics; of a model without metrics, those of the first states at the end."""
+        """Names of the metrics; for a model without metrics, of the first final states."""
         return self.metrics or [f"final({name})" for name in self._places("final")[:MOST_STATES]]
 
     def column(self, name: str) -> FloatArray:

@@ -72,7 +72,7 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
 
 
 def batch_metrics(runs: Runs) -> list[MetricStatistics]:
-    """Return the statistics of each metric; of a model without metrics, of each state at the end."""
+    """Return the statistics of each metric; for a model without metrics, of each final state."""
     design = design_of(runs.dataset.attrs)
     return [metric_statistics(_store(runs), name, [0], design) for name in summary_names(_store(runs))]
 

@@ -27,7 +27,7 @@ from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
 
 _SHOWN = 3
-"""Failures whose values are shown."""
+"""Number of failures whose values are shown."""
 _KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
 """Colours of verdicts on a page."""
 
@@ -89,7 +89,7 @@ def _rare(
     report: Progress | None = None,
     **batch: Any,
 ) -> Verdicts:
-    """Decide by runs that seek the failures."""
+    """Decide requirements by runs that search for failures."""
     if not isinstance(runs, Model) and str(runs).endswith(".toml"):
         raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
     for name in ("out", "resume", "success", "until", "strict", "scheduler"):
@@ -218,7 +218,7 @@ class Verdicts:
 
 
 class RareVerdicts(Verdicts):
-    """Verdicts by runs that seek failures; the arguments are those of `decide_rare`."""
+    """Verdicts by runs that search for failures; arguments as for `decide_rare`."""
 
     def __init__(
         self,
@@ -243,7 +243,7 @@ class RareVerdicts(Verdicts):
         return f"{self._about}: failures sought, seed {self._seed}"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
-        """Return the values of the worst failures."""
+        """Return the varied values of the worst failures."""
         count = min(_SHOWN, *map(len, verdict.failures.values())) if verdict.failures else 0
         return [
             (", ".join(f"{name} = {values[k]:.6g}" for name, values in verdict.failures.items()) + " fails", "")

@@ -167,7 +167,7 @@ def _check_noise(system: System) -> None:
 
 
 def check_sensor(system: System) -> None:
-    """Refuse a continuous law that would receive the states where the sensor measures something else."""
+    """Refuse a continuous law that would receive states although a sensor measures something else."""
     sensor, continuous = system.sensor, [law.name for law in system.controllers if not law.period]
     if sensor is None or system.seen is not system.states or not continuous:
         return

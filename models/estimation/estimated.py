@@ -72,8 +72,8 @@ def estimated(
     chosen = next(one for one in system.controllers if one.name == law)
     if not chosen.period or system.sensor is None:
         raise ModelError(f"{chosen.origin}: law {law!r}: estimates need a sampled law and a system with a sensor")
-    for what, late in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
-        if late:
+    for what, unsupported in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
+        if unsupported:
             needed = "estimates need commands without delay, at each sample"
             raise ModelError(f"{chosen.origin}: law {law!r}: {what}: {needed}")
     return _KINDS[kind](system, chosen, start, noise or {}).system()

@@ -362,7 +362,7 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
-    """Return groups whose quantities name their family and member, so that code can loop over equal parts.
+    """Return groups whose quantities name their part's kind and number, so that code can loop over equal parts.
 
     Parts are equal where they are of one class and have quantities of the same names.
     """

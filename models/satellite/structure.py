@@ -48,8 +48,8 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
     choices : mapping of str to str
         Name and value of each choice.
     """
-    gone = {gone for choice in _taken(choices) for gone in _REPLACED.get(choice, ())}
-    kept = (q for q in tables[table].quantities if q.name not in gone)
+    replaced = {replaced for choice in _taken(choices) for replaced in _REPLACED.get(choice, ())}
+    kept = (q for q in tables[table].quantities if q.name not in replaced)
     suffix = "" if table == "plant" else f"_{table}"
     return Group(name, (*kept, *added(tables, choices, suffix)))
 

@@ -47,7 +47,7 @@ class Dispersion:
 
     @property
     def of_vector(self) -> bool:
-        """True for a vector with a length, whose components have one unit."""
+        """True for a vector with a length, whose components share one unit."""
         return self.text.startswith("sphere")
 
     def centre(self) -> dict[str, float]:

@@ -193,7 +193,7 @@ def run_batch(
 
 
 def used_threads(threads: int | None, origin: str) -> int:
-    """Return a checked number of threads; one per available processor for None."""
+    """Return a checked number of threads; None means one per available processor."""
     return int(_THREADS.check(threads, origin) or available_processors())
 
 

@@ -193,13 +193,13 @@ class _Watch:
         self._client = client
         self._silent: set[str] = set()
 
-    def wait(self, get: Callable[[float], T], late: type[Exception]) -> T:
-        """Return the result of `get`, called repeatedly with a timeout until it does not raise `late`."""
+    def wait(self, get: Callable[[float], T], timeout_error: type[Exception]) -> T:
+        """Return the result of `get`, called repeatedly with a timeout until it does not raise `timeout_error`."""
         seen: dict[str, float] = {}
         while True:
             try:
                 return get(_SILENCE)
-            except late:
+            except timeout_error:
                 before, seen = seen, _last_seen(self._client)
                 self._warn({worker for worker, at in seen.items() if before.get(worker) == at})
 

@@ -223,7 +223,7 @@ def problem_of(
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
-    late = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
+    delays = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -243,7 +243,7 @@ def problem_of(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
-        input_delays=late,
+        input_delays=delays,
         method=first_integrator(options.method),
         stiff_test=options.method == AUTO,
         rtol=options.rtol,

@@ -68,7 +68,7 @@ def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
 
 
 def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
-    """Return the scaled quantity, family or sum that explains most of the texts."""
+    """Return the scaled quantity, or sum, that explains most of the texts; equal parts count as one quantity."""
     best: Cause | None = None
     quantities = _quantities(versions, source)
     sums = ((source.name, members) for members in _of_terms(versions, source, quantities))
@@ -134,7 +134,7 @@ def _multiple(factor: Fraction, name: str) -> str:
 
 
 def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
-    """Return the quantities in a text by generic name, grouped over family members."""
+    """Return the quantities in a text by generic name, with those of equal parts grouped."""
     symbols = {symbol.name: symbol for document in (versions.new, versions.old) for symbol in document.symbols}
     generic = {name: f"{symbol.family}_i" if symbol.family else name for name, symbol in symbols.items()}
     free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of related rows: an edit common to all members of a family, or a convention with compensating users."""
+"""Groups of related rows: an edit common to equal parts, or a convention with compensating users."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _titles(members: Sequence[EquationChange]) -> str:
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:
-    """Return the generic names of quantities that exist once per family member."""
+    """Return the generic names of quantities that exist once per equal part."""
     names: dict[str, str] = {}
     for document in (versions.old, versions.new):
         names |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}

@@ -40,7 +40,7 @@ def external_diff(arguments: Sequence[str]) -> None:
         return
     old, new = arguments[1], arguments[4]
     if _NOWHERE in (old, new):
-        typer.echo("  is new" if old == _NOWHERE else "  is gone")
+        typer.echo("  is new" if old == _NOWHERE else "  was removed")
         return
     try:
         before, after = read_equations(Path(old)), read_equations(Path(new))

@@ -234,7 +234,7 @@ class _Sample:
         return Estimate(tuple(attitude), tuple(rate))
 
     def seen(self, now: sp.Matrix) -> Sequence[Expr]:
-        """Return the quaternion of the tracker; the expected one where it has not measured."""
+        """Return the tracker's quaternion; without a new measurement, the expected one."""
         symbols: tuple[sp.Symbol, ...] = self.of.tracker.symbols
         if self.of.tracker.steady:
             return symbols

@@ -80,7 +80,7 @@ class Law:
         raise ModelError(f"law {self.name}: no sensor measures {words}")
 
     def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
-        """Return the last measurement of a sensor, which the law keeps where the sensor does not measure each time."""
+        """Return a sensor's last measurement, kept in the law's memory if the sensor skips samples."""
         if sensor.steady:
             return sensor.symbols
         if sensor.name not in self._last:

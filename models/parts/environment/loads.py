@@ -128,7 +128,7 @@ class Drag(Part):
 
 @dataclass(frozen=True)
 class SunPressure(Part):
-    """Pressure of sunlight on a sphere, or on one side of a flat plate.
+    """Pressure of sunlight on a sphere or on one side of a flat plate.
 
     A plate that mirrors the part rho of the light and scatters the part delta feels, at the angle of the light with
     cosine c, the force -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude Determination and

@@ -181,9 +181,9 @@ class Tank(Part):
         for lump in self._lumps(at):  # by a balance over a volume that ends at the nozzle, with steady lines in it
             out, leaving = flow * lump.share, velocity + w.cross(lump.at) + lump.velocity
             held, turning = out * (nozzle - lump.at), out * lump.at.cross(nozzle)
-            gone = out * (velocity + w.cross(nozzle))
-            push = out * lump.velocity - gone - w.cross(held)
-            twist = -nozzle.cross(gone) - w.cross(turning) - velocity.cross(held) - out * lump.velocity.cross(nozzle)
+            outflow = out * (velocity + w.cross(nozzle))
+            push = out * lump.velocity - outflow - w.cross(held)
+            twist = -nozzle.cross(outflow) - w.cross(turning) - velocity.cross(held) - out * lump.velocity.cross(nozzle)
             force, couple = force + push, couple + twist
             lost = -out * leaving
             power += lost.dot(leaving) / 2 + velocity.dot(push - lost) + w.dot(twist - lump.at.cross(lost))

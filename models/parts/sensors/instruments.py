@@ -52,17 +52,17 @@ class Instrument(Part):
 
     @property
     def steady(self) -> bool:
-        """True where it measures at each sample."""
+        """True if it measures at each sample."""
         return self.every is None and self.dropout is None
 
     @property
     def new(self) -> Quantity:
-        """Flag of a new measurement, where it is not steady."""
+        """Flag of a new measurement, for a sensor that skips samples."""
         return Quantity(f"{self.name}_new", "1", f"1 where {self.name} has measured, else 0")
 
     @property
     def lots(self) -> tuple[Quantity, ...]:
-        """Standard normal numbers that decide whether a measurement gets lost."""
+        """Standard normal numbers that decide which measurements are lost."""
         count = 0 if self.dropout is None else 2
         return tuple(Quantity(f"{self.name}_lot{k + 1}", "1", f"lot of a dropout of {self.name}") for k in range(count))
 
@@ -72,7 +72,7 @@ class Instrument(Part):
         return (*super().constraints(at), *counted)
 
     def measures(self, at: Mounted) -> sp.Basic:
-        """Return the condition that it measures at a sample: its turn, and no dropout."""
+        """Return the condition for a measurement at a sample: it is due, and not lost."""
         conditions = []
         if at.values.every is not None:
             count = sp.floor(TIME.symbol / at.craft.period + HALF)
@@ -86,7 +86,7 @@ class Instrument(Part):
         return sp.And(*conditions)
 
     def before(self) -> tuple[float, ...]:
-        """Return what a law has of it before its first measurement."""
+        """Return the values that a law receives before the first measurement."""
         return (0.0,) * len(self.seen())
 
     @abstractmethod

@@ -201,7 +201,7 @@ class Evidence:
         return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
 
     def text(self, share: float) -> str:
-        """Return the evidence in words, beside a required share."""
+        """Return the evidence in words, compared with a required share."""
         return (
             f"{self.fulfilled} of {self.runs} runs fulfil it; of all runs between {self.low:.6g} and "
             f"{self.high:.6g} do, required {share:.6g}"
@@ -210,7 +210,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class RareEvidence:
-    """Runs that were computed to find rare failures, and bounds of the share of all runs that fail."""
+    """Runs of a search for rare failures, with bounds of the share of runs that fail."""
 
     runs: int
     least: float
@@ -228,14 +228,14 @@ class RareEvidence:
 
     @property
     def fulfilled(self) -> None:
-        """No number: failing runs were sought, not counted."""
+        """No number, as failing runs are searched for and not counted."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
         return "holds" if self.most <= 1 - share else "does not hold" if self.least > 1 - share else "undecided"
 
     def text(self, share: float) -> str:
-        """Return the evidence in words, beside a required share."""
+        """Return the evidence in words, compared with a required share."""
         return (
             f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
         )
@@ -374,7 +374,7 @@ def _verdict(
 
 
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
-    """Return the worst of the runs that were counted, each with its number."""
+    """Return the worst of the counted runs with their numbers."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
     return tuple((run, _badness(store, requirement, run)) for run in bad)
 

@@ -33,7 +33,7 @@ _SLAB_BYTES = 2**26
 """Bytes of a slab of series that is read at once, 64 MiB; a quantile needs several copies. Half as much doubles the
 passes over chunks that hold more samples than a slab."""
 SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
-"""A name of one number per run that a summary of the run holds."""
+"""Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -304,7 +304,7 @@ def metric_names(store: Store) -> list[str]:
 
 
 def summary_names(store: Store) -> list[str]:
-    """Return the names of the metrics; of a model without metrics, those of the states at the end."""
+    """Return the names of the metrics; for a model without metrics, of the final states."""
     return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
 
 
@@ -363,7 +363,7 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
 
 
 def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
-    """Return the statistics of one number of a run over the runs of some blocks, by a name of `scalars`."""
+    """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
     attributes = number_attributes(store, name)
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)
@@ -399,7 +399,7 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
 
 
 def number_attributes(store: Store, name: str) -> Mapping[str, Any]:
-    """Return unit, description and note of a number of a run."""
+    """Return unit, description and note of one number per run."""
     if name in (variables := store.variables()):
         return variables[name].attributes
     return {"units": scalars(store)[name], "long_name": "where the run ended"}

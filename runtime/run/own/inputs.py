@@ -225,7 +225,7 @@ def _recorded(
 
 
 def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
-    """Refuse inputs that the model does not have: a result of a run has no others."""
+    """Refuse inputs that the model lacks; the inputs of a run's result always fit."""
     laws = manifest.controllers.values()
     groups = (manifest.states, manifest.outputs, *(group for law in laws for group in (law.memory, law.outputs)))
     inputs = [f"{kind}{q.name}" for q in manifest.inputs for kind in ("u_", "u_cmd_")]

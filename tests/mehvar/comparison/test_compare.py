@@ -356,7 +356,7 @@ def test_git_shows_the_comparison_as_an_external_diff(project):
     project.commit("turned")
     assert "spring" in project.git("log", "-p", "--ext-diff", "-1", "--", "generated/cart/equations.json")
     project.git("rm", "--quiet", "generated/cart/equations.json")
-    assert "is gone" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
+    assert "was removed" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
 
 
 def test_git_shows_equations_line_by_line_through_textconv(project):
