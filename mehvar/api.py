@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from mehvar.base.errors import InputError, bad_value
+from mehvar.formats.ephemeris import MESSAGES, read_message
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
@@ -418,21 +419,24 @@ def posed_batch(
 
 
 def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a complete result file, or open the store of a batch.
+    """Read a complete result file, open the store of a batch, or read a CCSDS message.
 
     Parameters
     ----------
     path : path
         A `.nc` file that `save` or `mehvar simulate --out` wrote, or the folder that a batch wrote, whose values are
-        read on use. The other formats are for other programs.
+        read on use. Or an orbit in an `.oem` or an attitude in an `.aem` file. The other formats are for other
+        programs.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is neither a result in NetCDF nor a store.
+        If there is no such file, or it is no result in NetCDF, no store and no message.
     """
     if isinstance(path, str | os.PathLike) and os.path.isdir(path):  # noqa: PTH112 - pathlib raises for a name that is too long
         return open_store(path).dataset()
+    if isinstance(path, str | os.PathLike) and Path(path).suffix.lower() in MESSAGES:
+        return read_message(Path(path))
     return open_file(path)
 
 
