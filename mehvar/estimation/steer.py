@@ -20,6 +20,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.tools.rebound import library
 from mehvar.runtime.run.options import OPTIONS, Option
+from mehvar.runtime.run.problem import sampled_parameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,11 +129,12 @@ def steer(
     loaded = model if isinstance(model, Model) else load(model)
     n, t_end = int(_INTERVALS.check(n, "the call")), float(OPTIONS["t_end"].check(t_end, "the call"))
     _check(loaded, to, limits or {})
-    start = simulate(loaded, None, scenario, parameters, initial, inputs={}, t_end=t_end / n, dt_out=t_end / n)
+    start = simulate(loaded, None, scenario, parameters, initial, inputs={}, t_end=t_end)
+    step = _step(loaded, start, t_end, n)
     problem = _Problem(library("casadi", "casadi", "steer"), loaded, start, to, n, t_end, limits or {})
     states, inputs, iterations = problem.solve()
     plan = problem.plan(states, inputs)
-    run = simulate(loaded, None, scenario, parameters, initial, inputs=plan, t_end=t_end, dt_out=t_end / n)
+    run = simulate(loaded, None, scenario, parameters, initial, inputs=plan, t_end=t_end, dt_out=step)
     if float(run["t"][-1]) < t_end * (1 - 1e-9):
         raise SteeringError(f"the planned inputs end the run of the plant early: {run.attrs['reason']}")
     return Steering(
@@ -167,6 +169,18 @@ def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -
         raise InputError(
             f"{model.name} has {what}, and cannot be steered: its rates must be a smooth function of its state"
         )
+
+
+def _step(model: Model, start: xr.Dataset, t_end: float, n: int) -> float:
+    """Return the step of a run that holds the planned inputs: an interval, or the period of a sampled actuator."""
+    values, length = json.loads(start.attrs["parameters"]), t_end / n
+    for name in sampled_parameters(model.manifest):
+        count = length / values[name]
+        if not math.isclose(count, max(1, round(count)), rel_tol=1e-9):
+            allowed = f"a number for which an interval, {length:g} s, is a multiple of {name} = {values[name]:g} s"
+            raise bad_value("n", n, allowed, "the call")
+        return float(values[name])
+    return length
 
 
 class _Problem:

@@ -74,9 +74,14 @@ class Factors:
         noise : sequence of Expr
             Diagonal of Q.
         """
-        size = len(self.diagonal)
-        weights = (*self.diagonal, *noise)
-        rows = [[*(transition * self.upper).row(i), *drive.row(i)] for i in range(size)]
+        product = transition * self.upper
+        rows = [[*product.row(i), *drive.row(i)] for i in range(len(self.diagonal))]
+        return Factors.weighted(define, rows, (*self.diagonal, *noise))
+
+    @staticmethod
+    def weighted(define: Define, rows: Sequence[Sequence[Expr]], weights: Sequence[Expr]) -> Factors:
+        """Return the factors of W Q W', where W has the `rows` and Q the diagonal `weights`."""
+        size = len(rows)
         rows = [[define(f"w{i + 1}_{k + 1}", e, "row") for k, e in enumerate(row)] for i, row in enumerate(rows)]
         entries: dict[tuple[int, int], Expr] = {}
         diagonal = [sp.S.Zero] * size
@@ -108,10 +113,15 @@ class Factors:
         variance : Expr
             Of the noise.
         """
+        size = len(self.diagonal)
+        turned = [define(f"f{j + 1}", _dot(row, list(self.upper.col(j))), "entry of U' h'") for j in range(size)]
+        return self.measured_by(define, turned, variance)
+
+    def measured_by(self, define: Define, row: Sequence[Expr], variance: Expr) -> tuple[Factors, list[Expr], Expr]:
+        """Return the same as `measured`, for a row h U."""
         alpha, over, product = variance, define("o0", 1 / variance, "one over the variance"), list[Expr]()
         entries, diagonal = dict(self.above), list(self.diagonal)
-        for j, weight in enumerate(self.diagonal):
-            turned = define(f"f{j + 1}", _dot(row, list(self.upper.col(j))), "entry of U' h'")
+        for j, (weight, turned) in enumerate(zip(self.diagonal, row, strict=True)):
             scaled = define(f"v{j + 1}", weight * turned, "entry of D U' h'")
             share = define(f"l{j + 1}", turned * over, "entry of U' h' over the variance so far")
             total = define(f"a{j + 1}", alpha + turned * scaled, "variance of the noise and of the first entries")

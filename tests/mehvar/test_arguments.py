@@ -92,7 +92,10 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "open_result": (mehvar.open_result, {"path": "none.nc"}),
     "save": (mehvar.save, {"dataset": None, "path": "a.csv"}),
     "diff": (mehvar.diff, {"model": "triangle", "old": GENERATED, "new": GENERATED, "structures": ()}),
-    "estimated": (mehvar.estimated, {"system": swing(), "law": "pd", "start": START, "noise": {"rate": 0.01}}),
+    "estimated": (
+        mehvar.estimated,
+        {"system": swing(), "law": "pd", "start": START, "noise": {"rate": 0.01}, "kind": "extended"},
+    ),
     "kirchhoff": (mehvar.kirchhoff, {"energy": X * Y, "velocity": sp.Matrix(sp.symbols("v1:4")),
                                      "rate": sp.Matrix(sp.symbols("w1:4")), "rates": {X: Y}}),
     "lagrange": (

@@ -81,6 +81,15 @@ def test_what_cannot_be_planned_is_refused_by_name(flexible: Model, change: dict
     assert part in str(refusal.value)
 
 
+def test_a_sampled_actuator_holds_the_plan() -> None:
+    rest = dict.fromkeys(("wx", "wy", "wz"), 0.0)
+    assert max(map(abs, mehvar.steer("satellite", rest, 20.0, n=10, initial={"wx": 0.01}).miss.values())) < 1e-6
+    with pytest.raises(
+        InputError, match=r"n = 9 .*: must be a number for which an interval, 2.22222 s, is a multiple of Ts"
+    ):
+        mehvar.steer("satellite", rest, 20.0, n=9)
+
+
 def test_too_short_a_time_is_told(flexible: Model) -> None:
     with pytest.raises(mehvar.SteeringError, match=r"no inputs found to the final state in 4 s \(.*\): give more time"):
         mehvar.steer(flexible, REST, 4.0, n=10, limits=LIMITS, parameters=START)
