@@ -25,7 +25,7 @@ def whole(text: str) -> int:
     return value
 
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the results as JSON.")]
 
 
 def complete_models(incomplete: str) -> list[str]:

@@ -36,7 +36,7 @@ def command(
         typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder or `work`; default: HEAD."),
     ] = None,
     new: Annotated[
-        str | None, typer.Argument(metavar="[NEW]", help="Likewise; default: `work`, what models/ derives now.")
+        str | None, typer.Argument(metavar="[NEW]", help="As OLD; default: `work`, the current models/.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     structures: Annotated[

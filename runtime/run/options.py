@@ -206,7 +206,7 @@ class RunOptions:
     hold: float | None = field(
         default=None,
         metadata=number_row(
-            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole part of it",
+            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole fraction",
             "s",
             otherwise="the law's period, or else none",
             above=0.0,

@@ -35,7 +35,7 @@ def command(
             "--range", metavar="NAME=LEAST:MOST", help="Range of a measurement or reference; repeat as needed."
         ),
     ] = None,
-    link: Annotated[bool, typer.Option("--link", help="The law behind its line to `mehvar board run`.")] = False,
+    link: Annotated[bool, typer.Option("--link", help="Add the serial line to `mehvar board run`.")] = False,
     inline: Inline = False,
     tunable: Tunable = None,
 ) -> None:

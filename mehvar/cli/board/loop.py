@@ -29,7 +29,7 @@ Board = Annotated[
     str | None,
     typer.Option("--board", metavar="B", help=_BOARDS),
 ]
-Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
+Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="Compiler; default: gcc if installed, else zig.")]
 Scenario = Annotated[
     str | None,
     typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
@@ -40,10 +40,10 @@ Target = Annotated[
 Samples = Annotated[int, typer.Option(parser=whole, metavar="N", help="Evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
 
-Inline = Annotated[bool, typer.Option("--inline-parameters", help="Fold the parameters into the law's text.")]
+Inline = Annotated[bool, typer.Option("--inline-parameters", help="Compile the parameters in as constants.")]
 Tunable = Annotated[
     str | None,
-    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: those that can still be set."),
+    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: parameters that stay settable."),
 ]
 
 

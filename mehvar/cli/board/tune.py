@@ -22,7 +22,9 @@ def command(
     settings: SettingTexts = None,
     at: Annotated[
         int | None,
-        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; default: the next one."),
+        typer.Option(
+            "--at", parser=whole, metavar="K", help="First sample with the new values; default: the next one."
+        ),
     ] = None,
 ) -> None:
     """Send the change to the running process that writes the journal."""

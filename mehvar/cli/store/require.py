@@ -34,7 +34,9 @@ def command(
     confidence: Annotated[
         float | None, typer.Option(metavar="C", help="Confidence of each bound; default: 0.95.")
     ] = None,
-    rare: Annotated[bool, typer.Option("--rare", help="Seek rare failures by splitting; needs a campaign.")] = False,
+    rare: Annotated[
+        bool, typer.Option("--rare", help="Search for rare failures by splitting; needs a campaign.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store of a campaign.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
     page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Save a page for a review.")] = None,

@@ -18,7 +18,7 @@ _SHOWN = 20
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print facts as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
 ) -> int:
     """Check every file against its checksum; return 0 for an undamaged store, else 1.
 

@@ -133,7 +133,9 @@ class Criterion:
             if name not in units:
                 raise unknown_name("number of a run", name, units, f"{self._origin} = {shown(self.text)}")
             if name in notes:
-                raise bad_value(self._origin, self.text, f"about numbers that the runs have: {name} is {notes[name]}")
+                raise bad_value(
+                    self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"
+                )
 
     def left(self) -> Callable[[Values], Any]:
         """Return the evaluator of the left side of a condition with a single comparison."""
@@ -150,14 +152,14 @@ class Criterion:
         match self._tree:
             case ast.Compare(left=left, ops=[op]) if type(op) in _COMPARISONS:
                 return left
-        raise self._refused("one number of a run")
+        raise self._refused("a comparison with one number of a run on its left side")
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
         """Return the common kind of two compared or added numbers; None for plain numbers, which fit every kind."""
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
             what = f"{self._shown(one)} is in {first.unit}, {self._shown(other)} in {second.unit}"
-            raise self._refused(f"about numbers of one unit: {what}")
+            raise self._refused(f"a condition on numbers of one unit: {what}")
         return first or second
 
     def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:
@@ -227,14 +229,15 @@ class Criterion:
             case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
                 return value
         raise self._refused(
-            f"with == and != about the status, one of {', '.join(_WORDS)}, or about a count and a whole number, as in "
+            f"with == or != a comparison of the status with one of {', '.join(_WORDS)}, "
+            "or of a count with a whole number: "
             "'status == event and events(NAME) == 1'"
         )
 
     def _number(self, node: ast.expr) -> _Value:
         """Return the evaluator of a node with one number per run."""
         if (name := _name(node)) == _STATUS:
-            raise self._refused("without numbers of the status, as in 'status == event'")
+            raise self._refused("a condition that does not compute with the status, as in 'status == event'")
         if name in self._quantities:
             return lambda _: self._quantities[name].value
         if name is not None:
