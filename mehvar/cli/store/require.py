@@ -113,6 +113,9 @@ def _rare(
     if out is not None or resume:
         raise InputError("--rare keeps no runs: leave out --out and --resume")
     file = read_campaign(path)
+    for name in ("out", "success", "until"):
+        if (value := getattr(file, name)) is not None:
+            raise bad_value(name, str(value), "left out with --rare: the runs are not kept", str(path))
     with progress(f"{path} seeks failures") as advance:
         return RareVerdicts(
             file.model,
