@@ -100,7 +100,7 @@ def _segment(path: Path, kind: str, lines: Sequence[str]) -> _Segment:
 
 
 def _numbers(path: Path, segment: _Segment, counts: Sequence[int]) -> FloatArray:
-    """Return the numbers of the rows, as many each as one of `counts`."""
+    """Return the numbers of the rows; the length of each row must be one of `counts`."""
     width = len(segment.rows[0][1]) - 1
     table = np.empty((len(segment.rows), width))
     for row, (number, words) in enumerate(segment.rows):
@@ -117,14 +117,14 @@ def _numbers(path: Path, segment: _Segment, counts: Sequence[int]) -> FloatArray
 
 
 def _orbit(path: Path, segment: _Segment) -> dict[str, tuple[FloatArray, str]]:
-    """Return place and velocity in SI units; accelerations are left out."""
+    """Return position and velocity in SI units, without accelerations."""
     table = _numbers(path, segment, (6, 9)) * 1e3
     names = (("x", "m"), ("y", "m"), ("z", "m"), ("vx", "m/s"), ("vy", "m/s"), ("vz", "m/s"))
     return {name: (table[:, k], unit) for k, (name, unit) in enumerate(names)}
 
 
 def _attitude(path: Path, segment: _Segment) -> dict[str, tuple[FloatArray, str]]:
-    """Return the quaternion of the turn from frame A to frame B, and rates in B."""
+    """Return the quaternion from frame A to frame B, and rates in B."""
     about, kind = segment.about, segment.about["ATTITUDE_TYPE"]
     if kind not in (_QUATERNION, _WITH_RATES):
         raise bad_value("ATTITUDE_TYPE", kind, f"{_QUATERNION} or {_WITH_RATES}", str(path))

@@ -106,7 +106,7 @@ class CubatureFilter(ExtendedFilter):
         return [define(f"x{k + 1}", e + t * r, "a period on") for k, (e, r) in enumerate(zip(x, rates, strict=True))]
 
     def _gathered(self, name: str, pairs: Sequence[Sequence[Sequence[Expr]]]) -> tuple[list[Expr], list[list[Expr]]]:
-        """Return the means of points, and their deviations from it: a row for each state."""
+        """Return the means of points, and their deviations: one row per state."""
         parts = [
             _parts(self.stage(f"{name}_of{k + 1}"), [[p[k] for p in pair] for pair in pairs]) for k in range(len(pairs))
         ]
@@ -118,7 +118,7 @@ _Pair = Mapping[str, Sequence[Expr]]
 
 
 def _parts(define: Define, pairs: Sequence[Sequence[Expr]]) -> tuple[Expr, list[Expr], list[Expr]]:
-    """Return the mean of values at pairs of points, half the difference of each pair, and its mean less that of all."""
+    """Return the mean over pairs of points and, for each pair, half the difference and the deviation from that mean."""
     total = sp.Add(*(value for pair in pairs for value in pair))
     mean = define("mean", total / (2 * len(pairs)), "mean over the points")
     odd = [define(f"odd{i + 1}", (a - b) / 2, "half the difference of a pair") for i, (a, b) in enumerate(pairs)]

@@ -118,7 +118,7 @@ class Factors:
         return self.measured_by(define, turned, variance)
 
     def measured_by(self, define: Define, row: Sequence[Expr], variance: Expr) -> tuple[Factors, list[Expr], Expr]:
-        """Return the same as `measured`, for a row h U."""
+        """Return the result of `measured` for a measurement given as the row h U."""
         alpha, over, product = variance, define("o0", 1 / variance, "one over the variance"), list[Expr]()
         entries, diagonal = dict(self.above), list(self.diagonal)
         for j, (weight, turned) in enumerate(zip(self.diagonal, row, strict=True)):

@@ -174,7 +174,7 @@ def _own(
     memory = None if controller is None else recorded_memory(text)
     _, own = law_of(model.manifest, controller, inputs, interpolation, hold, memory, end, "the call")
     if own is None or own.text != text:
-        raise InputError(f"{store.name} was run under another version of the law {campaign.controller}:\n{text}")
+        raise InputError(f"{store.name} was run under another version of {campaign.controller}:\n{text}")
     return own
 
 

@@ -153,7 +153,7 @@ def test_a_request_to_reboot_forgets_the_memory(bench):
     with pytest.raises(RestartError, match="has started since"):
         link.step(bench.numbers(0))
     link.connect()
-    with pytest.raises(RestartError, match="lost the memory"):
+    with pytest.raises(RestartError, match="lost the law's memory"):
         link.step(bench.numbers(0))
     assert not link.output().any()
 
