@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar batch`: many runs from the command line, with progress, statistics, and a way to go on after an end."""
+"""`mehvar batch`: many runs with progress and statistics, in a store that can be continued."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from mehvar.settings import (
 from mehvar.terminal import BatchMeter, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
-"""Options of a campaign with a flag of their own."""
+"""Campaign options with a command line flag of their own."""
 
 
 def command(
@@ -67,7 +67,7 @@ def command(
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
-    save: Annotated[str | None, typer.Option(metavar="every=DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
+    save: Annotated[str | None, typer.Option(metavar="DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue the store; damaged blocks are computed again.")
     ] = False,
@@ -88,7 +88,7 @@ def command(
         typer.Option(parser=whole, metavar="N", help="Threads of this process; default: all processors."),
     ] = None,
 ) -> int:
-    """Run, report, print statistics; return the exit status.
+    """Run a batch and print its statistics; return the exit status.
 
     Raises
     ------
@@ -173,10 +173,8 @@ def _dispersions(texts: Sequence[str]) -> dict[str, str]:
 def _save(text: str | None) -> Save | None:
     if text is None:
         return None
-    name, _, value = text.partition("=")
-    if name != "every" or not value:
-        raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value, "s", "every", "--save"), "--save"))
+    value = read_value(text.removeprefix("every="), "s", "save", "--save")
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(value, "--save"))
 
 
 def _client(scheduler: str | None) -> Any:
@@ -192,7 +190,7 @@ def _client(scheduler: str | None) -> Any:
 
 
 def _stopped(why: str, out: Path, status: int) -> int:
-    """Report which runs the store keeps, and the command to continue."""
+    """Report the runs in the store of a stopped batch, and the command that continues it."""
     extent = ""
     try:
         store = open_store(out)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters and initial states from a recorded run, by nonlinear least squares."""
+"""Estimation of parameters and initial states from a recorded run by nonlinear least squares."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mehvar.api import simulate
 from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Controller
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.own.law import LawFunction
@@ -24,14 +25,18 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 _STEP = 3e-4
-"""Relative step of a central difference: the cube root of a run's relative error of some 1e-11, which balances it with
-the error of the difference; about 1e-7 of a derivative remain."""
+"""Relative step of a central difference: the cube root of a run's relative error, about 1e-11, balances both errors.
+A derivative then has an error of about 1e-7."""
 _UNSEEN = 1e-6
-"""A combination that acts on the data a millionth as strongly as the strongest one drowns in those 1e-7."""
+"""Bound on singular values relative to the largest one: a combination of parameters with a smaller effect on the
+data is lost in derivative errors of 1e-7."""
 _RUN_ERROR = 1e-11
-"""Relative error of a run with the default tolerances. Divided by the step it bounds the error of a derivative."""
+"""Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
+_FLAT = 0.1
+"""Relative change that separates parameters without any effect from those that act in steps, such as a time between
+two samples."""
 _FAR = 1e3
-"""Residual, in deviations, of a sample that a trial run did not reach."""
+"""Residual, in standard deviations, of a sample that a trial run did not reach."""
 
 
 @dataclass(frozen=True)
@@ -166,12 +171,13 @@ class _Problem:
         options: Mapping[str, Any],
     ) -> None:
         self._model, self._controller, self._scenario = model, controller, scenario
-        self._parameters, self._initial = parameters, initial
+        self._free = _names(free)
+        starts = {name: options[name] for name in self._free if name in options and name not in parameters}
+        self._parameters, self._initial = {**parameters, **starts}, initial
         self._data = data
-        self._options = {**options, **_grid(data, options)}
+        self._options = {name: value for name, value in options.items() if name not in starts} | _grid(data, options)
         if controller is None:
             self._options["inputs"] = data
-        self._free = _names(free)
         manifest = model.manifest
         known = {q.name: q.unit for q in (*manifest.states, *manifest.outputs)}
         shown = {str(name) for name, array in data.data_vars.items() if array.dims == ("t",)} & known.keys()
@@ -195,6 +201,9 @@ class _Problem:
                 f"Set other values of {', '.join(self._free)} to start from, or shorten the data"
             )
         self._measured = {name: np.asarray(data[name].values, float) for name in self._variables}
+        if infinite := [name for name, m in self._measured.items() if np.isinf(m).any()]:
+            at = float(data.t[int(np.argmax(np.isinf(self._measured[infinite[0]])))])
+            raise bad_value("data", f"{infinite[0]} infinite at t = {at:g} s", "finite, or NaN for a missing sample")
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
         if empty := [name for name, m in self._measured.items() if not np.isfinite(m).any()]:
             raise bad_value("data", f"{empty[0]} without a sample", "without this variable, or name others in sigma")
@@ -206,9 +215,15 @@ class _Problem:
 
     def _known(self, run: xr.Dataset) -> None:
         names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}
+        law = self._law()
         for name in self._free:
             if name not in names:
                 raise unknown_name("parameter or state", name, names, "free")
+            if law is not None and name in (law.period, law.delay):
+                raise InputError(f"{name} cannot be fitted (from free): it decides when {law.name} samples")
+
+    def _law(self) -> Controller | None:
+        return self._model.manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
 
     def _run(self, values: Mapping[str, float]) -> xr.Dataset:
         states = set(self._model.state_names)
@@ -217,7 +232,7 @@ class _Problem:
         return simulate(self._model, self._controller, self._scenario, parameters, initial, **self._options)
 
     def _residuals(self, relative: FloatArray) -> FloatArray:
-        """Return the residuals in deviations of the noise; large where a run did not come, or where none is allowed."""
+        """Return the residuals in standard deviations of the noise; large for runs that fail or are not allowed."""
         values = self._start + relative * self._scale
         try:
             run = self._run(dict(zip(self._free, map(float, values), strict=True)))
@@ -242,13 +257,16 @@ class _Problem:
                 point[k] = np.clip(point[k] + sign * _STEP, low[k], high[k])
                 ends.append((float(point[k]), self._residuals(point)))
             (above, plus), (below, minus) = ends
+            if np.all(plus == _FAR) and np.all(minus == _FAR):
+                raise InputError(
+                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is allowed"
+                )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of the relative changes; open bounds are kept off by a step."""
-        manifest = self._model.manifest
-        law = manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
+        """Return the bounds of the relative changes; an open bound is moved inwards by a step."""
+        manifest, law = self._model.manifest, self._law()
         rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
         rows |= {} if law is None else {q.name: q for q in law.parameters}
         low, high = np.full(len(self._free), -np.inf), np.full(len(self._free), np.inf)
@@ -259,7 +277,7 @@ class _Problem:
         return np.minimum(low, 0), np.maximum(high, 0)
 
     def solve(self, start: FloatArray | None = None) -> FloatArray:
-        """Return the relative changes of the free values with the least residuals."""
+        """Return the relative changes of the free values that minimise the residuals."""
         from scipy.optimize import least_squares
 
         low, high = self._bounds()
@@ -283,7 +301,7 @@ class _Problem:
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
-        """Estimate the deviations of the noise from the residuals."""
+        """Estimate the standard deviations of the noise from the residuals."""
         rows = self._by_variable(self._residuals(relative))
         samples = int(np.count_nonzero(self._kept))
         share = samples / (samples - len(self._free))
@@ -300,14 +318,27 @@ class _Problem:
             first += count
         return rows
 
+    def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
+        """Refuse combinations of parameters with zero slope whose larger changes affect the data."""
+        for direction in directions:
+            for step in (_FLAT * direction, -_FLAT * direction):
+                moved = self._residuals(np.clip(relative + step, *self._bounds()))
+                if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
+                    name = self._free[int(np.argmax(np.abs(direction)))]
+                    raise InputError(
+                        f"{name} cannot be fitted (from free): small changes have no effect on the data and larger "
+                        "ones do (as for a time within a sample). Leave it out, or start from another value"
+                    )
+
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:
-        """Return the estimates with their covariance and the tests of the residuals."""
+        """Return estimates, covariance and tests of the residuals."""
         from scipy.stats import chi2, norm
 
         residuals, jacobian = self._residuals(relative), self._jacobian(relative)
         _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
         size = math.sqrt(sum(float(np.nansum((m / self._sigma[k]) ** 2)) for k, m in self._measured.items()))
         seen = strengths > max(_UNSEEN * strengths[0], _RUN_ERROR / _STEP * size)
+        self._check_flat(relative, residuals, directions[~seen])
         inverse = (directions[seen].T / strengths[seen] ** 2) @ directions[seen]
         covariance = inverse * np.outer(self._scale, self._scale)
         for row in directions[~seen]:
@@ -351,7 +382,7 @@ def _names(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the options that make a run with the samples of the data."""
+    """Return the run options that reproduce the samples of the data."""
     for name in ("t_end", "dt_out", "inputs"):
         if name in options:
             raise bad_value(name, options[name], "left out: the data decide it")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains by gradient, on common random numbers, against a cost over dispersions."""
+"""Gradient-based tuning of gains against a mean cost over dispersed runs with common random numbers."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ from mehvar.runtime.run.problem import COMPLETE
 
 FloatArray = NDArray[np.float64]
 _STEP = 1e-4
-"""Relative step of a central difference: the same random numbers on both sides leave the error of the integration,
-some 1e-11, over a step whose square is the error of the difference."""
+"""Relative step of a central difference. Common random numbers leave only the integration error, about 1e-11, so the
+cube root balances both errors."""
+_WITHOUT_EFFECT = {"success", "until", "require", "confidence", "save", "out", "resume"}
+"""Arguments of a batch that only affect what is stored or reported."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,14 @@ class Tuning:
     held_out : tuple of float
         Mean cost over runs of another seed, before and after.
     gain, low, high : float
-        Mean reduction of the cost over these, and its 95 % interval, run by run.
+        Mean reduction of the cost over these, and its 95 % interval by Student's distribution, run by run. With few
+        runs it holds for differences that are normally distributed.
     runs : int
         Runs that the search took.
     converged : bool
         False where the search ended before it was at a minimum.
+    bounded : tuple of str
+        Gains that ended at a bound of their parameter.
     """
 
     start: Mapping[str, float]
@@ -61,16 +66,18 @@ class Tuning:
     high: float
     runs: int
     converged: bool
+    bounded: tuple[str, ...] = ()
 
     @property
     def answer(self) -> Literal["better", "worse", "undecided"]:
-        """Verdict of the held-out runs on the new gains."""
+        """Verdict on the new gains from separate test runs."""
         return "better" if self.low > 0 else "worse" if self.high < 0 else "undecided"
 
     def __repr__(self) -> str:
         lines = [f"{name}: {self.start[name]:.6g} -> {value:.6g}" for name, value in self.gains.items()]
         lines.append(f"cost {self.cost[0]:.6g} -> {self.cost[1]:.6g} in {self.runs} runs")
         lines += [] if self.converged else ["the search ended before it was at a minimum"]
+        lines += [f"{name} is at a bound" for name in self.bounded]
         lines.append(f"held-out runs: {self.answer}, {self.held_out[0]:.6g} -> {self.held_out[1]:.6g}, ")
         return "\n".join(lines)[:-2] + f", reduction {self.gain:.4g} [{self.low:.4g}, {self.high:.4g}]"
 
@@ -105,7 +112,7 @@ def tune(
         weights may have units, which are not checked.
         A cost that jumps, as a settling time on a grid does, has no gradient there.
     **batch
-        More arguments of `mehvar.batch`.
+        More arguments of `mehvar.batch` that act on a cost.
 
     Raises
     ------
@@ -116,6 +123,8 @@ def tune(
     check_arguments("text", "the call", controller=controller, cost=cost)
     if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
         raise bad_value("free", free, "a list of names of parameters, at least one")
+    for name in _WITHOUT_EFFECT & batch.keys():
+        raise bad_value(name, batch[name], "left out: it does not act on the cost")
     CAMPAIGN_OPTIONS["seed"].check(seed, "the call")
     loaded = model if isinstance(model, Model) else load(model, "c")
     number = Number(cost, "cost")
@@ -132,7 +141,9 @@ def tune(
         raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
     if (design := design_of(store.attributes)) != "random":
-        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by: use random")
+        raise InputError(
+            f"vary, sampling: a {design} design has no independent runs for a verdict: use sampling = random"
+        )
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
     for name in free:
@@ -153,10 +164,15 @@ def tune(
         return float(np.where(np.isfinite(costs), costs, worst).mean())
 
     def gradient(point: FloatArray) -> FloatArray:
-        steps = _STEP * np.eye(len(point))
-        return np.array([(value(point + h) - value(point - h)) / (2 * _STEP) for h in steps])
+        """Return central differences, one-sided at a bound."""
+        slopes = []
+        for k, step in enumerate(_STEP * np.eye(len(point))):
+            above, below = (np.clip(point + h, low, high) for h in (step, -step))
+            slopes.append((value(above) - value(below)) / (above[k] - below[k]))
+        return np.array(slopes)
 
     from scipy.optimize import minimize
+    from scipy.stats import t
 
     bounds = list(zip(low, high, strict=True))
     solution = minimize(value, np.zeros(len(free)), jac=gradient, bounds=bounds, method="L-BFGS-B")
@@ -164,7 +180,10 @@ def tune(
     took = trials
     old, new = (_costs(runs(values, seed ^ 1), number) for values in ({}, gains))
     difference = old - new
-    mean, half = float(difference.mean()), 1.96 * float(difference.std(ddof=1)) / math.sqrt(n) if n > 1 else math.inf
+    mean, half = float(difference.mean()), math.inf
+    if len(difference) > 1:
+        error = float(difference.std(ddof=1)) / math.sqrt(len(difference))
+        half = float(t.ppf(0.975, len(difference) - 1)) * error
     return Tuning(
         dict(zip(free, map(float, start), strict=True)),
         gains,
@@ -175,42 +194,46 @@ def tune(
         mean + half,
         took,
         bool(solution.success),
+        tuple(name for name, x, *ends in zip(free, solution.x, low, high, strict=True) if x in ends),
     )
 
 
 def _costs(store: Store, number: Number) -> FloatArray:
-    """Return the cost of each run; infinite for one that did not reach its end or has no number."""
+    """Return the cost of each run; infinite for a run that ended early or has no value."""
     costs = number(lambda name: column(store, name))
     return np.where(np.isin(store.read(STATUS), COMPLETE) & np.isfinite(costs), costs, math.inf)
 
 
 @dataclass(frozen=True)
 class _Scales:
-    """Gains as functions of points of the search, which begins at zero."""
+    """Map from points of the search, which starts at zero, to gains."""
 
     start: FloatArray
     logarithmic: NDArray[np.bool_]
+    lower: FloatArray
+    upper: FloatArray
 
     def gains(self, point: FloatArray) -> FloatArray:
         linear = self.start + point * np.where(self.start != 0, np.abs(self.start), 1.0)
-        return np.where(self.logarithmic, self.start * np.exp(point), linear)
+        gains = np.where(self.logarithmic, self.start * np.exp(point), linear)
+        return np.clip(gains, self.lower, self.upper)  # rounding may step over a bound
 
 
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
-) -> tuple[_Scales, list[float | None], list[float | None]]:
-    """Return the scales and bounds of the search; the bounds lie one difference step inside the gains' bounds."""
+) -> tuple[_Scales, FloatArray, FloatArray]:
+    """Return scales and bounds of the search; it stays a difference step away from an excluded end."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])
-    low: list[float | None] = []
-    high: list[float | None] = []
+    low, high = [], []
     for name, value, by_logarithm in zip(free, start, logarithmic, strict=True):
         row, size = rows[name], abs(value) or 1.0
-        bounds = [
+        below, above = (
             (math.log(end / value) if end > 0 else -math.inf) if by_logarithm else (end - value) / size
             for end in (row.lower, row.upper)
-        ]
-        low.append(min(bounds[0] + 2 * _STEP, 0.0) if math.isfinite(bounds[0]) else None)
-        high.append(max(bounds[1] - 2 * _STEP, 0.0) if math.isfinite(bounds[1]) else None)
-    return _Scales(start, logarithmic), low, high
+        )
+        low.append(min(below + _STEP * row.lower_open, 0.0))
+        high.append(max(above - _STEP * row.upper_open, 0.0))
+    ends = (np.array([getattr(rows[name], end) for name in free]) for end in ("lower", "upper"))
+    return _Scales(start, logarithmic, *ends), np.array(low), np.array(high)

@@ -113,6 +113,7 @@ def _kind(variable: Variable) -> dict[str, str]:
     table: dict[str, tuple[str, str, str | None]] = {
         "time": ("independent", "continuous", None),
         "parameter": ("parameter", "fixed", "exact"),
+        "constant": ("local", "constant", "exact"),
         "input": ("input", "continuous", None),
         "state": ("local", "continuous", "exact"),
         "derivative": ("local", "continuous", "calculated"),
@@ -126,7 +127,7 @@ def _kind(variable: Variable) -> dict[str, str]:
 
 def _value(variable: Variable) -> dict[str, str]:
     value = {} if variable.unit == "1" else {"unit": variable.unit}
-    if variable.role in ("parameter", "input", "state"):
+    if variable.role in ("parameter", "constant", "input", "state"):
         value["start"] = repr(variable.start)
     lower, upper = variable.bounds
     if math.isfinite(lower):

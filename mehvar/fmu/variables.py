@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Variables of an FMU: groups of variables in a sequence, whose positions are the value references."""
+"""Variables of an FMU: groups of variables in a fixed order, whose positions are the value references."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from mehvar.base.capabilities import Place, refuse
 from mehvar.base.manifest import OPEN_LOOP, Controller, Event, Parameter, Quantity
+from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import resolve
@@ -18,7 +19,10 @@ from mehvar.runtime.run.calls import events_of, loop_calls
 
 Kind = Literal["plant", "loop", "sampled"]
 KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
-"""The plant by itself, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+"""Kinds of FMU: plant alone, continuous loop, sampled loop; numbered as in native/fmu/core.h."""
+_IDLE = " (without effect in this FMU)"
+_STATES = 64
+"""Number of random states, enough to reach nearly all branches of a sensor."""
 NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
@@ -32,7 +36,8 @@ class Variable:
         As in the manifest; parameters are called `plant.NAME` and `law.NAME`,
         references `reference.NAME`, coordinates that are not the states `chart.NAME`.
     role : str
-        "time", "parameter", "input", "state", "derivative", "output", "discrete" or "local".
+        "time", "parameter", "constant" for a parameter without effect, "input", "state", "derivative", "output",
+        "discrete" or "local".
     start : float
         Its value at the start; not used where it follows from others.
     bounds : tuple of float
@@ -49,7 +54,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Subject:
-    """Contents of an FMU: a model, a law or none, and its variables by group.
+    """Contents of an FMU: a model, its law or None, and its variables by group.
 
     Attributes
     ----------
@@ -80,7 +85,7 @@ class Subject:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Events of the loop, a guard each."""
+        """Events of the loop, one guard each."""
         return events_of(self.model.manifest, self.law or NO_LAW, self.kind != "loop")
 
     @property
@@ -95,7 +100,7 @@ class Subject:
 
 
 def subject(model: Model, controller: str | None, scenario: str | None) -> Subject:
-    """Return the variables of a model under a law or none, with the start values of a scenario.
+    """Return the variables of a model with or without a law, with the start values of a scenario.
 
     Raises
     ------
@@ -115,10 +120,11 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     q = np.asarray(model.functions["to_coordinates"](x)) if charted else x
     continuous = manifest.coordinates if charted else manifest.states
     own, memory = (law.parameters, law.memory) if law else ((), ())
+    acting = _acting(model, law or NO_LAW, kind, x, p)
     groups = {
         "T": (Variable("time", "s", "time", "time"),),
-        "P": _parameters("plant.", manifest.parameters, p),
-        "C": _parameters("law.", own, c),
+        "P": _parameters("plant.", manifest.parameters, p, acting),
+        "C": _parameters("law.", own, c, acting),
         "R": _group(manifest.references, "input", r, "reference."),
         "U": _group(manifest.inputs, {"plant": "input", "loop": "output", "sampled": "discrete"}[kind],
                     prefix="" if law is None else "u_"),
@@ -157,15 +163,45 @@ def _group(
     )
 
 
-def _parameters(prefix: str, parameters: Sequence[Parameter], values: FloatArray) -> tuple[Variable, ...]:
+def _parameters(
+    prefix: str, parameters: Sequence[Parameter], values: FloatArray, acting: frozenset[str]
+) -> tuple[Variable, ...]:
+    roles = ["parameter" if q.name in acting else "constant" for q in parameters]
     return tuple(
-        Variable(f"{prefix}{q.name}", q.unit, q.description, "parameter", float(value), (q.lower, q.upper))
-        for q, value in zip(parameters, values, strict=True)
-    )
+        Variable(
+            f"{prefix}{q.name}", q.unit, q.description + (_IDLE if role == "constant" else ""), role, float(value),
+            (q.lower, q.upper),
+        )
+        for q, role, value in zip(parameters, roles, values, strict=True)
+    )  # fmt: skip
+
+
+def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatArray) -> frozenset[str]:
+    """Return the parameters with an effect: an FMU has no noise or delay, and a plant alone has no actuator."""
+    manifest = model.manifest
+    calls = {identifier(f.name) for f in loop_calls(manifest, law, "", kind != "loop").values()} - {"reference"}
+    calls -= {"actuate", "measure"} if law is NO_LAW else set()
+    rows = (*manifest.parameters, *law.parameters)
+    acting = {q.name for q in rows if not calls.isdisjoint(q.readers) or q.name == law.period}
+    others = {q.name for q in rows if not (calls - {"measure"}).isdisjoint(q.readers) or q.name == law.period}
+    return frozenset(others | {name for name in acting - others if _measures(model, name, x, p)})
+
+
+def _measures(model: Model, name: str, x: FloatArray, p: FloatArray) -> bool:
+    """Return True if a parameter affects measurements without noise, at states around some x."""
+    place = [q.name for q in model.manifest.parameters].index(name)
+    row = model.manifest.parameters[place]
+    states = x + np.random.default_rng(0).normal(0, 1, (_STATES, len(x)))
+    values = [np.clip(value, row.lower, row.upper) for value in (0.0, 0.5, 1.0, 1.5 * p[place])]
+    points = np.repeat(p[None], len(values), 0)
+    points[:, place] = values
+    none = np.zeros(len(model.manifest.noise))
+    measured = model.functions["measure"](states[:, None], none, points)
+    return not np.array_equal(measured, np.repeat(measured[:, :1], len(values), 1), equal_nan=True)
 
 
 def _rate(unit: str) -> str:
-    """Return the unit of a rate: "rad/s" to "rad/s^2"."""
+    """Return the unit of the rate of a quantity: "rad/s" becomes "rad/s^2"."""
     if unit == "1":
         return "1/s"
     return f"{unit.removesuffix('/s')}/s^2" if unit.endswith("/s") else f"{unit}/s"

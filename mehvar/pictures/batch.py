@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mehvar.base.errors import unknown_name
-from mehvar.runtime.batch.evaluation.statistics import bands, column, metric_names, worst
+from mehvar.runtime.batch.evaluation.statistics import (
+    bands,
+    column,
+    metric_names,
+    number_attributes,
+    summary_names,
+    worst,
+)
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.store.store import Store
 
@@ -19,12 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
-"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; darker means more runs."""
+"""Quantiles and opacity of the bands: 98, 90 and 50 % of the runs. Darker means more runs."""
 _WORST = 3
 """Runs drawn individually: the number of line styles that can be distinguished."""
+MOST_STATES = 12
+"""Largest number of final states that are drawn for a model without metrics: panels that fill a screen."""
+_ROUNDING, _TINY = 1e-9, 1e-300
+"""Relative and absolute spread below which a histogram shows values as one bar; narrower axes lose their bars."""
+_TITLE = 62
+"""Characters per line of a panel's title; longer lines reach into the next panel."""
 BINS = 60
-"""Bars of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000
-runs."""
+"""Bars of a histogram, each two points wide. Half as many hide a second peak; twice as many show noise of 1000 runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:
@@ -52,8 +65,8 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
     series = [name for name, variable in variables.items() if variable.dimension == "t"]
     metrics = metric_names(store)
     states = [str(name) for name in store.coordinate("state")]
-    shown = names or (states if series else metrics or ["t_stop"])  # a model may have no metrics
-    for name in shown:
+    shown = names or (states if series else metrics or summary_names(store)[:MOST_STATES])
+    for name in names:
         if name not in (*series, *metrics, "t_stop"):
             raise unknown_name(f"series or metric of {store.name}", name, [*series, *metrics])
     with style():
@@ -101,31 +114,37 @@ def _largest(store: Store, name: str) -> list[int]:
 
 
 def bin_edges(values: FloatArray) -> FloatArray:
-    """Return the edges of a histogram's bins, also for values that differ by roundings or not at all.
+    """Return the edges of a histogram's bins; values that are equal up to rounding fall into the middle one.
 
-    Bins are at least two floating-point numbers wide: narrower ones have edges that coincide, which NumPy refuses.
+    Narrower bins would be too thin to be drawn, or have edges that coincide, which NumPy refuses.
     """
     if not values.size:
         return np.linspace(0.0, 1.0, BINS + 1)
     low, high = float(values.min()), float(values.max())
-    least = 2 * BINS * np.spacing(max(abs(low), abs(high)))
-    if high - low < least:
-        low, high = low - least, high + least
+    size = max(abs(low), abs(high))
+    if high - low <= _ROUNDING * size or size < _TINY:
+        middle, half = low / 2 + high / 2, 0.1 * size if size >= _TINY else 1.0
+        return np.linspace(middle - half, middle + half, BINS + 1) + half / BINS
     return np.linspace(low, high, BINS + 1)
 
 
+def histogram_title(meaning: str, finite: int, runs: int) -> str:
+    """Return the title of a histogram, broken into lines as wide as its panel."""
+    return textwrap.fill(f"{meaning}: {finite} of {runs} runs", _TITLE)
+
+
 def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
-    attributes: Any = store.variables()[name].attributes
+    attributes = number_attributes(store, name)
     values = column(store, name)
     finite = values[np.isfinite(values)]
     ax.hist(finite, bins=list(bin_edges(finite)), color=BLUE)
-    for run in worst(store, lambda block: store.read(name, [block]), _WORST):
+    for run in worst(store, lambda block: column(store, name, [block]), _WORST):
         block, row = divmod(run, store.chunk)
-        value = store.read(name, [block])[row]
+        value = column(store, name, [block])[row]
         if np.isfinite(value):
             place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
             ax.axvline(value, color=VERMILLION, linewidth=0.8)
             ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
-    ax.set_title(f"{attributes['long_name']}: {finite.size} of {values.size} runs", wrap=True)
+    ax.set_title(histogram_title(attributes["long_name"], finite.size, values.size))
     ax.set_xlabel(f"{name} [{pretty_unit(attributes['units'])}]")
     ax.set_ylabel("runs")

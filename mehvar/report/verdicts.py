@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on requirements: as text, as facts, and as a page for a review."""
+"""Verdicts on requirements: text, facts, and a page for reviews."""
 
 from __future__ import annotations
 
@@ -9,21 +9,27 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mehvar.api import stored_batch
-from mehvar.base.errors import unknown_name
+from mehvar.api import posed_batch, stored_batch
+from mehvar.base.errors import bad_value, unknown_name
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.conditions import Number
-from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, decide, recorded
+from mehvar.runtime.batch.evaluation.rare import Progress, decide_rare
+from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, checked_confidence, decide, recorded
 from mehvar.runtime.batch.evaluation.statistics import column
+from mehvar.runtime.batch.fill import used_threads
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
-from mehvar.runtime.model.model import Model
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
 
+_SHOWN = 3
+"""Number of failures whose values are shown."""
 _KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
-"""Colours of a verdict on a page."""
+"""Colours of verdicts on a page."""
 
 
 def require(
@@ -31,9 +37,10 @@ def require(
     requirements: Mapping[str, str] | None = None,
     *,
     confidence: float | None = None,
+    rare: bool = False,
     **batch: Any,
 ) -> Verdicts:
-    """Decide whether requirements hold, by the runs of a store or by runs that end as soon as all are decided.
+    """Decide requirements, from the runs of a store or from new runs until all are decided.
 
     Parameters
     ----------
@@ -45,6 +52,9 @@ def require(
         conditions of success are about. Default: those of the store or of the campaign.
     confidence : float, optional
         Each bound errs with a probability of at most 1 - confidence; default: what the store has, or 0.95.
+    rare : bool
+        Seek the failures of quantiles by splitting, where one run in a thousand or fewer fails; n is then the largest
+        number of runs for each requirement. The runs are not kept.
     **batch
         Arguments of `mehvar.batch`. Its n is the largest number of runs.
 
@@ -59,16 +69,38 @@ def require(
         If nothing is required, a requirement cannot be read, or for anything that `mehvar.batch` refuses.
     """
     check_arguments("mapping", "the call", requirements=requirements)
+    check_arguments("truth", "the call", rare=rare)
     if not isinstance(runs, Model):
         check_arguments("path", "the call", runs=runs)
+    if rare:
+        return _rare(runs, requirements or {}, confidence, **batch)
     if not isinstance(runs, Model) and not batch and not str(runs).endswith(".toml"):
         return Verdicts(open_store(runs), requirements, confidence)
     batch.setdefault("until", DECIDED)
     return Verdicts(stored_batch(runs, require=requirements, confidence=confidence, **batch), None, None)
 
 
+def _rare(
+    runs: Model | str | os.PathLike[str],
+    requirements: Mapping[str, str],
+    confidence: float | None,
+    *,
+    threads: int | None = None,
+    report: Progress | None = None,
+    **batch: Any,
+) -> Verdicts:
+    """Decide requirements by runs that search for failures."""
+    if not isinstance(runs, Model) and str(runs).endswith(".toml"):
+        raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
+    for name in ("out", "resume", "success", "until", "strict", "scheduler"):
+        if name in batch:
+            raise bad_value(name, batch[name], "left out with rare: the runs are not kept", "the call")
+    campaign, own = posed_batch(runs, **batch)
+    return RareVerdicts(runs, campaign, requirements, confidence, threads, own, report)
+
+
 class Verdicts:
-    """Verdicts of a store's runs on requirements, one `Verdict` each.
+    """Verdicts on requirements from a store's runs, one `Verdict` each.
 
     Parameters
     ----------
@@ -104,7 +136,7 @@ class Verdicts:
 
     @property
     def hold(self) -> bool:
-        """True where every requirement holds."""
+        """True if every requirement holds."""
         return all(verdict.answer == "holds" for verdict in self._verdicts)
 
     def __repr__(self) -> str:
@@ -157,13 +189,10 @@ class Verdicts:
         facts = verdict.evidence
         if facts is None:
             return verdict.reason
-        return (
-            f"{facts.fulfilled} of {facts.runs} runs fulfil it; of all runs between {facts.low:.6g} and "
-            f"{facts.high:.6g} do, required {verdict.requirement.share:.6g} ({verdict.reason})"
-        )
+        return f"{facts.text(verdict.requirement.share)} ({verdict.reason})"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
-        """Return the worst runs, each with the command that repeats it, empty for a store in memory."""
+        """Return the worst runs with the commands that repeat them; without commands for a store in memory."""
         path = self._store.path
         return [
             (
@@ -174,7 +203,7 @@ class Verdicts:
         ]
 
     def _value(self, run: int, value: float, number: str) -> str:
-        """Return the number of a run, or why it has none."""
+        """Return the number of a run, or the reason why it has none."""
         if not number:
             return ""
         if math.isfinite(value):
@@ -186,3 +215,37 @@ class Verdicts:
             return f", which ended as {STATUS_TEXT[status]!r}"
         value = float(Number(number, "the requirements")(lambda name: column(self._store, name, [block]))[row])
         return f", which has no {number}" if math.isnan(value) else f", {number} = {value:g}"
+
+
+class RareVerdicts(Verdicts):
+    """Verdicts by runs that search for failures; arguments as for `decide_rare`."""
+
+    def __init__(
+        self,
+        model: Model | str | os.PathLike[str],
+        campaign: Campaign,
+        requirements: Mapping[str, str],
+        confidence: float | None,
+        threads: int | None = None,
+        own: OwnLaw | None = None,
+        report: Progress | None = None,
+        origin: str = "the call",
+    ) -> None:
+        self.confidence = checked_confidence(confidence, origin)
+        loaded = model if isinstance(model, Model) else load(model, "c")
+        self._about = f"{loaded.name} {campaign.controller} {campaign.scenario}"
+        self._seed = campaign.seed
+        self._verdicts = decide_rare(
+            loaded, campaign, requirements, confidence, used_threads(threads, origin), own, report, origin
+        )
+
+    def _title(self) -> str:
+        return f"{self._about}: failures sought, seed {self._seed}"
+
+    def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
+        """Return the varied values of the worst failures."""
+        count = min(_SHOWN, *map(len, verdict.failures.values())) if verdict.failures else 0
+        return [
+            (", ".join(f"{name} = {values[k]:.6g}" for name, values in verdict.failures.items()) + " fails", "")
+            for k in range(count)
+        ]

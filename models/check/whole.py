@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check of a whole system before anything is written."""
+"""Check of a whole system before generation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..forms import with_samples
 from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries
-from .features import check_features
+from .features import check_features, check_sensor
 from .kinds import check_kinds
 from .metrics import check_metrics
 from .names import check_names
@@ -18,7 +18,7 @@ from .vectors import vectors
 
 
 def check(system: System, folder: Path | None = None) -> None:
-    """Refuse a system whose parts do not fit together.
+    """Refuse a system with contradictory parts.
 
     Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
     names are unique; what is declared has an effect; scenarios and metrics name existing quantities.
@@ -42,4 +42,5 @@ def check(system: System, folder: Path | None = None) -> None:
     check_entries(system, listing)
     check_scenarios(system, listing, folder)
     check_dimensions(system, listing)
+    check_sensor(system)
     check_metrics(system, folder)

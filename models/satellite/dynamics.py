@@ -37,7 +37,7 @@ AXES = ("roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart of the attitude, with the expressions that the rest of the model uses.
+    """A chart of the attitude with the expressions that the model needs.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ def euler_rotation() -> sp.Matrix:
 
 
 def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
-    """Define C, Omega and the kinematics of a chart.
+    """Define C, Omega and the kinematics in a chart.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
 
 
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
-    """Read the three angles off C: the laws' measurement when the state is a quaternion."""
+    """Define three angles from C, as measurements of laws if the state is a quaternion."""
     sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
     values = (
         sp.atan2(rotation[1, 2], rotation[2, 2]),
@@ -109,7 +109,7 @@ def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
 
 
 def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr) -> sp.Matrix:
-    """Return 3 (mu/r^3) n x (I n) with n the nadir direction in body axes and I the total inertia."""
+    """Return 3 (mu/r^3) n x (I n), with nadir direction n in body axes and total inertia I."""
     nadir = rotation[:, 2]
     return 3 * pull * nadir.cross(inertia * nadir)
 
@@ -120,19 +120,19 @@ def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, 
 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
-    """Return J, the inertia of body and wheels without that of each wheel about its axis, which is part of h."""
+    """Return J, the inertia of body and wheels without the wheels' axial inertias, which are part of h."""
     if plant.elements("I"):
         return plant.I
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)
 
 
 def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
-    """Return I = J + Iw, the inertia with locked wheels: gravity pulls at all masses, turning or not."""
+    """Return I = J + Iw, the inertia with locked wheels, on which gravity acts."""
     return inertia_matrix(plant) + wheels.locked
 
 
 def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
-    """Define the gravity gradient; about principal axes each component has one product of the nadir's."""
+    """Define the gravity gradient torque; for principal axes, each component has one product of nadir components."""
     torque = gravity_gradient(rotation, inertia, pull)
     if inertia.is_diagonal():
         torque = torque.applyfunc(sp.factor)
@@ -140,7 +140,7 @@ def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Deri
 
 
 def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
-    """Solve the momentum balance (1) for w', with the torque on the body and the momentum stored in the wheels.
+    """Solve the momentum balance (1) for w', given the torque on the body and the wheels' momentum.
 
     Notes
     -----
@@ -157,7 +157,7 @@ def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
 
 
 def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
-    """Solve the balance of a full tensor; its inverse depends on parameters alone, and a batch has it once."""
+    """Solve the balance with a full inertia tensor, whose inverse depends on parameters only."""
     inverse = symmetric("K", inertia.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d, "(1)")
     net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
     net = vector("N_*", net, "torque less w x H about *", "N m", "N_*", d, "(1)")
@@ -167,7 +167,7 @@ def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels
 def motion_of_the_whole(
     outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Solve for w' and the rates of the wheels' momenta, with the torques from outside and those of the motors."""
+    """Solve for w' and the rates of the wheels' momenta, given external torques and motor torques."""
     if wheels.imbalance:
         turning, stored = shaken(inertia_matrix(plant), outside, tuple(motors), rates, wheels.imbalance, d)
         return tuple(turning), stored
@@ -184,7 +184,7 @@ def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
 
 
 def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:
-    """Return the energy of rotation of body and wheels and the potential of the gravity gradient."""
+    """Return the rotational energy of body and wheels, and the potential of the gravity gradient."""
     nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
     potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
@@ -193,7 +193,7 @@ def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Exp
 
 
 def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
-    """Return J w + h in inertial axes: on a circle those that the orbit axes pass at latitude zero."""
+    """Return J w + h in inertial axes, which coincide with the orbit axes at latitude zero of a circle."""
     in_body = inertia_matrix(plant) * rates + wheels.momentum
     if wheels.imbalance:
         in_body += extra_momentum(rates, wheels.imbalance)

@@ -25,7 +25,7 @@ NOISE = Group(
 
 
 def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torques of the Earth's field on a dipole, of the air and of sunlight; zero by default.
+    """Define the torques of magnetic field, air and sunlight; zero by default.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def _air_force(orbit: Orbit, plant: Group, d: Derivation) -> Expr:
 
 
 def wheel_torque(speeds: tuple[Expr, ...], wheels: Wheels, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torque of each wheel's motor and bearing friction on the body."""
+    """Define the torque of each wheel on the body: motor and bearing friction."""
     torques = wheels.torques + wheels.share * plant.wheel_friction * sp.Matrix(speeds)
     title = "torque of wheel * on the body: motor and friction"
     return vector("Tw_*", torques, title, "N m", "T_{w,*}", d, labels=wheels.labels)

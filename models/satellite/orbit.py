@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The orbit: the paper's circle, or Kepler's ellipse by true anomaly, drifting as the Earth's oblateness has it.
+"""Orbit: the paper's circle, or a Kepler ellipse by true anomaly with the mean drift of the Earth's oblateness.
 
 Orbit axes: x along the motion across the radius, y opposite to the orbit normal, z to nadir. An orbit says how these
 axes turn, how strongly gravity differs over the body, and what its place decides: magnetic field, air, sunlight.
@@ -23,12 +23,12 @@ PERIGEE = Quantity("perigee", "rad", "argument of the perigee, from the ascendin
 NODE = Quantity("node", "rad", "right ascension of the ascending node", r"\Omega_n")
 
 _TO_ORBIT_AXES = sp.Matrix([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
-"""Rotation from radius, direction of motion and normal to orbit axes."""
+"""Rotation from the axes radius, along track and normal to the orbit axes."""
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """An orbit, with the quantities that the model needs; vectors are in orbit axes.
+    """An orbit with the quantities of the model; vectors are in orbit axes.
 
     Attributes
     ----------
@@ -72,12 +72,12 @@ class Orbit:
 
 
 def circular_turning(omega0: Expr) -> sp.Matrix:
-    """Return the rate of the orbit axes of a circle in these: about -y, because z is nadir and x is velocity."""
+    """Return the rate of a circular orbit's axes in themselves: about -y, as z is nadir and x is along the velocity."""
     return sp.Matrix([0, -omega0, 0])
 
 
 def circular(plant: Group, s: Group) -> Orbit:
-    """Return the paper's orbit: a constant rate about -y, a dipole along the Earth's axis, a Sun fixed to its plane."""
+    """Return the paper's orbit: constant rate about -y, dipole along the Earth's axis, Sun fixed in its plane."""
     latitude = LATITUDE.symbol
     turning = circular_turning(plant.omega0)
     strength, tilt = plant.field_moment / plant.orbit_radius**3, plant.inclination
@@ -104,7 +104,7 @@ def circular(plant: Group, s: Group) -> Orbit:
 
 @functools.cache
 def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
-    """Derive the secular rates of node, perigee and mean anomaly under J2 from Lagrange's planetary equations.
+    """Derive the mean rates of node, perigee and mean anomaly under J2 from Lagrange's planetary equations.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
 
 @dataclass(frozen=True)
 class _Place:
-    """The ellipse at an anomaly, in plain expressions.
+    """The ellipse at an anomaly, as unnamed expressions.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class _Place:
 
 
 def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callable[..., Expr]) -> _Place:
-    """Return the place at an anomaly; `named` may give names to its steps."""
+    """Return the ellipse at an anomaly; `named` may name its steps."""
     a, e, mu = plant.semi_major_axis, plant.eccentricity, plant.mu
     parameter = named("parameter", a * (1 - e**2), "semi-latus rectum", "m", "p")
     nearness = 1 + e * sp.cos(anomaly)
@@ -189,7 +189,7 @@ def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callab
 
 
 def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
-    """Define Kepler's ellipse by its true anomaly, with the mean drift by J2, a tilted dipole, air, Sun and shadow.
+    """Define a Kepler ellipse by true anomaly, with mean J2 drift, tilted dipole, air, Sun and shadow.
 
     The dipole turns with the Earth; the air thins out exponentially above the perigee and does not turn; the shadow is
     a cylinder.
@@ -232,7 +232,7 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
 
 
 def _field(plant: Group, radius: Expr, axes: sp.Matrix) -> tuple[Expr, ...]:
-    """Return the field of a dipole: (mf/r^3) (m - 3 (m.n) n) for its axis m, towards north, and nadir n."""
+    """Return a dipole's field (mf/r^3) (m - 3 (m.n) n), with northward axis m and nadir n."""
     longitude = plant.pole_longitude + plant.earth_rate * TIME.symbol
     pole = axes * direction(longitude, sp.pi / 2 - plant.pole_tilt)
     nadir = sp.Matrix([0, 0, 1])

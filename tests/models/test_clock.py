@@ -50,20 +50,21 @@ def pushed() -> System:
 
 
 def shaken() -> System:
-    """A speed in a wind that turns, v' = a + k cos(w t), seen k t too fast and limited by a bound that rises."""
+    """A speed in a wind that turns, v' = a + k cos(w t), measured right and k t too fast, with a bound that rises."""
     x, u, t = Group("x", (quantity("v", "m"),)), Group("u", (quantity("a", "m/s"),)), TIME.symbol
     rows = (("k", "m/s", 2.0), ("w", "1/s", 3.0), ("Ts", "s", 0.1, POSITIVE), ("top", "m", 1.0))
     p, c = Group("p", tuple(parameter(*row) for row in rows)), Group("c", (parameter("gain", "1/s", 0.5),))
-    d = Derivation()
+    seen, d = Group("seen", (quantity("exact", "m"), quantity("fast", "m"))), Derivation()
     wind = d.define("wind", p.k * sp.cos(p.w * t), title="a wind that turns")
     return dataclasses.replace(
         pushed(), name="shaken", states=x, inputs=u, parameters=p, rhs=(u.a + wind,), steps=tuple(d.steps),
         outputs=Group("y", (quantity("gust", "m/s"),)), output=(wind,),
         limits=(Condition(p.top * (2 + t / p.Ts) - x.v, "too fast"),),
         functions=(Function("wind_at", (x, p), ((quantity("W", "m/s"), wind),), "the wind"),),
-        sensor=Sensor(Group("e", ()), (x.v + p.k * t,)),
+        sensor=Sensor(Group("e", ()), (x.v, x.v + p.k * t), seen),
         controllers=(
-            Controller("brake", "", c, (-c.gain * x.v,)), Controller("steps", "", c, (-c.gain * x.v,), period="Ts"),
+            Controller("brake", "", c, (-c.gain * seen.exact,)),
+            Controller("steps", "", c, (-c.gain * seen.fast,), period="Ts"),
         ),
         choices=(Choice("air", ("windy", "calm"), "with or without wind"),),
         variants=(Variant(("calm",), (u.a + wind / 2,), {}),),

@@ -18,7 +18,7 @@ from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.noise import normals
-from tests.models.edits import POSITIVE, quantity, turner
+from tests.models.edits import POSITIVE, cart, quantity, turner
 from tests.models.feedback import seeker
 from tests.models.written import written
 from tests.reference.scipy_loop.noise import Stream, drawn
@@ -149,9 +149,20 @@ def test_what_would_be_ignored_is_refused():
         assert "tests/models/" in str(refusal.value)
     seen = dataclasses.replace(system.sensor, measured=turner().states.symbols[:1])
     with pytest.raises(
-        ModelError, match=r"measured quantities under a continuous law \(inward\) cannot stand beside a regular chart"
+        ModelError,
+        match=r"measured quantities under a continuous law \(inward\) cannot be combined with a regular chart",
     ):
         check(dataclasses.replace(turner(), sensor=seen))
+
+
+def test_a_continuous_law_receives_no_state_that_is_measured_otherwise():
+    system = cart()
+    noise, exact = system.sensor.noise, system.states.symbols
+    check(system)  # noise alone changes nothing for a continuous law
+    for row in (2 * exact[0], exact[0] / 2 + abs(exact[0]) / 2):
+        sensor = Sensor(noise, (row + system.sensor.measured[0] - exact[0], *exact[1:]))
+        with pytest.raises(ModelError, match="would receive the state itself: give the measurements names"):
+            check(dataclasses.replace(system, sensor=sensor))
 
 
 def test_a_system_whose_laws_command_at_each_sample_stays_as_it_is():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads of the environment: gravity gradient, the field on dipoles, air and sunlight on spheres and plates.
+"""Loads of the environment: gravity gradient, magnetic torque on dipoles, air drag and sunlight.
 
 The air meets the craft at the velocity of its centre of mass; what its turning adds is left out.
 """
@@ -13,7 +13,7 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...quantities import Quantity
+from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
 from ..part import Load, Mounted, Part
 from ..values import Number, Vector, direction, place, scalar, vector
@@ -22,7 +22,7 @@ from .orbit import sky
 
 @dataclass(frozen=True)
 class GravityGradient(Part):
-    """Torque and force of the gravity gradient on the craft as one body.
+    """Torque and force of the gravity gradient on the whole craft as a rigid body.
 
     With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
     3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): what derives from the potential
@@ -69,7 +69,7 @@ class Dipole(Part):
 
 @dataclass(frozen=True)
 class Magnetorquer(Part):
-    """A coil or rod whose dipole a law commands; it turns the hub against the Earth's field.
+    """A coil or rod whose dipole a law commands; its torque is that of the Earth's field.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Magnetorquer(Part):
 
 @dataclass(frozen=True)
 class Drag(Part):
-    """Drag of a sphere, or of one side of a flat plate: -rho C A |v| v/2, with the area that a plate turns to the wind.
+    """Drag on a sphere or on one side of a flat plate: -rho C A |v| v/2, with the projected area of a plate.
 
     Parameters
     ----------
@@ -128,11 +128,11 @@ class Drag(Part):
 
 @dataclass(frozen=True)
 class SunPressure(Part):
-    """Pressure of sunlight on a sphere, -P A (1 + rho) s, or on one side of a flat plate.
+    """Pressure of sunlight on a sphere or on one side of a flat plate.
 
     A plate that mirrors the part rho of the light and scatters the part delta feels, at the angle of the light with
     cosine c, the force -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude Determination and
-    Control, 1978, 17.2.)
+    Control, 1978, 17.2.) Its integral over a sphere is -P A (1 + 4 delta/9) s: a sphere mirrors evenly to all sides.
 
     Parameters
     ----------
@@ -144,21 +144,31 @@ class SunPressure(Part):
         Centre of pressure, m.
     normal : three numbers, optional
         Outward normal of the plate, any length; a sphere without.
-    mirrored, scattered : number
-        Parts of the light; a sphere has none that is scattered.
+    mirrored : number, optional
+        Part of the light, of a plate; default: 0.6.
+    scattered : number
+        Part of the light.
     """
 
     area: Annotated[Number, scalar("A", "m^2", "area")]
     at: Annotated[Vector, place("r", "centre of pressure")] = (0, 0, 0)
     normal: Annotated[Vector | None, direction("n", "outward normal")] = None
-    mirrored: Annotated[Number, scalar("rho", "1", "part of the light that is mirrored", "[0, 1]")] = 0.6
+    mirrored: Annotated[Number | None, scalar("rho", "1", "part of the light that is mirrored", "[0, 1]")] = None
     scattered: Annotated[Number, scalar("delta", "1", "part of the light that is scattered", "[0, 1]")] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.normal is not None and self.mirrored is None:
+            object.__setattr__(self, "mirrored", 0.6)  # of solar cells and foil, as that of the satellite's surface
+        if self.normal is None and self.mirrored is not None:
+            raise ModelError(
+                f"{self.name}.mirrored is for a plate, and a sphere has no mirror: give a normal, or leave mirrored out"
+            )
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v, here = at.values, sky(at)
         pressure = here.orbit.values.sunlight * here.light * v.area
         if v.normal is None:
-            force = -pressure * (1 + v.mirrored) * here.sun
+            force = -pressure * (1 + sp.Rational(4, 9) * v.scattered) * here.sun
         else:
             cosine = at.define("c", sp.Max(0, v.normal.dot(here.sun)), "cosine of the angle of the light", "1")
             shares = (1 - v.mirrored) * here.sun + 2 * (v.mirrored * cosine + v.scattered / 3) * v.normal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Detumbling by the torquers alone: a dipole against the change of the measured field (B-dot)."""
+"""Detumbling with torquers only: a dipole against the rate of the measured field (B-dot)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LAST = tuple(
 
 
 def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Derivation) -> Controller:
-    """Return the law m = -k B'/|B|^2, with B' between two samples.
+    """Return the law m = -k B'/|B|^2, with B' from two samples.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wheels whose masses are not even about their axes: they shake the body, and the body shakes them.
+"""Unbalanced wheels: their rotation disturbs the body, and the reverse.
 
 A wheel has its balanced masses, a first moment q across its axis (static imbalance) and products of inertia a phi' +
 phi a' with its axis a (dynamic imbalance), all about its centre, which lies at r from the centre of mass of the whole
@@ -30,7 +30,7 @@ from ..naming import angular_acceleration, matrix, symmetric
 
 @dataclass(frozen=True)
 class Rotor:
-    """A wheel that is not balanced; vectors have body axes.
+    """An unbalanced wheel; vectors are in body axes.
 
     Attributes
     ----------
@@ -60,13 +60,13 @@ class Rotor:
         return self.momentum / self.inertia - self.axis.dot(rate)
 
     def slip(self, rate: sp.Matrix) -> sp.Matrix:
-        """Return w x q, what the imbalance adds to the momentum."""
+        """Return w x q, the imbalance's contribution to the momentum."""
         return rate.cross(self.offset) + self.spin(rate) * self.across
 
 
 @dataclass(frozen=True)
 class Imbalance:
-    """Wheels that are not balanced.
+    """A set of unbalanced wheels.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Imbalance:
 def imbalance(
     plant: Group, s: Group, axes: sp.Matrix, inertia: Sequence[Expr], momenta: Sequence[Expr], d: Derivation
 ) -> Imbalance:
-    """Define where the imbalances of wheels along the columns of `axes` point."""
+    """Define the directions of the imbalances of wheels along the columns of `axes`."""
     labels = [str(k + 1) for k in range(axes.cols)]
     states = tuple(Quantity(f"angle{k}", "rad", f"angle that wheel {k} has turned", rf"\theta_{k}") for k in labels)
     rotors = tuple(_rotor(k, plant, axes[:, k], inertia[k], momenta[k], states[k].symbol, d) for k in range(axes.cols))
@@ -116,7 +116,7 @@ def _rotor(k: int, plant: Group, axis: sp.Matrix, inertia: Expr, momentum: Expr,
 
 
 def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return two directions across an axis, which turn into each other about it.
+    """Return two directions normal to an axis, each turned into the other by a quarter turn.
 
     Notes
     -----
@@ -137,14 +137,14 @@ def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.M
 
 
 def vector(name: str, value: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the parts of a vector in body axes."""
+    """Name the components of a vector in body axes."""
     return naming.vector(f"{name}_*", value, f"{title}, along *", unit, f"{latex.replace('_', '_{')},*}}", d)
 
 
 def accelerations(
     inertia: sp.Matrix, torque: sp.Matrix, motors: Sequence[Expr], rate: sp.Matrix, wheels: Imbalance, d: Derivation
 ) -> tuple[sp.Matrix, tuple[Expr, ...]]:
-    """Solve the balances of the whole and of the wheels.
+    """Solve the momentum balances of the whole and of the wheels.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def accelerations(
 
 
 def _forces(rotor: Rotor, motor: Expr, rate: sp.Matrix, d: Derivation) -> tuple[Expr, sp.Matrix]:
-    """Define the torque on a wheel about its axis, and q'' without the accelerations."""
+    """Define the torque on a wheel about its axis, and q'' without accelerations."""
     a, q, t, label = rotor.axis, rotor.offset, rotor.across, rotor.label
     pull = rate.cross(rate.cross(rotor.place))
     eta = -motor - t.dot(pull) - a.dot(rate) * a.cross(rotor.skew).dot(rate)
@@ -211,7 +211,7 @@ def _forces(rotor: Rotor, motor: Expr, rate: sp.Matrix, d: Derivation) -> tuple[
 
 
 def _turning(rotor: Rotor, rate: sp.Matrix) -> sp.Matrix:
-    """Return the rate of -(s phi + (w . phi) a) at steady rates."""
+    """Return the rate of -(s phi + (w . phi) a) at constant rates."""
     a, phi, spin = rotor.axis, rotor.skew, rotor.spin(rate)
     carried = rate.cross(a)
     momentum = carried * rotor.momentum
@@ -220,7 +220,7 @@ def _turning(rotor: Rotor, rate: sp.Matrix) -> sp.Matrix:
 
 
 def extra_energy(rate: sp.Matrix, wheels: Imbalance) -> Expr:
-    """Return the energy of rotation that the imbalances add."""
+    """Return the imbalances' contribution to the rotational energy."""
     slip = _slip(rate, wheels)
     own = sp.Add(
         *(
@@ -232,7 +232,7 @@ def extra_energy(rate: sp.Matrix, wheels: Imbalance) -> Expr:
 
 
 def extra_momentum(rate: sp.Matrix, wheels: Imbalance) -> sp.Matrix:
-    """Return the angular momentum about the centre of mass that the imbalances add, in body axes."""
+    """Return the imbalances' contribution to the angular momentum about the centre of mass, in body axes."""
     total = -sum((rotor.offset for rotor in wheels.rotors), sp.zeros(3, 1)).cross(_slip(rate, wheels)) / wheels.mass
     for rotor in wheels.rotors:
         total += rotor.place.cross(rotor.slip(rate)) + rotor.offset.cross(rate.cross(rotor.place))

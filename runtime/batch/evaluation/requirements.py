@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements on the runs of a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
+"""Requirements on a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
 
 A requirement says that at least a share of all possible runs fulfils a condition. The stored runs are a sample of
 these. It holds where the lower bound of the share reaches the required one; it does not hold where the upper bound
@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -31,7 +31,7 @@ from .conditions import Criterion, Number
 from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
 
 DECIDED = "decided"
-"""The stop rule that ends a batch as soon as each requirement is decided."""
+"""Name of the stop rule that ends a batch as soon as all requirements are decided."""
 
 Answer = Literal["holds", "does not hold", "undecided"]
 
@@ -45,13 +45,13 @@ _USAGE = "as in 'quantile(0.997, PEAK) < 0.02 deg' or 'probability(T_x < 20) > 0
 
 
 def checked_confidence(value: object, origin: str) -> float:
-    """Return the confidence of a bound, 0.95 for None, or refuse it."""
+    """Return the confidence of a bound, 0.95 by default; refuse invalid ones."""
     return float(_CONFIDENCE.check(0.95 if value is None else value, origin))
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A condition, and the least share of all runs that must fulfil it.
+    """A condition, and the smallest share of all runs that must fulfil it.
 
     Attributes
     ----------
@@ -65,6 +65,8 @@ class Requirement:
         What a quantile is of; empty for a probability.
     largest : bool
         True where a large number is a bad one.
+    limit : float
+        The limit of a quantile.
     """
 
     name: str
@@ -73,13 +75,14 @@ class Requirement:
     condition: str
     number: str = ""
     largest: bool = True
+    limit: float = math.nan
 
     def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
         return Success(self.condition, self.name)(store, blocks)
 
     def badness(self, store: Store, block: int) -> FloatArray:
-        """Return a number for each run of a block, larger for a worse run; NaN for a run that is not of interest."""
+        """Return a number for each run of a block, larger for worse runs; NaN for irrelevant ones."""
         if not self.number:
             return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
         value = Number(self.number, self.name)(lambda name: column(store, name, [block]))
@@ -122,7 +125,7 @@ def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, st
             raise bad_value(name, text, allowed, origin)
         below = match["sign"].startswith("<")
         result = Requirement(
-            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below
+            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below, limit
         )
     elif match := _PROBABILITY.fullmatch(text):
         result = Requirement(name, text, _share(name, text, match["share"], origin), match["condition"].strip())
@@ -143,14 +146,14 @@ def _share(name: str, text: str, written: str, origin: str) -> float:
 
 
 def lower_bound(successes: int, runs: int, confidence: float) -> float:
-    """Return the exact lower bound of a probability for a number of runs that was fixed (Clopper and Pearson 1934)."""
+    """Return the exact lower bound of a probability for a predetermined number of runs (Clopper and Pearson 1934)."""
     from scipy.special import betaincinv
 
     return float(betaincinv(successes, runs - successes + 1, 1 - confidence)) if successes else 0.0
 
 
 def log_evidence(successes: int, runs: int, share: float) -> float:
-    """Return the logarithm of the evidence that a probability is larger than a share, at any number of runs.
+    """Return the logarithm of the evidence that a probability exceeds a share, valid at any number of runs.
 
     The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
     probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
@@ -169,7 +172,7 @@ def log_evidence(successes: int, runs: int, share: float) -> float:
 
 
 def sequential_bound(successes: int, runs: int, confidence: float) -> float:
-    """Return the lower bound of a probability that holds at every number of runs at once; see `log_evidence`."""
+    """Return the lower bound of a probability that holds at all numbers of runs at once; see `log_evidence`."""
     from scipy.optimize import brentq
 
     needed = -math.log1p(-confidence)
@@ -186,7 +189,7 @@ def sequential_bound(successes: int, runs: int, confidence: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Runs that were counted, those that fulfil the condition, and both bounds of the share of all runs."""
+    """Number of counted and of fulfilling runs, with both bounds of the share of all runs."""
 
     runs: int
     fulfilled: int
@@ -197,15 +200,55 @@ class Evidence:
         """Return the verdict of the bounds on a required share."""
         return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
 
+    def text(self, share: float) -> str:
+        """Return the evidence in words, compared with a required share."""
+        return (
+            f"{self.fulfilled} of {self.runs} runs fulfil it; of all runs between {self.low:.6g} and "
+            f"{self.high:.6g} do, required {share:.6g}"
+        )
+
+
+@dataclass(frozen=True)
+class RareEvidence:
+    """Runs of a search for rare failures, with bounds of the share of runs that fail."""
+
+    runs: int
+    least: float
+    most: float
+
+    @property
+    def low(self) -> float:
+        """Lower bound of the share that fulfils the condition."""
+        return 1 - self.most
+
+    @property
+    def high(self) -> float:
+        """Upper bound of the share that fulfils the condition."""
+        return 1 - self.least
+
+    @property
+    def fulfilled(self) -> None:
+        """No number, as failing runs are searched for and not counted."""
+
+    def answer(self, share: float) -> Answer:
+        """Return the verdict of the bounds on a required share."""
+        return "holds" if self.most <= 1 - share else "does not hold" if self.least > 1 - share else "undecided"
+
+    def text(self, share: float) -> str:
+        """Return the evidence in words, compared with a required share."""
+        return (
+            f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
+        )
+
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
-    """Return the bounds for some runs, whose number was `fixed` beforehand or not."""
+    """Return the bounds for counted runs; `fixed` is True if their number was chosen in advance."""
     bound = lower_bound if fixed else sequential_bound
     return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
 
 
 class DecisionRule:
-    """The stop rule that ends a batch as soon as each requirement is decided.
+    """Stop rule that ends a batch as soon as all requirements are decided.
 
     Parameters
     ----------
@@ -231,11 +274,11 @@ class DecisionRule:
         self._needed = -math.log1p(-confidence)
 
     def count(self, store: Store, block: int) -> tuple[int, ...]:
-        """Return how many runs of a block fulfil each requirement."""
+        """Return the number of runs in a block that fulfil each requirement."""
         return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True once each requirement is decided; the runs are those so far, more at each call."""
+        """Return True if all requirements are decided by the runs so far."""
         for k in sorted(self._open):
             share, failures = self._requirements[k].share, runs - counts[k]
             if max(log_evidence(counts[k], runs, share), log_evidence(failures, runs, 1 - share)) >= self._needed:
@@ -245,7 +288,7 @@ class DecisionRule:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict of the runs on a requirement.
+    """Verdict on a requirement.
 
     Attributes
     ----------
@@ -253,24 +296,28 @@ class Verdict:
         What is required.
     answer : str
         "holds", "does not hold" or "undecided".
-    evidence : Evidence or None
-        The counts and bounds; None where the runs are no independent sample.
+    evidence : Evidence, RareEvidence or None
+        The counts and bounds; None where the runs prove nothing.
     reason : str
         Why it is undecided, or how the bounds were computed.
     worst : tuple of (int, float)
-        The runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no number.
+        The counted runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no
+        number.
         For a probability the first runs that do not fulfil the condition.
+    failures : mapping of str to array
+        Values of runs that fail, worst first, where they were sought; `mehvar.batch` takes them as `points`.
     """
 
     requirement: Requirement
     answer: Answer
-    evidence: Evidence | None
+    evidence: Evidence | RareEvidence | None
     reason: str
     worst: tuple[tuple[int, float], ...]
+    failures: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def recorded(store: Store) -> tuple[dict[str, str], float]:
-    """Return the requirements of a store by name, and their confidence; none for a batch that had none."""
+    """Return the requirements of a store by name, and their confidence; none if the batch had none."""
     rules = json.loads(store.attributes.get("require") or "{}")
     return rules.get("requirements", {}), checked_confidence(rules.get("confidence"), "the store")
 
@@ -314,21 +361,26 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
 def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
-    bad = worst(store, lambda block: requirement.badness(store, block), _WORST)
-    runs = tuple((run, _badness(store, requirement, run)) for run in bad)
     if design != "random":
         reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
-        return Verdict(requirement, "undecided", None, reason, runs)
+        return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
         fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
         facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
     else:
         facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+    runs = _worst(store, requirement, facts.runs or None)
     return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
 
 
+def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
+    """Return the worst of the counted runs with their numbers."""
+    bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
+    return tuple((run, _badness(store, requirement, run)) for run in bad)
+
+
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
-    """Return the evidence after the first block that decides, or after the last one before a gap."""
+    """Return the evidence after the first deciding block, else after the last block before a gap."""
     rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
     for place, block in enumerate(store.stored()):
         if block != place:

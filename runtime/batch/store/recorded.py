@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs of a batch as its dataset holds them."""
+"""Runs of a batch as its dataset holds them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Recorded:
-    """A dataset of a batch that reads like a store.
+    """A batch's dataset with the interface of a store.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Recorded:
         return [block for block in range(self.blocks()) if self.has(block)]
 
     def runs(self, block: int) -> range:
-        """Return the numbers of a block's runs."""
+        """Return the run numbers of a block."""
         return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
@@ -63,6 +63,16 @@ class Recorded:
     def variables(self) -> Mapping[str, Variable]:
         """Return the variables by name."""
         return {
-            str(name): Variable(str(name), str(values.dtype), attributes=values.attrs)
+            str(name): Variable(
+                str(name), str(values.dtype), "".join(map(str, values.dims[1:])), attributes=values.attrs
+            )
             for name, values in self._dataset.data_vars.items()
         }
+
+    def coordinate(self, name: str) -> NDArray[Any]:
+        """Return a variable without the run dimension."""
+        return np.array(self._dataset[name])
+
+    def array_attributes(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return the attributes of each variable and coordinate."""
+        return {str(name): values.attrs for name, values in self._dataset.variables.items()}

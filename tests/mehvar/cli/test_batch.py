@@ -237,7 +237,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         ((*ONE, "--vary", "R=normal(0.9, 0.01)"), "must be in (0, 0.707106781187)"),
         ((*ONE, "--vary", "R=nrmal(1, 2)"), "unknown distribution 'nrmal' of R"),
         ((*ONE, "--vary", "R=choice(1)", "--vary", "R=choice(2)"), "--vary R is given twice"),
-        ((*ONE, "--save", "0.1"), "--save = '0.1': must be every=DT"),
+        ((*ONE, "--save", "often"), "save = 'often' (from --save): must be a number"),
         ((*ONE, "--seed", "3"), "seed = 3 (from the command line): must be left out unless something varies"),
         ((*ONE, "--sampling", "latin"), "sampling = 'latin' (from the command line): must be left out"),
         ((*ONE, "--save", "every=1"), "save = 1.0 (from the command line): must be a multiple of the sampling step"),

@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from scipy import stats
 from scipy.optimize import minimize_scalar
 
 import mehvar
 from mehvar.base.errors import InputError
+from mehvar.models.quantities import Group, Parameter, Quantity
+from mehvar.models.system import Controller, Scenario, System
 
 COST = "final(theta) * final(theta) + 0.3 * max_rate"
 RUNS = {"vary": {"theta_0": "uniform(0.8, 1.2)"}, "n": 16, "t_end": 5.0}
@@ -35,6 +39,37 @@ def test_a_gain_that_acts_on_nothing_is_not_called_better() -> None:
     assert tuning.answer == "undecided"
 
 
+def decay(least: str) -> mehvar.Model:
+    """A place that a gain brings to zero, y' = -k y, so that y(2) = y_0 exp(-2 k)."""
+    x, u = Group("x", (Quantity("y", "m", "place"),)), Group("u", (Quantity("v", "m/s", "push"),))
+    c = Group("c", (Parameter("k", "1/s", "gain", default=0.5, bounds=least),))
+    s = Group("s", (Parameter("y_0", "m", "start", default=1.0),))
+    law = Controller("pull", "proportional", c, (-c.k * x.y,))
+    return mehvar.build(
+        System(
+            name="decay", title="a place", states=x, inputs=u, scenario_parameters=s, rhs=(u.v,), initial=(s.y_0,),
+            controllers=(law,), scenarios=(Scenario("go", "go", 2.0, 0.1),),
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("least", ["[0.5, 0.8]", "[0, 0.8]", "[0, 0.8)", "[-1, 0.8]"])
+@pytest.mark.parametrize("n", [2, 5])
+def test_the_interval_is_students_and_a_bound_is_told(n: int, least: str) -> None:
+    """The start may be at a bound, as the least cost is; few runs have a wide interval."""
+    model, runs = decay(least), {"vary": {"y_0": "uniform(0.5, 1.5)"}, "n": n}
+    tuning = mehvar.tune(model, "pull", ["k"], "final(y) * final(y)", seed=4, **runs)
+    assert tuning.gains["k"] == pytest.approx(0.8, rel=2e-4)
+    assert tuning.bounded == ("k",)
+    assert "k is at a bound" in repr(tuning)
+    old, new = (
+        mehvar.batch(model, "pull", seed=5, k=k, **runs).final.sel(state="y").values ** 2
+        for k in (0.5, tuning.gains["k"])
+    )
+    interval = stats.ttest_1samp(old - new, 0.0).confidence_interval(0.95)
+    np.testing.assert_allclose([tuning.low, tuning.high], interval, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("free", "cost", "part"),
     [
@@ -55,6 +90,9 @@ def test_what_cannot_be_tuned_is_refused(free: list[str], cost: str, part: str) 
     [
         ({"vary": {"theta_0": [0.9, 1.1]}, "n": 2}, "listed design"),
         ({"sampling": "sobol"}, "sobol design"),
+        ({"success": "T_length < 1"}, "success = .*left out"),
+        ({"until": "ci(success) < 0.1"}, "until = .*left out"),
+        ({"save": 0.5}, "save = 0.5.*left out"),
         ({"vary": None}, "all runs are the same"),
     ],
 )

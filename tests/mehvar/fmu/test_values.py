@@ -14,9 +14,13 @@ import numpy as np
 import pytest
 
 import mehvar
+from mehvar.fmu.description import Version, description
+from mehvar.fmu.variables import subject
 
 _LOGGER = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2, ctypes.c_int, *[ctypes.c_char_p] * 2)
 ERROR = 3
+IDLE = {"Ts", "umax", "noise", "noise_rate", "quantum"}
+"""Parameters of the satellite that act on samples alone."""
 
 
 class Unit:
@@ -182,15 +186,37 @@ def test_derivatives_by_parameters_and_references_are_the_generated_ones(tmp_pat
         )
     )
     rates, outputs = [f"der({name})" for name in model.state_names], [q.name for q in model.manifest.outputs]
-    by_p = [unit.along(f"plant.{q.name}", *rates, *outputs) for q in model.manifest.parameters]
+    acting = [q.name not in IDLE for q in model.manifest.parameters]
+    by_p = [unit.along(f"plant.{q.name}", *rates, *outputs) for q in model.manifest.parameters if q.name not in IDLE]
     by_r = [unit.along(f"reference.{q.name}", *rates, *outputs) for q in model.manifest.references]
     jac_p, jac_r = (
         np.reshape(model.functions[name](*a), (len(n), -1))
         for name, a, n in (("jac_p", (x, u, p), rates), ("outputs_jac_p", (x, u, r, p), outputs))
     )
-    np.testing.assert_allclose(np.transpose(by_p), np.vstack([jac_p, jac_r]), 1e-12, 1e-18)
+    full = np.vstack([jac_p, jac_r])
+    np.testing.assert_allclose(np.transpose(by_p), full[:, acting], 1e-12, 1e-18)
+    assert not full[:, np.logical_not(acting)].any()
     j_r = np.reshape(model.functions["outputs_jac"](x, u, r, p)[2], (len(outputs), -1))
     np.testing.assert_allclose(np.transpose(by_r), np.vstack([np.zeros((len(rates), len(r))), j_r]), 1e-12)
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_what_has_no_effect_is_a_constant(fmi: Version) -> None:
+    """Noise and delay are not included, and neither is what a plant without its law does not use."""
+    for law, idle in (("pd", {"plant.noise", "plant.noise_rate", "law.delay"}), (None, {f"plant.{n}" for n in IDLE})):
+        root = ElementTree.fromstring(description(subject(mehvar.load("satellite"), law, None), fmi, "cs", "unit", ""))
+        variables = list(root.find("ModelVariables") or ())
+        constant = {v.get("name"): v for v in variables if v.get("variability") == "constant"}
+        assert constant.keys() == idle
+        assert all("without effect in this FMU" in str(v.get("description")) for v in constant.values())
+
+
+def test_a_constant_cannot_be_set(sampled: Unit) -> None:
+    sampled.begin()
+    sampled.library.fmi2Reset(sampled._instance)
+    place = (ctypes.c_uint * 1)(sampled.places["law.delay"])
+    assert sampled.library.fmi2SetReal(sampled._instance, place, 1, (ctypes.c_double * 1)(1.0)) == ERROR
+    assert sampled.get("law.delay") == [0.0]
 
 
 def test_derivatives_of_a_loop_are_those_of_its_values(sampled: Unit, continuous: Unit) -> None:
@@ -201,7 +227,8 @@ def test_derivatives_of_a_loop_are_those_of_its_values(sampled: Unit, continuous
         about = list(unit.about.find("ModelVariables") or [])
         names = {str(v.get("name")): v for v in about}
         groups = ("plant.", "law.", "reference.")
-        knowns = [name for name, v in names.items() if name.startswith(groups) or v.get("initial") == "exact"]
+        settable = {name: v for name, v in names.items() if v.get("variability") != "constant"}
+        knowns = [name for name, v in settable.items() if name.startswith(groups) or v.get("initial") == "exact"]
         unknowns = [name for name, v in names.items() if v.get("causality") == "output" or name.startswith("der(")]
         assert {f"u_{q}" for q in mehvar.load(model).input_names} < set(unknowns)
         smooth = 0

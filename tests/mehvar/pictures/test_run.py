@@ -162,3 +162,12 @@ def test_without_matplotlib_the_message_says_how_to_install_it(swing, monkeypatc
 def test_importing_does_not_load_matplotlib():
     code = "import sys, mehvar.pictures.run, mehvar.reproduction.paper; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_names_of_near_settling_times_stand_below_each_other():
+    model = load("satellite")
+    dataset = to_dataset(simulate(model, "mrac", "paper"))
+    with style():
+        axes = panels_picture(dataset, model.manifest).axes
+    places = [text.xy[1] for ax in axes for text in ax.texts if text.get_text() in ("T_roll", "T_pitch")]
+    assert abs(places[0] - places[1]) > 0.1

@@ -17,11 +17,14 @@ from matplotlib import pyplot
 
 import mehvar
 from mehvar.cli import report as report_command
-from mehvar.pictures.batch import BINS, bin_edges
+from mehvar.cli.store.stats import print_statistics
+from mehvar.parts import Hub, Spacecraft
+from mehvar.pictures.batch import BINS, batch_picture, bin_edges
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
 from mehvar.reproduction.paper import result_picture, run_picture
 from mehvar.runtime.batch.repeat import SESSION_LAWS
+from mehvar.runtime.batch.store.store import open_store
 from tests.docs.formulas import faults
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -92,7 +95,7 @@ def test_runs_are_counted_by_success(batch):
     heights = [sum(bar.get_height() for bar in part) for part in histogram.containers]
     assert heights == [wins, 40 - wins]
     assert len(bands.collections) == 3
-    assert last.get_xlabel() == "final(rho)"
+    assert last.get_xlabel() == "final(rho) [1]"
     scatter = batch.mehvar.scatter("theta_0", "T_theta")
     assert [len(part.get_offsets()) for part in scatter.collections] == [wins, 40 - wins]
     region = batch.mehvar.region("theta_0", "travel").collections[0].get_array()
@@ -221,7 +224,27 @@ def test_a_page_of_ones_own_system(tmp_path, capsys):
     assert str(tmp_path / "out" / "index.html") in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("values", [[], [0.0], [0.65, 0.65 + 1e-16], [1e300, 1e300], [1.0, 2.0]])
+def test_a_batch_without_metrics_shows_the_states_at_the_end(tmp_path, capsys):
+    hub = Spacecraft("hub", motion="plane")
+    hub.add(Hub("hub", mass=3.0, inertia=(1.0, 1.0, 1.0)))
+    path = tmp_path / "runs"
+    vary = {"wz_0": "uniform(0, 1)"}
+    runs = mehvar.batch(
+        mehvar.build(hub), None, 5, inputs={}, t_end=1.0, vary=vary, success="final(wz) > 0.5", out=path
+    )
+    states = [f"final({name})" for name in runs["state"].values]
+    assert list(runs.mehvar.metrics().index) == states
+    assert runs.mehvar.metrics().loc["final(wz)", "mean"] == pytest.approx(float(runs["final"][:, -1].mean()))
+    stored = batch_picture(open_store(path), [])
+    for figure in (runs.mehvar.plot(), stored):
+        assert {ax.get_xlabel().partition(" ")[0] for ax in figure.axes} == set(states)
+        assert all(max(bar.get_width() for bar in ax.patches) > 1e-9 for ax in figure.axes)
+    print_statistics(open_store(path))
+    assert "the model declares no metrics (in scenarios.toml" in " ".join(capsys.readouterr().out.split())
+    assert "declares no metrics" in runs.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("values", [[], [0.0], [5e-324], [0.65, 0.65 + 1e-16], [1e300, 1e300], [1.0, 2.0]])
 def test_bins_have_edges_of_their_own(values):
     edges = bin_edges(np.array(values))
     assert len(edges) == BINS + 1

@@ -21,6 +21,7 @@ from mehvar.models.parts import (
     SunPressure,
     Wheel,
 )
+from mehvar.models.quantities import ModelError
 from tests.models.parts.balances import Balances
 
 CENTRE, ARM, NORMAL = np.array([0.01, -0.02, 0.03]), np.array([0.3, 0.1, -0.2]), np.array([2.0, 1.0, -2.0]) / 3
@@ -119,14 +120,22 @@ def lit(place):
     return float(along > 0 or np.linalg.norm(place - along * SUN) > R)
 
 
-def light_on_a_sphere(turn, place, velocity):
-    return -4.56e-6 * 0.5 * 1.6 * lit(place) * turn.apply(SUN)
-
-
-def light_on_a_plate(turn, place, velocity):
+def light_on_a_plate(turn, place, velocity, normal=NORMAL):
     sun = turn.apply(SUN)
-    c = max(0.0, NORMAL @ sun)
-    return -4.56e-6 * 0.5 * lit(place) * c * (0.4 * sun + 2 * (0.6 * c + 0.3 / 3) * NORMAL)
+    c = max(0.0, normal @ sun)
+    return -4.56e-6 * 0.5 * lit(place) * c * (0.4 * sun + 2 * (0.6 * c + 0.3 / 3) * normal)
+
+
+def light_on_a_sphere(turn, place, velocity):
+    """Return the mean force of plates with 4 times the area in all directions, by Gauss and equal angles."""
+    heights, weights = np.polynomial.legendre.leggauss(400)
+    force = np.zeros(3)
+    for height, weight in zip(heights, weights, strict=True):
+        for angle in np.arange(8) * np.pi / 4:
+            normal = np.array([*np.sqrt(1 - height**2) * np.array([np.cos(angle), np.sin(angle)]), height])
+            towards, _ = Rotation.align_vectors([turn.apply(SUN)], [[0.0, 0.0, 1.0]])
+            force += 4 * weight / 16 * light_on_a_plate(turn, place, velocity, towards.apply(normal))
+    return force
 
 
 LIGHT = {"area": 0.5, "at": ARM.tolist()}
@@ -134,9 +143,14 @@ PLATE = {**LIGHT, "normal": (2, 1, -2)}
 PUSHES = {
     "drag of a sphere": (Drag("load", **LIGHT), drag_of_a_sphere),
     "drag of a plate": (Drag("load", **PLATE), drag_of_a_plate),
-    "light on a sphere": (SunPressure("load", **LIGHT), light_on_a_sphere),
+    "light on a sphere": (SunPressure("load", scattered=0.3, **LIGHT), light_on_a_sphere),
     "light on a plate": (SunPressure("load", scattered=0.3, **PLATE), light_on_a_plate),
 }
+
+
+def test_a_sphere_has_no_part_that_is_mirrored():
+    with pytest.raises(ModelError, match=r"load.mirrored is for a plate"):
+        SunPressure("load", mirrored=0.6, **LIGHT)
 
 
 @pytest.mark.parametrize("case", PUSHES)

@@ -150,6 +150,17 @@ def test_a_store_of_known_numbers_has_known_verdicts() -> None:
         assert word in text
 
 
+def test_the_worst_runs_are_among_those_that_were_counted() -> None:
+    """A stop rule decides early; later runs are no evidence."""
+    m = np.arange(1000.0)
+    store = filled({"m": m, STATUS: np.zeros(1000, np.uint8)}, **{**RULES, "until": "decided"})
+    (verdict,) = decide(store, {"low": "quantile(0.5, m) < 900 s"}, 0.95)
+    assert verdict.answer == "holds"
+    assert verdict.evidence is not None
+    assert verdict.evidence.runs < 1000
+    assert verdict.worst[0] == (verdict.evidence.runs - 1, verdict.evidence.runs - 1.0)
+
+
 def test_a_bad_run_says_whether_it_ended_early_has_no_number_or_an_infinite_one() -> None:
     m = np.arange(1000.0)
     m[[3, 7, 500]] = math.inf, math.nan, math.inf
@@ -247,7 +258,7 @@ def test_listed_values_have_a_share_and_no_interval(tmp_path: Path) -> None:
     assert status == 0
     assert "success: 3 of 3, share 1; no interval: the values are listed" in text
     assert "95 % interval" not in text.split("sensitivities")[0]
-    with pytest.raises(InputError, match="is not a random sample"):
+    with pytest.raises(InputError, match="lists are not random"):
         mehvar.batch("triangle", "path", vary={"theta_0": [0.5, 1.0]}, t_end=0.1, until="ci(success) < 0.9")
 
 

@@ -131,7 +131,7 @@ def test_bands_are_quantiles_of_the_runs_that_are_still_going(rng: np.random.Gen
     result = bands(filled({"x": series}), "x", [0.05, 0.5])
     assert np.allclose(result[:, :4], np.nanquantile(series[:, :4], [0.05, 0.5], axis=0))
     assert np.isnan(result[:, 4]).all()
-    with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save every=DT"):
+    with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save DT"):
         bands(filled({}), "m", [0.5])
 
 
@@ -291,7 +291,7 @@ def test_a_metric_whose_window_begins_after_the_end_is_undetermined_and_no_condi
     rows = {row.name: row for row in summarise(store).rows}
     assert rows["peak"].note == note
     assert not rows["T_angle"].note
-    refusal = rf"success = 'peak < 1': must be about numbers that the runs have: peak is {note}"
+    refusal = rf"success = 'peak < 1': must be a condition on numbers that the runs have: peak is {note}"
     with pytest.raises(InputError, match=refusal):
         summarise(store, "peak < 1")
     with pytest.raises(InputError, match=refusal):

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts on requirements that rarely fail, by runs that search for failures; see `splitting`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.base.errors import bad_value
+
+from ...model.model import Model, load
+from ...run.own.law import OwnLaw
+from ...run.problem import COMPLETE
+from ..blocks import IMPOSSIBLE, Blocks, Values
+from ..plan import Campaign, Plan
+from ..sampling import FloatArray, stream
+from ..store.layout import STATUS
+from .conditions import Criterion, Number
+from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
+from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, pilot
+from .statistics import SUMMARY
+
+Progress = Callable[[int, int], None]
+"""Function that receives the number of runs so far and the largest possible number."""
+
+_RAREST = 1e-12
+"""Smallest share of failures: below it, points of the unit cube, multiples of 1e-16, are too coarse."""
+_PILOT = 100
+"""Share of all runs that the pilot uses at each level, a hundredth, but at least as many as a repetition."""
+_AT_ONCE = 2**14
+"""Runs computed at once, with all their summaries."""
+_EDGE = 2.0**-53
+
+
+def decide_rare(
+    model: Model | str | os.PathLike[str],
+    campaign: Campaign,
+    requirements: Mapping[str, str],
+    confidence: float | None,
+    threads: int,
+    own: OwnLaw | None = None,
+    report: Progress | None = None,
+    origin: str = "the call",
+) -> list[Verdict]:
+    """Decide requirements by runs that search for failures.
+
+    Parameters
+    ----------
+    model, own, origin
+        As of `run_batch`.
+    campaign : Campaign
+        The runs; n is the largest number of them for each requirement.
+    requirements : mapping of str to str
+        Quantiles by name, as of `read_requirements`.
+    confidence : float or None
+        Confidence of each bound; default: 0.95.
+    threads : int
+        Threads of this process.
+    report : callable, optional
+        Called after each step.
+
+    Raises
+    ------
+    InputError
+        Without a requirement or a distribution, for a probability, or for anything that a batch refuses.
+    """
+    confidence = checked_confidence(confidence, origin)
+    plan = Plan(model if isinstance(model, Model) else load(model, "c"), campaign, origin, own)
+    _check(plan, origin)
+    blocks = Blocks(plan, threads)
+    read = read_requirements(requirements, blocks.scalars(), blocks.notes, origin)
+    if not read:
+        raise bad_value("require", requirements, "one requirement at least", origin)
+    for requirement in read:
+        _check_rare(requirement, origin)
+    seekers = [_Seeker(blocks, requirement, k, len(read), report) for k, requirement in enumerate(read)]
+    return [seeker.verdict(confidence) for seeker in seekers]
+
+
+def _check(plan: Plan, origin: str) -> None:
+    if not plan.names or any(d.listed for d in plan.dispersions):
+        allowed = "distributions: rare failures are sought among the drawn values"
+        raise bad_value("vary", dict(plan.campaign.vary), allowed, origin)
+    if plan.campaign.sampling != Campaign.sampling:
+        raise bad_value("sampling", plan.campaign.sampling, "left out with rare: the points depend on the runs", origin)
+    if plan.campaign.save_every is not None:
+        raise bad_value("save", plan.campaign.save_every, "left out with rare: the runs are not kept", origin)
+
+
+def _check_rare(requirement: Requirement, origin: str) -> None:
+    name, text = requirement.name, requirement.text
+    if not requirement.number:
+        raise bad_value(name, text, "a quantile with rare, as in 'quantile(0.999999, PEAK) < 1 deg'", origin)
+    if 1 - requirement.share < _RAREST:
+        raise bad_value(name, text, f"about a share of failures of at least {_RAREST:g}", origin)
+
+
+class _Seeker:
+    """Search for failures of one requirement."""
+
+    def __init__(
+        self, blocks: Blocks, requirement: Requirement, place: int, places: int, report: Progress | None
+    ) -> None:
+        self._blocks, self._requirement = blocks, requirement
+        self._condition = Criterion(requirement.condition, requirement.name)
+        self._number = Number(requirement.number, requirement.name)
+        self._n = blocks.plan.campaign.n
+        self._runs, self._before, self._all = 0, place * self._n, places * self._n
+        self._impossible, self._report = False, report
+
+    def verdict(self, confidence: float) -> Verdict:
+        """Return the verdict on the requirement."""
+        requirement, plan = self._requirement, self._blocks.plan
+        rng = np.random.Generator(stream(plan.campaign.seed, f"failures of {requirement.text}"))
+        dimensions, score = len(plan.names), self._score
+        stages = pilot(score, dimensions, max(FEWEST, self._n // _PILOT), 1 - requirement.share, rng)
+        size = (self._n - self._runs) // (REPETITIONS * (1 + len(stages.levels)))
+        problem = stages.problem or self._too_few(stages, size)
+        if problem:
+            return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {problem}", ())
+        return self._decided(stages, estimate(score, dimensions, size, stages, rng), confidence)
+
+    def _decided(self, stages: Levels, result: Estimate, confidence: float) -> Verdict:
+        requirement = self._requirement
+        if result.problem:
+            return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {result.problem}", ())
+        least, most = bounds(result.shares, confidence)
+        facts = RareEvidence(self._runs, least if stages.end == 0 else 0.0, most)
+        reason = (
+            f"{len(stages.levels)} levels, {REPETITIONS} repetitions; failures far from all near failures stay unseen"
+        )
+        reason += "; runs with values that are not allowed count as failures" if self._impossible else ""
+        failures = self._values(result.failed)
+        return Verdict(requirement, facts.answer(requirement.share), facts, reason, (), failures)
+
+    def _too_few(self, stages: Levels, size: int) -> str:
+        if size >= FEWEST:
+            return ""
+        needed = self._runs + FEWEST * REPETITIONS * (1 + len(stages.levels))
+        return f"n = {self._n} is too small for {len(stages.levels)} levels, which take {needed} runs or more"
+
+    def _score(self, points: FloatArray) -> FloatArray:
+        """Return the distance of each run's number from the limit; zero or more means a failure."""
+        parts = np.array_split(points, -(-len(points) // _AT_ONCE) or 1)
+        scores: FloatArray = np.concatenate([self._piece(part) for part in parts])
+        return scores
+
+    def _piece(self, points: FloatArray) -> FloatArray:
+        count, requirement = len(points), self._requirement
+        values = self._blocks.compute(self._runs, count, points=_cube(points))
+        assert values is not None
+        self._runs += count
+        if self._report is not None:
+            self._report(self._before + self._runs, self._all)
+        status = values[STATUS]
+        self._impossible |= bool((status == IMPOSSIBLE).any())
+        number = self._number(lambda name: self._column(values, name))
+        failed = ~self._condition.succeeds(status, lambda name: self._column(values, name))
+        excess = number - requirement.limit if requirement.largest else requirement.limit - number
+        excess[~np.isin(status, COMPLETE) | np.isnan(excess)] = math.inf
+        scores: FloatArray = np.where(failed, np.maximum(excess, 0.0), np.minimum(excess, -math.ulp(0.0)))
+        return scores
+
+    def _column(self, values: Values, name: str) -> NDArray[Any]:
+        """Return a number of each run, by a name of conditions."""
+        match = SUMMARY.match(name)
+        if not match:
+            return values[name]
+        array, of = match.groups()
+        dimension = {"final": "state", "events": "event"}.get(array, "variable")
+        return values[array][:, list(self._blocks.coordinates()[dimension].values).index(of)]
+
+    def _values(self, points: FloatArray) -> dict[str, FloatArray]:
+        """Return the drawn values of points by name."""
+        drawn = self._blocks.plan.draw(0, len(points), _cube(points)).values
+        return dict(zip(self._blocks.plan.names, drawn.T, strict=True))
+
+
+def _cube(points: FloatArray) -> FloatArray:
+    """Return points of the unit cube from standard normal numbers."""
+    from scipy.special import ndtr
+
+    cube: FloatArray = np.clip(ndtr(points), _EDGE, 1 - _EDGE)
+    return cube
